@@ -238,6 +238,8 @@ def test_multirotors_of_a_mixed_fleet_look_no_farther_ahead_at_movers_than_witho
 def test_an_aeroplane_that_nothing_is_observed_of_circles_on():
     flight = replanner(field(sky.Box(min=(330, 0, 0), max=(340, 400, 3))), horizon=5.0)
     flight.observe(0.0, obstacles=[sky.Box(min=(330, 0, 3), max=(340, 400, 120))])
+    with pytest.raises(sky.InputError, match="the clock went ahead"):
+        flight.observe(199.9)
     (answer,) = flight.observe(200.0)
     assert answer.proven
     now = flight.motion(0).at([200.0])

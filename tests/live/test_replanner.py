@@ -246,6 +246,27 @@ def test_a_clock_that_leaps_ahead_once_is_not_believed():
     assert flight.now == 5000.1
 
 
+@pytest.mark.parametrize("wrong", [5.2, 30.0, 590.0, 1e5])
+def test_one_wrong_clock_costs_one_observation(wrong):
+    flight = replanner(hall())
+    flight.observe(0.1)
+    with pytest.raises(sky.InputError, match=r"^t: the clock went ahead"):
+        flight.observe(wrong)
+    for k in range(2, 30):
+        flight.observe(k / 10)
+    assert flight.now == 2.9
+
+
+@pytest.mark.parametrize("gap", [6.0, 40.0])
+def test_observations_after_a_long_silence_are_taken_from_the_second_on(gap):
+    flight = replanner(hall())
+    flight.observe(1.0)
+    with pytest.raises(sky.InputError, match=r"^t: the clock went ahead"):
+        flight.observe(1.0 + gap)
+    flight.observe(1.0 + 2 * gap)  # as seldom as that, also
+    assert flight.now == 1.0 + 2 * gap
+
+
 def test_a_uav_rests_near_a_target_that_a_mover_keeps_it_from():
     there = sky.Mover(
         name="guard",

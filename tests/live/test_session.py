@@ -123,7 +123,7 @@ def test_targets_and_zones_are_taken_in():
 )
 def test_a_line_that_cannot_be_taken_is_refused_and_changes_nothing(text, field):
     live = session()
-    asked(live, t=8.0, movers=[seen(12)])
+    asked(live, t=4.5, movers=[seen(12)])
     before = live.replanner.now, live.replanner.predicted(), live.replanner.motion(0), live.replanner.scenario
     error = told(live.answer(text, 7))["error"]
     assert (error["line"], error["field"]) == (7, field)

@@ -28,7 +28,7 @@ def live(
     wgs84: Annotated[bool, FLAG] = False,
     horizon: float | None = None,
     lead: float = 0.1,
-    memory: float = 3.0,
+    memory: float | None = None,
     candidates: Annotated[int, WHOLE] = 128,
     schema: Annotated[bool, FLAG] = False,
 ) -> None:
@@ -61,7 +61,8 @@ def live(
     lead
         Seconds from an observation at which a new motion begins: so long the answer may take.
     memory
-        Seconds after which a mover that is not seen again is forgotten.
+        Seconds for which a mover that is not seen again stays in any case, at least the horizon, which is the default
+        if it is longer than 3; later it is forgotten once it may be anywhere.
     candidates
         How many motions are tried for a UAV at most at each observation.
     schema

@@ -126,6 +126,11 @@ class Aeroplane(Pilot):
         """Tell whether it stands at an instant, and can depart in any heading."""
         return self.course.stands or t < self.course.motion.start
 
+    @property
+    def ended(self) -> bool:
+        """Whether it has ended its mission at its target, where it had no room to loiter."""
+        return self.course.stands and bool(self.course.flown)
+
     def checked_state(self, state: Floats) -> None:
         """Raise `InputError` if it would not fly forwards in a state (3, 3)."""
         if np.hypot(*state[1, :2]) == 0.0 and not self._departs_after(self.course.motion.start):
@@ -134,14 +139,16 @@ class Aeroplane(Pilot):
 
     def restarted(self, t: float, state: Floats) -> Self:
         """Return the pilot of the aeroplane that loiters from a state (3, 3), where it was found at an instant."""
-        if self._departs_after(t):
+        if self._departs_after(t) and not (self.ended and np.hypot(*state[1, :2]) > 0.0):
             return self
         able, before = self._able, self._lasting(t).motion
         steepest = able.agility.slope * able.speed
         pose = pose_of(state[0], state[1])
         pose[4] = np.clip(pose[4], -steepest, steepest)
-        past = part_of(before, before.start, t)
-        flown = (*self.course.flown, past) if t > before.start else self.course.flown
+        if self.ended:
+            flown = _stayed(self.course, before.at([before.start]).position[0], t)
+        else:
+            flown = (*self.course.flown, part_of(before, before.start, t)) if t > before.start else self.course.flown
         circle = timed(t, *loiter(pose, LEFT, 0.0, able))
         return replace(self, course=AeroplaneCourse(flown, circle, None, -math.inf))
 

@@ -22,7 +22,7 @@ from skyverse.live.planned_motion import Planned, motions_along
 from skyverse.live.slow_zones import seconds_lost
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings, barred
-from skyverse.live.way_back import seconds_to_safety
+from skyverse.live.way_back import way_back
 from skyverse.live.ways import GATE_SHARES, SHARES, escapes, gates, ways_ahead
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
@@ -237,12 +237,12 @@ class _Search:
         mover, contact = (mover, contact) if contact <= instant else (-1, instant)
         return self.applied(found), Choice(not len(found.durations), False, mover, contact, tried)
 
-    def seconds_to_safety(self, found: _Candidate) -> float:
-        """Return the seconds after which a candidate is clear of what stands still for good, infinite if never."""
+    def way_back(self, found: _Candidate) -> tuple[float, float]:
+        """Return after how many seconds a candidate is clear of what stands still, and what it lacks at its end."""
         durations, rows = found.durations, found.rows
         if not len(durations):
             durations, rows = self.course.part(self.span.join, max(self.course.motion.end, self.span.until))
-        return seconds_to_safety(self.around.world, durations, rows)
+        return way_back(self.around.world, durations, rows)
 
     def widen(self, found: _Candidate, mover: int, contact: float) -> None:
         """Add ways past the place where a motion meets a mover, and away from where the UAV is."""
@@ -340,7 +340,8 @@ def _shares(around: Surroundings) -> tuple[float, ...]:
 def _least_bad(search: _Search, hold: _Candidate, tried: int) -> tuple[Course, Choice]:
     """Return the course that is clear of most of what movers may do from when it can begin, and for longest.
 
-    Where none is clear of what stands still, one that leads soonest to where it is; if none does, the UAV keeps on.
+    Where none is clear of what stands still, one that leads soonest to where it is, or else nearest to there; if none
+    does, the UAV keeps on.
     """
     span, shapes = search.span, search.around.moving.shapes
     ranked = []
@@ -352,9 +353,9 @@ def _least_bad(search: _Search, hold: _Candidate, tried: int) -> tuple[Course, C
     for *_, mover, contact, found in ranked:
         if search.clear(found):
             return search.unproven(found, mover, contact, tried)
-    back = [(search.seconds_to_safety(one[-1]), *one) for one in ranked]
-    soonest = min(back, key=lambda one: one[:4], default=None)
-    if soonest is not None and soonest[0] < math.inf:
+    back = [(*search.way_back(one[-1]), *one) for one in ranked]
+    soonest = min(back, key=lambda one: one[:5], default=None)
+    if soonest is not None and soonest[1] < math.inf:
         return search.unproven(soonest[-1], soonest[-3], soonest[-2], tried)
     mover, contact = search.contact(hold)
     return search.unproven(hold, mover, contact, tried)

@@ -46,6 +46,8 @@ class ObservationMessage(Model):
         Where UAVs were found to be, by their names or their indices.
     targets
         Other targets, local metres, of UAVs by their names or their indices.
+    gone
+        Names of movers whose places were seen empty.
     deadline_ms
         Milliseconds after which no further motions are tried.
     """
@@ -56,6 +58,7 @@ class ObservationMessage(Model):
     zones: tuple[Zone, ...] = ()
     states: Annotated[dict[str, UAVState], Field(default_factory=dict)]
     targets: Annotated[dict[str, Point], Field(default_factory=dict)]
+    gone: tuple[str, ...] = ()
     deadline_ms: NonNegative | None = None
 
 
@@ -91,6 +94,8 @@ class Hello(Model):
         Seconds; see `Replanner`.
     origin
         Where the zero of local metres lies, if that is known.
+    cautions
+        What the mission leaves out or assumes, and a pilot must heed.
     """
 
     format: Literal["skyverse/live/1"] = LIVE_1
@@ -101,6 +106,7 @@ class Hello(Model):
     lead: float
     memory: float
     origin: Origin | None
+    cautions: tuple[str, ...] = ()
 
 
 class MotionMessage(Model):
@@ -188,11 +194,15 @@ class Answer(Model):
         Now, seconds into the mission: the latest instant of which anything was observed.
     uavs
         What is answered for each UAV, in their order.
+    forgotten
+        Names of movers that were kept in mind up to now, but were not seen for so long that they may be anywhere: what
+        is proven does not count with them any more.
     """
 
     line: int | None
     t: float
     uavs: tuple[UAVAnswer, ...]
+    forgotten: tuple[str, ...] = ()
 
 
 class Fault(Model):

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.live.merged_obstacles import merged
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Shape
@@ -22,6 +23,8 @@ MAX_SPEED = 1e3
 """M/s along each axis: no UAV is faster."""
 OFF_COURSE = 0.01
 """Metres beyond its tracking error from where it should be, at which a UAV counts as off its course."""
+MAX_OBSTACLES, MAX_ZONES = 10_000, 1_000
+"""How many obstacles and zones there may be with those that are seen."""
 
 
 def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int) -> dict[int, Floats]:
@@ -86,12 +89,21 @@ def with_seen(known: Known, obstacles: Sequence[Shape], zones: Sequence[Shape], 
     if not obstacles and not zones and not known.entered:
         return known
     whole = _with_more(before, obstacles, zones)
-    added = (*known.entered, *whole.obstacles[len(before.obstacles) :])
+    kept, new = merged(known_already, whole.obstacles[len(before.obstacles) :])
+    stay = {id(one) for one in kept}
+    standing = tuple(one for one in before.obstacles if id(one) in stay)
+    added = (*(one for one in known.entered if id(one) in stay), *new)
+    for field, count, most in (
+        ("obstacles", len(standing) + len(added), max(MAX_OBSTACLES, len(before.obstacles))),
+        ("zones", len(whole.zones), max(MAX_ZONES, len(before.zones))),
+    ):
+        if count > most:
+            raise InputError(f"expected at most {most:,} with those that are known, found {count:,}", field=field)
     entered = tuple(one for one in added if any(_is_too_near(before, one, *both) for both in enumerate(places)))
-    if len(entered) == len(added) and not zones:
+    if len(entered) == len(added) and standing == before.obstacles and not zones:
         return Known(before, entered)
     left = (one for one in added if one not in entered)
-    return Known(derived(whole, obstacles=(*before.obstacles, *left)), entered)
+    return Known(derived(whole, obstacles=(*standing, *left)), entered)
 
 
 def _with_more(scenario: Scenario, obstacles: Sequence[Shape], zones: Sequence[Shape]) -> Scenario:
@@ -141,8 +153,13 @@ def _is_too_near(scenario: Scenario, obstacle: Shape, uav: int, place: Floats) -
     return not World(derived(scenario, **bare), scenario.uavs[uav].tracking_error).free(place)[0]
 
 
-def strays(place: Floats, course: Floats, error: TrackingError) -> bool:
-    """Tell whether a place (3,) is farther from the one on a course than a tracking error and a centimetre."""
-    off = place - course
-    aside, up = float(np.hypot(off[0], off[1])), abs(float(off[2]))
-    return aside > error.horizontal + OFF_COURSE or up > error.vertical + OFF_COURSE
+def strays(state: Floats, course: Floats, error: TrackingError, lead: float) -> bool:
+    """Tell whether a state is off a course, both (3, 3), by more than a tracking error and a centimetre.
+
+    So is one whose velocity leads that far off within `lead` seconds.
+    """
+    off = state - course
+    return any(
+        np.hypot(x, y) > error.horizontal + OFF_COURSE or abs(z) > error.vertical + OFF_COURSE
+        for x, y, z in (off[0], off[0] + lead * off[1])
+    )

@@ -4,6 +4,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import numpy as np
+
 from skyverse._typing import Floats
 from skyverse.live.choice import Choice, Span
 from skyverse.live.surroundings import Surroundings
@@ -75,6 +77,17 @@ class Pilot(ABC):
     @abstractmethod
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration at an instant, (3, 3)."""
+
+    def reached(self, now: float, seconds: float, scenario: Scenario) -> tuple[Floats, Floats]:
+        """Return the corners (3,) of the box, in bounds, in which it is within some seconds from now, metres."""
+        place, far = self.state(now)[0], self.uav.max_speed * seconds
+        low, high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
+        return np.clip(place - far, low, high), np.clip(place + far, low, high)
+
+    @property
+    def ended(self) -> bool:
+        """Whether its mission has ended where it is, so that it can fly no other way."""
+        return False
 
     @abstractmethod
     def turning_place(self, t: float) -> Floats:

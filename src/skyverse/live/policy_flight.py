@@ -15,7 +15,7 @@ from skyverse.live.policies.policy import Found, Policy, Situation
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
-from skyverse.live.track import Track
+from skyverse.live.track import Tracks
 from skyverse.live.turns import in_turns
 from skyverse.live.ways import SHARES
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
@@ -74,10 +74,10 @@ class PolicyFlight:
     ) -> None:
         scenario = mission.scenario
         self.mission, self.policy, self.scenario = mission, policy, scenario
-        self.horizon, self.lead, self._memory, self._rng = horizon, lead, memory, rng
+        self.horizon, self.lead, self._rng = horizon, lead, rng
         self.now, self.effort = 0.0, Effort(0, 0, 0)
         self._airspace = Airspace(scenario)
-        self._tracks: dict[str, Track] = {}
+        self._tracks = Tracks(memory)
         self._entered: tuple[Shape, ...] = ()
         self._pilots = [Multirotor.at_start(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
         self._memories: list[object] = [None] * len(scenario.uavs)
@@ -93,9 +93,8 @@ class PolicyFlight:
             Those that were seen.
         """
         self.now = t
-        for sighting in movers:
-            self._tracks.setdefault(sighting.name, Track()).add(t, sighting)
-        self._tracks = {name: track for name, track in self._tracks.items() if t - track.last <= self._memory}
+        self._tracks.add(t, movers)
+        forgotten = self._tracks.forget(t, (), [one.reached(t, self.horizon, self.scenario) for one in self._pilots])
         self._take_in(obstacles)
         seen, uavs = self.predicted(), self.scenario.uavs
         span = Span(t, t + self.lead, t + self.horizon, t + self.horizon)
@@ -105,11 +104,11 @@ class PolicyFlight:
         }
         order = sorted(range(len(uavs)), key=lambda k: -uavs[k].priority)
         answers = in_turns(order, lambda k: self._replan(k, span, seen, moving[uavs[k].tracking_error]))
-        return tuple(answers[uav] for uav in range(len(uavs)))
+        return tuple(replace(answers[uav], forgotten=forgotten) for uav in range(len(uavs)))
 
     def predicted(self) -> tuple[Mover, ...]:
         """Return the movers that were seen, with all that they may do up to the horizon."""
-        return tuple(track.predicted(self.now + self.horizon) for track in self._tracks.values())
+        return self._tracks.predicted(self.now + self.horizon)
 
     def motion(self, uav: int) -> Trajectory:
         """Return what a UAV flies from now on, to rest; it begins at or shortly before now."""

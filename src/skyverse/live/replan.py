@@ -29,6 +29,10 @@ class Replan:
         How many motions were made.
     seconds
         How long it took.
+    out_of_bounds
+        Metres by which the UAV is out of bounds.
+    forgotten
+        The names of movers that were kept in mind up to now, but were not seen for so long that they may be anywhere.
     """
 
     time: float
@@ -40,6 +44,8 @@ class Replan:
     sentence: str
     tried: int
     seconds: float
+    out_of_bounds: float = 0.0
+    forgotten: tuple[str, ...] = ()
 
     def followed_by(self, later: "Replan") -> "Replan":
         """Return the answer that takes the place of this one, to the same observation; efforts add up."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.choice import Choice, Span
@@ -17,14 +18,14 @@ from skyverse.live.pilot import Pilot
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
-from skyverse.live.track import Track
+from skyverse.live.track import Tracks
 from skyverse.live.turns import in_turns
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import MAX_INSTANT
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
-from skyverse.model.short_lines import told_point
+from skyverse.model.short_lines import told_metres, told_point
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
@@ -32,8 +33,12 @@ from skyverse.trajectory.limits import limits_of
 
 SPARE = 0.5
 """Seconds of the default horizon beyond those that the way out of the UAV takes whose way out takes longest."""
-LONGEST_SILENCE = 600.0
+LONGEST_LEAP = 5.0
 """Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
+LEAST_MEMORY = 3.0
+"""Seconds for which a mover stays that is not seen again, by default, unless the horizon is longer."""
+MAX_SIGHTINGS = 1000
+"""Movers in one observation at most."""
 LONGEST_HORIZON = 600.0
 """Seconds up to which motions are proven at most."""
 
@@ -59,7 +64,8 @@ class Replanner:
     lead
         Seconds from an observation at which a new motion begins: so long the answer may take.
     memory
-        Seconds after which a mover that is not seen again is forgotten.
+        Seconds for which a mover that is not seen again stays in any case, at least the horizon; by default that, or 3.
+        Later it is forgotten once it may be anywhere where UAVs can be by the horizon.
     candidates
         How many motions are tried for a UAV at most at each observation.
 
@@ -86,25 +92,29 @@ class Replanner:
         *,
         horizon: float | None = None,
         lead: float = 0.1,
-        memory: float = 3.0,
+        memory: float | None = None,
         candidates: int = 128,
     ) -> None:
         if not isinstance(mission, Mission):
             what = type(mission).__name__
             raise InputError(f"expected a Mission, found a {what}; plan_mission(...) or read_mission(...) makes one")
         scenario = mission.scenario
-        for name, value, least in (("lead", lead, 0.0), ("memory", memory, 0.0)):
-            _require_seconds(name, value, least)
+        _require_seconds("lead", lead, 0.0)
         self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
         self.horizon = max(self._horizons) if horizon is None else horizon
         _require_seconds("horizon", self.horizon, lead, LONGEST_HORIZON)
+        memory = max(LEAST_MEMORY, self.horizon) if memory is None else memory
+        if not _is_number(memory) or not self.horizon <= memory <= MAX_INSTANT:
+            said = f"expected seconds, no fewer than the horizon of {self.horizon:g} s, but it is {memory!r}"
+            raise InputError(said, field="memory")
         if isinstance(candidates, bool) or not isinstance(candidates, int) or candidates < 1:
             raise InputError(f"expected a whole number from 1 on, but it is {candidates!r}", field="candidates")
         self.lead, self.memory, self.candidates = lead, memory, candidates
         self.mission, self.scenario, self.now = mission, scenario, 0.0
         self._airspace = Airspace(scenario)
-        self._tracks: dict[str, Track] = {}
+        self._tracks = Tracks(memory)
         self._leapt = -math.inf
+        self._astray: set[int] = set()
         self._entered: tuple[Shape, ...] = ()
         self._assignment = tuple(mission.assignment)
         self._pilots = [_pilot(self._airspace, mission, number) for number in range(len(scenario.uavs))]
@@ -119,6 +129,7 @@ class Replanner:
         zones: Sequence[Shape] = (),
         states: Mapping[int, tuple[ArrayLike, ArrayLike]] | None = None,
         targets: Mapping[int, ArrayLike] | None = None,
+        gone: Sequence[str] = (),
         deadline_ms: float | None = None,
     ) -> tuple[Replan, ...]:
         """Take in what was seen at an instant, and replan all UAVs, those of higher priority first.
@@ -136,10 +147,12 @@ class Replanner:
             Those that were not known before, with a limit of speed, or times at which they are active.
         states
             Positions and velocities, (3,) metres and (3,) m/s, of UAVs by their indices. One that is farther from where
-            it should be than its tracking error, and a centimetre, goes on from there with that velocity; those of all
-            others are not used.
+            it should be than its tracking error, and a centimetre, or will be within the lead by its velocity, goes on
+            from there with that velocity; those of all others are not used.
         targets
             Other targets, (3,) metres, of UAVs by their indices, to which new paths are planned.
+        gone
+            Names of movers whose places were seen empty; nothing more is expected of them.
         deadline_ms
             Milliseconds after which no further motions are tried; the answers then depend on the clock.
 
@@ -162,39 +175,42 @@ class Replanner:
             self._pilots[uav].checked_state(state)
         if deadline_ms is not None and not (_is_number(deadline_ms) and deadline_ms >= 0.0):
             raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
-        places = [pilot.state(max(instant, self.now))[0] for pilot in self._pilots]
-        known = with_seen(Known(self.scenario, self._entered), obstacles, zones, places)
+        now, before = max(instant, self.now), self.scenario
+        pilots, astray = self._found_at(now, {} if instant < self.now else placed)
+        known = with_seen(Known(before, self._entered), obstacles, zones, [pilot.state(now)[0] for pilot in pilots])
         scenario, assignment = with_targets(known.scenario, self._assignment, {} if targets is None else targets)
-        led = self._led_to(instant, scenario, assignment, () if targets is None else tuple(targets))
-        late, before = instant < self.now, self.scenario
-        self.now = max(self.now, instant)
-        for sighting in sightings:
-            self._tracks.setdefault(sighting.name, Track()).add(instant, sighting)
-        self._tracks = {name: track for name, track in self._tracks.items() if self.now - track.last <= self.memory}
-        for uav, state in placed.items():
-            pilot = led.get(uav, self._pilots[uav])
-            if not late and strays(state[0], pilot.state(self.now)[0], pilot.uav.tracking_error):
-                led[uav] = pilot.restarted(self.now, state)
-        for uav, pilot in led.items():
-            self._pilots[uav] = pilot
+        for uav in () if targets is None else targets:
+            pilots[uav] = self._led_to(scenario, assignment[uav], pilots[uav], now)
+        self.now, self._pilots, self._astray = now, pilots, astray
+        self._tracks.add(instant, sightings)
+        reached = [pilot.reached(now, h, scenario) for pilot, h in zip(pilots, self._horizons, strict=True)]
+        forgotten = self._tracks.forget(now, gone, reached)
         self._entered, self._assignment = known.entered, assignment
         self._find_ways(scenario, new=known.scenario is not before)
-        return self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
+        answers = self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
+        return tuple(replace(answer, forgotten=forgotten) for answer in answers)
 
-    def _led_to(
-        self, t: float, scenario: Scenario, assignment: Sequence[int | None], uavs: Sequence[int]
-    ) -> dict[int, Pilot]:
-        """Return the pilots of UAVs on ways to their targets, or raise `InputError` where there is none."""
-        found: dict[int, Pilot] = {}
-        now = max(t, self.now)
-        for uav in uavs:
-            pilot = self._pilots[uav].led_to(scenario, assignment[uav], now, now + self.lead)
-            if pilot is None:
-                place = told_point(self._pilots[uav].turning_place(now + self.lead))
-                does = self._pilots[uav].turns
-                said = f"no path leads there from {place}, where {scenario.uavs[uav].name} {does}"
-                raise InputError(said, field=f"targets[{uav}]")
-            found[uav] = pilot
+    def _found_at(self, now: float, states: Mapping[int, Floats]) -> tuple[list[Pilot], set[int]]:
+        """Return all pilots, those that are off their courses as found, and which UAVs cannot fly on as found."""
+        pilots, astray = list(self._pilots), self._astray.difference(states)
+        for uav, state in states.items():
+            error = pilots[uav].uav.tracking_error
+            if strays(state, pilots[uav].state(now), error, self.lead):
+                pilots[uav] = pilots[uav].restarted(now, state)
+                if strays(state, pilots[uav].state(now), error, self.lead):
+                    astray.add(uav)
+        return pilots, astray
+
+    def _led_to(self, scenario: Scenario, target: int | None, pilot: Pilot, now: float) -> Pilot:
+        """Return the pilot on a way to a target, or raise `InputError` where there is none."""
+        name, field = pilot.uav.name, f"targets[{pilot.number}]"
+        if pilot.ended:
+            said = f"{name} has ended its mission at its target, where it had no room to loiter"
+            raise InputError(f"{said}; it flies on only from a state in which it was seen to fly", field=field)
+        found = pilot.led_to(scenario, target, now, now + self.lead)
+        if found is None:
+            place = told_point(pilot.turning_place(now + self.lead))
+            raise InputError(f"no path leads there from {place}, where {name} {pilot.turns}", field=field)
         return found
 
     def _replan_all(self, lead: float, deadline: float = math.inf) -> tuple[Replan, ...]:
@@ -230,9 +246,10 @@ class Replanner:
         if t < self.now - self.horizon:
             back = f"{self.now:.6g} s to {t:.6g} s"
             raise InputError(f"the clock was set back from {back}, by more than the horizon", field="t")
-        if t > self.now + LONGEST_SILENCE and not 0.0 <= t - self._leapt <= LONGEST_SILENCE:
+        agrees = 0.0 <= t - self._leapt <= max(LONGEST_LEAP, self._leapt - self.now)
+        if t > self.now + LONGEST_LEAP and not agrees:
             self._leapt = float(t)
-            ahead = f"{self.now:.6g} s to {t:.6g} s, by more than {LONGEST_SILENCE:g} s"
+            ahead = f"{self.now:.6g} s to {t:.6g} s, by more than {LONGEST_LEAP:g} s"
             raise InputError(f"the clock went ahead from {ahead}; a next observation that agrees is taken", field="t")
         return float(t)
 
@@ -267,7 +284,7 @@ class Replanner:
         return self._predicted(self.now + self.horizon)
 
     def _predicted(self, until: float) -> tuple[Mover, ...]:
-        return tuple(track.predicted(until) for track in self._tracks.values())
+        return self._tracks.predicted(until)
 
     def _replan(self, uav: int, span: Span, moving: Moving, deadline: float) -> Replan:
         """Choose what a UAV flies from now on, among what moves."""
@@ -281,17 +298,28 @@ class Replanner:
         )
         pilot, choice = self._pilots[uav].choose(around, span, self.candidates, deadline)
         self._pilots[uav] = pilot
+        out = _out_of_bounds(pilot.state(self.now)[0], self.scenario)
+        proven = choice.proven and uav not in self._astray
+        sentence = _sentence(pilot, choice, around, span)
+        if choice.proven and not proven:
+            sentence = f"{pilot.uav.name} has no way out: it was found at a speed at which it cannot fly on."
         return Replan(
             time=self.now,
             uav=uav,
             kept=choice.kept,
-            proven=choice.proven,
-            clear_until=min(choice.contact, span.until),
+            proven=proven,
+            clear_until=min(choice.contact, span.until) if proven or not choice.proven else self.now,
             mover="" if choice.proven or choice.mover < 0 else around.moving.names[choice.mover],
-            sentence=_sentence(pilot, choice, around, span),
+            sentence=sentence + (f" It is {told_metres(out)} out of bounds." if out > 0.0 else ""),
             tried=choice.tried,
             seconds=time.perf_counter() - began,
+            out_of_bounds=out,
         )
+
+
+def _out_of_bounds(place: Floats, scenario: Scenario) -> float:
+    """Return how far a place (3,) is out of bounds, metres; 0 within."""
+    return float(np.linalg.norm(place - np.clip(place, scenario.bounds.min, scenario.bounds.max)))
 
 
 def _require_seconds(name: str, value: object, least: float, most: float = MAX_INSTANT) -> None:
@@ -307,6 +335,8 @@ def _is_number(value: object) -> bool:
 
 def _checked_sightings(movers: Sequence[Sighting | Mapping[str, object]]) -> list[Sighting]:
     """Return the sightings of movers, no two of which have one name, or raise `InputError`."""
+    if len(movers) > MAX_SIGHTINGS:
+        raise InputError(f"expected at most {MAX_SIGHTINGS:,}, found {len(movers):,}", field="movers")
     sightings = [checked_sighting(one, k) for k, one in enumerate(movers)]
     names = [one.name for one in sightings]
     for k, name in enumerate(names):

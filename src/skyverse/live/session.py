@@ -28,6 +28,7 @@ from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Sphere
 from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory
+from skyverse.space.mission_cautions import mission_cautions
 
 T = TypeVar("T")
 MAX_RATE = 1000.0
@@ -95,6 +96,7 @@ class LiveSession:
             lead=replanner.lead,
             memory=replanner.memory,
             origin=scenario.frame.origin,
+            cautions=tuple(caution.sentence for caution in mission_cautions(mission)),
         )
 
     def answer(self, line: bytes, number: int) -> Answer | Refusal | None:
@@ -111,12 +113,14 @@ class LiveSession:
                 zones=seen.zones,
                 states={uav: (one.position, one.velocity) for uav, one in self._by_index("states", seen.states)},
                 targets=dict(self._by_index("targets", seen.targets)),
+                gone=seen.gone,
                 deadline_ms=seen.deadline_ms,
             )
         except InputError as error:
             self.refused += 1
             return Refusal(error=Fault(line=number, field=error.sentence.field, message=str(error)))
-        answer = Answer(line=number, t=self.replanner.now, uavs=tuple(map(self._uav_answer, replans)))
+        uavs, forgotten = tuple(map(self._uav_answer, replans)), replans[0].forgotten
+        answer = Answer(line=number, t=self.replanner.now, uavs=uavs, forgotten=forgotten)
         self.answered += 1
         self.unproven += not all(replan.proven for replan in replans)
         self.slowest = max(self.slowest, time.perf_counter() - began)

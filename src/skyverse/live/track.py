@@ -1,4 +1,4 @@
-"""The sightings of one mover, and where it may be from now on.
+"""The sightings of movers, where they may be from now on, and which of them are forgotten.
 
 A mover whose acceleration is at most a is seen at p0 and, d seconds later, at p1, each within an error e of where it
 is. So its velocity at the second sighting is within 2 e / d + a d / 2 of (p1 - p0) / d, and t seconds later it is
@@ -7,6 +7,7 @@ within e + v t + a t^2 / 2 of p1 + t (p1 - p0) / d, where v is that first bound.
 
 import math
 from bisect import insort
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,8 @@ from skyverse.model.mover_motions import WaypointMotion
 
 MAX_SIGHTINGS = 64
 """Sightings of one mover that are kept."""
+MAX_TRACKS = 1000
+"""Movers that are kept in mind at most."""
 
 
 class _Seen(NamedTuple):
@@ -66,6 +69,15 @@ class Track:
             )
         return Mover(name=seen.name, shape=seen.shape, motion=motion, doubt=doubt)
 
+    def may_be_anywhere(self, now: float, low: Floats, high: Floats) -> bool:
+        """Tell whether the mover may be anywhere in the box between two corners, (3,) metres each, at an instant."""
+        mover = self.predicted(now)
+        doubt, seen = mover.doubt, self._seen[-1].sighting
+        reaches = [(mover.at([now])[0], float(doubt.at([now])[0]))]
+        if doubt.top_speed is not None:
+            reaches.append((np.array(seen.position), doubt.radius + doubt.top_speed * (now - self.last)))
+        return all(np.linalg.norm(np.maximum(at - low, high - at)) <= reach for at, reach in reaches)
+
     def _velocity(self) -> tuple[Floats, float]:
         """Return the velocity at the last sighting, (3,) m/s, and by how much it may be off."""
         time, seen = self._seen[-1]
@@ -85,3 +97,54 @@ class Track:
             if off < least:
                 best, least = moved / lapse, off
         return best, float(least)
+
+
+class Tracks:
+    """The movers that were seen, each until it is forgotten.
+
+    A mover stays until its place was seen empty; or until it was not seen for some seconds, and may by then be anywhere
+    where UAVs can be by the horizon, so that what is known of it tells nothing. If there are too many, those that were
+    not seen for longest are forgotten.
+
+    Parameters
+    ----------
+    memory
+        Seconds for which a mover stays that was not seen again, whatever is known of it.
+    """
+
+    def __init__(self, memory: float) -> None:
+        self._memory = memory
+        self._of: dict[str, Track] = {}
+
+    def add(self, time: float, sightings: Sequence[Sighting]) -> None:
+        """Take in what was seen at an instant."""
+        for sighting in sightings:
+            self._of.setdefault(sighting.name, Track()).add(time, sighting)
+
+    def forget(self, now: float, gone: Collection[str], reached: Sequence[tuple[Floats, Floats]]) -> tuple[str, ...]:
+        """Forget movers, and return their names, apart from those whose places were seen empty.
+
+        Parameters
+        ----------
+        now
+            Seconds into the mission.
+        gone
+            The names of movers whose places were seen empty.
+        reached
+            The least and the greatest corner, (3,) metres each, of where each UAV can be by the horizon.
+        """
+        self._of = {name: track for name, track in self._of.items() if name not in gone}
+        oldest = sorted(self._of, key=lambda name: -self._of[name].last)[MAX_TRACKS:]
+        found = tuple(
+            name
+            for name, track in self._of.items()
+            if name in oldest
+            or (now - track.last > self._memory and all(track.may_be_anywhere(now, *box) for box in reached))
+        )
+        for name in found:
+            del self._of[name]
+        return found
+
+    def predicted(self, until: float) -> tuple[Mover, ...]:
+        """Return the movers, with all that they may do up to an instant."""
+        return tuple(track.predicted(until) for track in self._of.values())

@@ -16,8 +16,8 @@ NEARER = 0.01
 """Metres by which a UAV may come nearer to an obstacle, or farther out of bounds, than it is."""
 
 
-def seconds_to_safety(world: World, durations: Floats, rows: Floats) -> float:
-    """Return the seconds after which a motion is for good clear of what stands still, and slow enough in zones.
+def way_back(world: World, durations: Floats, rows: Floats) -> tuple[float, float]:
+    """Return how a motion leads to where it is clear of what stands still, and slow enough in zones.
 
     Parameters
     ----------
@@ -28,25 +28,32 @@ def seconds_to_safety(world: World, durations: Floats, rows: Floats) -> float:
 
     Returns
     -------
-    float
-        Infinite if the motion never is clear, or first leads nearer to obstacles or farther out of bounds.
+    seconds
+        After which it is so for good, infinite if it never is.
+    missing
+        Metres that it lacks where it ends: infinite if it first leads nearer to obstacles or farther out of bounds, or
+        ends no nearer to where it is clear.
     """
+    if not len(durations):
+        return math.inf, math.inf
     clear = clear_pieces(world.space, durations, rows)
-    if not len(clear) or not clear[-1]:
-        return math.inf
     knots = np.append(0.0, np.cumsum(durations))
     slow = _seconds_too_fast(world, Trajectory(knots, rows))
     if clear.all():
-        return slow
+        return slow, 0.0
     count = len(clear) - int(np.argmin(clear[::-1]))  # pieces up to the last one that is not clear
     steps = np.arange(SAMPLES + 1) / SAMPLES
     t = (knots[:count, None] + durations[:count, None] * steps).ravel()
     places = Trajectory(knots, rows).at(t).position
     inside = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
+    before = missing = 0.0
     for left, need in ((world.distance(places), world.space.clearance), (inside, 0.0)):
         if left.min() < min(left[0], need) - NEARER:
-            return math.inf
-    return max(float(knots[count]), slow)
+            return math.inf, math.inf
+        before, missing = before + max(need - left[0], 0.0), missing + max(need - left[-1], 0.0)
+    if clear[-1]:
+        return max(float(knots[count]), slow), 0.0
+    return math.inf, missing if missing < before - NEARER else math.inf
 
 
 def _seconds_too_fast(world: World, motion: Trajectory) -> float:

@@ -9,6 +9,8 @@ from skyverse.model.quantities import Model, NonNegative, Positive
 
 MAX_RATE = 1e3
 """Observations a second: no sensor makes more."""
+MIN_RATE = 0.2
+"""Observations a second: with fewer, a replanner takes its clock for one that leaps."""
 
 
 class Sensor(Model):
@@ -27,7 +29,7 @@ class Sensor(Model):
     """
 
     range: Positive | None = None
-    rate: Annotated[Positive, Field(le=MAX_RATE)] = 10.0
+    rate: Annotated[Positive, Field(ge=MIN_RATE, le=MAX_RATE)] = 10.0
     delay: NonNegative = 0.0
     error: NonNegative = 0.0
 
