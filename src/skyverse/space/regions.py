@@ -54,7 +54,7 @@ class Regions:
         """Return the regions of the nodes around each place that are joined to it, (n, 8), -1 for others."""
         shape = np.array(self._grid.shape)
         low = np.floor((points - self._grid.origin) / self._grid.step).astype(np.int64)
-        nodes = np.clip(low[:, None] + CORNERS, 0, shape - 1) @ np.array([shape[1] * shape[2], shape[2], 1])
+        nodes = np.sum(np.clip(low[:, None] + CORNERS, 0, shape - 1) * [shape[1] * shape[2], shape[2], 1], axis=2)
         found = self._label[nodes]
         asked = np.argwhere(found >= 0)
         starts = points[asked[:, 0]]
