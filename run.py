@@ -43,7 +43,7 @@ def main() -> int:
         "explore", help="run the property tests on fresh random examples, for so many minutes"
     )
     explore.add_argument("minutes", nargs="?", type=float, default=10.0, help="how long; 10 if not given")
-    commands.add_parser("lint", help="ruff, mypy and the import layers")
+    commands.add_parser("lint", help="ruff, mypy, the import layers, and the types of README and quickstart")
     commands.add_parser("docs", help="build the documentation into docs/_build/html, the examples included")
     commands.add_parser("wheel", help="build a wheel with compiled kernels for this platform into dist/")
     commands.add_parser("lock", help="renew requirements/*.txt (needs uv on the PATH)")
@@ -76,6 +76,7 @@ def main() -> int:
         run("ruff", "format", "--check", "."),
         run("mypy"),
         run("lint-imports", "--no-cache"),
+        run("python", "docs/typed_pages.py"),
     )
 
 

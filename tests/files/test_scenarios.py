@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.files import builtin
 from skyverse.files.builtin import BUILTIN_NAMES
 from worlds import scenarios
 
@@ -221,3 +222,7 @@ def test_written_json_is_json_for_others_too(tmp_path):
     data = json.loads((tmp_path / "a.json").read_text())
     assert data["uavs"][0]["start"] == [5, -4.9, 3]
     assert data["lattice"]["step"] == [0.1, 0.1, 0.5]
+
+
+def test_type_checkers_know_all_built_in_scenarios():
+    assert set(BUILTIN_NAMES) == {*builtin._BUILTIN_FLEETS, "jacksboro"}
