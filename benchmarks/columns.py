@@ -14,6 +14,7 @@ from oracle import Motion, depth, ground, norm, sampled
 from wild import MADE_BY, generous, hermite
 
 import skyverse as sky
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Obstacle, Sphere, Terrain, Voxels
 from skyverse.referee.column import columns_of
 from skyverse.referee.world import referee_world
@@ -72,15 +73,15 @@ def without_below(scenario: sky.Scenario, roof: float) -> sky.Scenario:
             kept.append(shape)
         elif isinstance(shape, Voxels):
             tops = shape.origin[2] + shape.step[2] * (np.arange(shape.occupied.shape[2]) + 1)
-            kept.append(shape.model_copy(update={"occupied": shape.occupied & (tops > roof)}))
+            kept.append(derived(shape, occupied=shape.occupied & (tops > roof)))
         elif top_of(shape) > roof:
             kept.append(shape)
     x, y, _ = scenario.bounds.min
-    bounds = scenario.bounds.model_copy(update={"min": (x, y, -np.inf)})
+    bounds = derived(scenario.bounds, min=(x, y, -np.inf))
     terrain = scenario.terrain
     if terrain is not None:
-        terrain = terrain.model_copy(update={"clearance": -np.inf})
-    return scenario.model_copy(update={"obstacles": tuple(kept), "bounds": bounds, "terrain": terrain})
+        terrain = derived(terrain, clearance=-np.inf)
+    return derived(scenario, obstacles=tuple(kept), bounds=bounds, terrain=terrain)
 
 
 def too_near_steep_ground(mission: sky.Mission, foot: np.ndarray, strayed: np.ndarray) -> float:
@@ -124,7 +125,7 @@ def rising(seed: int) -> sky.Mission:
         "targets": [{"position": tuple(feet[1])}],
     }
     plain = sky.Scenario.model_validate(given)
-    clear = [one for one in shapes if depth(plain.model_copy(update={"obstacles": (one,)}), up).max() < 0]
+    clear = [one for one in shapes if depth(derived(plain, obstacles=(one,)), up).max() < 0]
     scenario = sky.Scenario.model_validate(given | {"obstacles": clear, "terrain": terrain})
     # where the judge sees a column end is only where the flight is cut: it says nothing of what is kept in it
     columns = columns_of(referee_world(scenario, error), 0, 0)
@@ -142,8 +143,8 @@ def flyable(mission: sky.Mission) -> sky.Mission:
     """Return the mission with limits that its UAV keeps with ease."""
     (uav,), (flown,) = mission.scenario.uavs, mission.trajectories
     easy = generous(sampled(flown)[1])
-    able = easy.model_copy(update={"start": uav.start, "name": uav.name, "tracking_error": uav.tracking_error})
-    return replace(mission, scenario=mission.scenario.model_copy(update={"uavs": (able,)}))
+    able = derived(easy, start=uav.start, name=uav.name, tracking_error=uav.tracking_error)
+    return replace(mission, scenario=derived(mission.scenario, uavs=(able,)))
 
 
 def relief(rng: np.random.Generator) -> Terrain:

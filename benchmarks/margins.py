@@ -1,6 +1,7 @@
 """Margins for the missions of `certificates.py`: tracking errors, ceilings, climb limits, obstacles closed above."""
 
 from dataclasses import replace
+from math import radians, tan
 
 import numpy as np
 from columns import Kept, too_near_steep_ground
@@ -8,6 +9,7 @@ from oracle import Motion, depth, excess, ground, norm, sampled
 from wild import OFF
 
 import skyverse as sky
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Sphere, Terrain
 
 PER_INSTANT = 4
@@ -21,21 +23,21 @@ def narrowed(mission: sky.Mission, seed: int) -> sky.Mission:
     flown = np.concatenate([motion.position for motion in motions if motion is not None] or [np.zeros((1, 3))])
     if rng.random() < 0.3:
         closed = [
-            shape if isinstance(shape, Sphere) else shape.model_copy(update={"closed_above": bool(rng.random() < 0.3)})
+            shape if isinstance(shape, Sphere) else derived(shape, closed_above=bool(rng.random() < 0.3))
             for shape in scenario.obstacles
         ]
-        scenario = scenario.model_copy(update={"obstacles": tuple(closed)})
+        scenario = derived(scenario, obstacles=tuple(closed))
     if scenario.terrain is not None and rng.random() < 0.5:
         terrain = scenario.terrain
         lowest = terrain.heights - np.where(rng.random(terrain.heights.shape) < 0.3, rng.uniform(0, 5), 0.0)
-        terrain = Terrain.model_validate(terrain.model_copy(update={"lowest": lowest}).model_dump())
-        scenario = scenario.model_copy(update={"terrain": terrain})
+        terrain = Terrain.model_validate(derived(terrain, lowest=lowest).model_dump())
+        scenario = derived(scenario, terrain=terrain)
         highest = float((flown[:, 2] - ground(terrain.lowest_ground, flown[:, :2])).max()) + float(rng.choice(OFF))
-        scenario = scenario.model_copy(update={"max_height": max(highest, scenario.ground_clearance + 0.01)})
+        scenario = derived(scenario, max_height=max(highest, scenario.ground_clearance + 0.01))
     inside = np.minimum(flown - scenario.bounds.min, scenario.bounds.max - flown).min()
     gap = min(float(-depth(scenario, flown).max()), float(inside), 3.0)
     uavs = [limited(uav, motion, gap, rng) for uav, motion in zip(scenario.uavs, motions, strict=True)]
-    return replace(mission, scenario=scenario.model_copy(update={"uavs": tuple(uavs)}))
+    return replace(mission, scenario=derived(scenario, uavs=tuple(uavs)))
 
 
 def limited(uav: sky.UAV, motion: Motion | None, gap: float, rng: np.random.Generator) -> sky.UAV:
@@ -43,12 +45,14 @@ def limited(uav: sky.UAV, motion: Motion | None, gap: float, rng: np.random.Gene
     changes: dict[str, object] = {}
     if motion is not None and rng.random() < 0.5:
         fastest = np.array([motion.velocity[:, 2].max(), -motion.velocity[:, 2].min()])
-        climb, descent = np.maximum(fastest, 1e-3) * (1 + rng.choice(OFF, 2))
+        wing = uav.fixed_wing
+        least = 1e-3 if wing is None else wing.speed * tan(radians(wing.climb)) * (1 + 1e-12)  # what a UAV may have
+        climb, descent = np.maximum(fastest * (1 + rng.choice(OFF, 2)), max(least, 1e-3))
         changes |= {"max_climb": float(climb), "max_descent": float(descent)}
     if rng.random() < 0.8:
         aside, up = max(gap, 0.05) * rng.choice([0.0, 0.2, 0.5, 0.7, 1.0, 1.2], 2) * (1 + rng.choice(OFF, 2))
         changes["tracking_error"] = sky.TrackingError(horizontal=float(aside), vertical=float(up))
-    return uav.model_copy(update=changes)
+    return derived(uav, **changes)
 
 
 def reach(error: sky.TrackingError) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from oracle import sampled
 from wild import assembled, generous, hermite, judged_by
 
 import skyverse as sky
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Obstacle, Sphere, Terrain, Voxels
 
 SEAMS = (0.0, 1e-9, 5e-7, 9e-7, -1e-9, -5e-7, -1.9e-6)
@@ -51,7 +52,7 @@ def seamed(seed: int) -> sky.Mission:
     if kind == "planned":
         uavs, targets = (sky.UAV(start=begin, max_speed=5 * scale),), (sky.Target(position=end),)
         mission = sky.plan_mission(
-            scenario.model_copy(update={"uavs": uavs, "targets": targets}), sky.Taut(), rng=0, assignment="identity"
+            derived(scenario, uavs=uavs, targets=targets), sky.Taut(), rng=0, assignment="identity"
         )
         if mission.trajectories[0] is not None:
             return mission
@@ -61,10 +62,12 @@ def seamed(seed: int) -> sky.Mission:
     speed = float(np.linalg.norm(end - begin)) / seconds
     wing = sky.FixedWing(speed=speed, turn_radius=scale, climb=10.0)
     uav = generous(motion)
-    uav = uav.model_copy(update={"fixed_wing": wing}) if kind == "aeroplane" else uav
+    if kind == "aeroplane":
+        hardest = max(uav.max_acceleration, 2 * speed**2 / scale)
+        uav = derived(uav, fixed_wing=wing, max_acceleration=hardest)
     mission = assembled([flown], [uav], 10 * scale)
     ends = {"uavs": mission.scenario.uavs, "targets": mission.scenario.targets}
-    return judged_by(replace(mission, scenario=scenario.model_copy(update=ends)), {0: uav})
+    return judged_by(replace(mission, scenario=derived(scenario, **ends)), {0: uav})
 
 
 def random_wall(rng: np.random.Generator, scale: float, clearance: float, corner: np.ndarray) -> Wall:

@@ -1,13 +1,14 @@
 """Random flights for `certificates.py`: planned missions, and random ones that barely keep or barely break a limit."""
 
 from dataclasses import replace
-from math import factorial, radians, tan
+from math import cos, factorial, radians, tan
 
 import numpy as np
 from oracle import Motion, depth, nearness, peaks, sampled
 from scipy.interpolate import make_interp_spline
 
 import skyverse as sky
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Obstacle, Sphere, Terrain, Voxels
 
 OFF = (-1e-3, -1e-5, -2e-6, -1e-6, -5e-7, 0.0, 1e-9, 1e-6, 1e-3)
@@ -64,13 +65,13 @@ def wild(rng: np.random.Generator) -> sky.Mission:
     for k, motion in enumerate(motions):
         easy = generous(motion)
         uav = bordered(easy, motion, rng) if rng.random() < 0.5 else easy
-        uavs[k] = uav.model_copy(update={"separation": separation})
+        uavs[k] = derived(uav, separation=separation)
     update = {"obstacles": tuple(sky.Box(min=tuple(a), max=tuple(b)) for a, b in boxes), "clearance": clearance}
     if rng.random() < 0.2:
         highest = max(float(motion.position[:, 2].max()) for motion in motions)
         top = (1e3, 1e3, highest + float(rng.choice(OFF)))
         update["bounds"] = sky.Bounds(min=(-1e3, -1e3, -1e3), max=top)
-    scenario = mission.scenario.model_copy(update=update)
+    scenario = derived(mission.scenario, **update)
     return judged_by(replace(mission, scenario=scenario), uavs)
 
 
@@ -85,14 +86,18 @@ def mapped(mission: sky.Mission, rng: np.random.Generator) -> sky.Mission:
         count = np.ceil((high - low)[:2] / step).astype(int) + 2
         heights = low[2] + rng.choice([0.0, 0.3, 2.0]) * rng.random(count)
         terrain = Terrain(origin=low[:2], step=step, heights=heights, clearance=rng.choice([0.0, 0.2]))
-        below = float(rng.choice(OFF)) - depth(mission.scenario.model_copy(update={"terrain": terrain}), flown).max()
+        below = float(rng.choice(OFF)) - depth(derived(mission.scenario, terrain=terrain), flown).max()
         if rng.random() < 0.7 and below > 0:
-            terrain = terrain.model_copy(update={"clearance": terrain.clearance + below})
-    clear = mission.scenario.model_copy(update={"obstacles": tuple(some), "clearance": 0.0})
+            terrain = derived(terrain, clearance=terrain.clearance + below)
+    clear = derived(mission.scenario, obstacles=tuple(some), clearance=0.0)
     gap = -depth(clear, flown).max() + float(rng.choice(OFF)) if some else -1.0
     clearance = gap if gap > 0 and rng.random() < 0.7 else 0.25
     update = {"obstacles": (*mission.scenario.obstacles, *some), "clearance": clearance, "terrain": terrain}
-    return replace(mission, scenario=mission.scenario.model_copy(update=update))
+    if terrain is not None:
+        bounds, (first, last) = mission.scenario.bounds, terrain.extent
+        update["bounds"] = sky.Bounds(min=(*first, bounds.min[2]), max=(*last, bounds.max[2]))
+        update["lattice"] = sky.Lattice(step=(0.5, 0.5, 100.0))
+    return replace(mission, scenario=derived(mission.scenario, **update))
 
 
 def shape_near(rng: np.random.Generator, low: np.ndarray, high: np.ndarray) -> Obstacle:
@@ -163,8 +168,8 @@ def bordered(uav: sky.UAV, motion: Motion, rng: np.random.Generator) -> sky.UAV:
     noun = str(rng.choice([*fields, "thrust"]))
     limit = max(most[noun] * (1 + float(rng.choice(OFF))), 1e-3)
     if noun == "thrust":
-        return uav.model_copy(update={"thrust_to_weight": max(limit, 1.000001)})
-    return uav.model_copy(update={fields[noun]: min(limit, 89.9) if noun == "tilt" else limit})
+        return derived(uav, thrust_to_weight=max(limit, 1.000001))
+    return derived(uav, **{fields[noun]: min(limit, 89.9) if noun == "tilt" else limit})
 
 
 def turning(rng: np.random.Generator) -> sky.Mission:
@@ -193,7 +198,8 @@ def turning(rng: np.random.Generator) -> sky.Mission:
             speed=named, turn_radius=radius * (1 - near[0]), climb=min(max(abs(climb), 0.1) * (1 + near[1]), 80)
         )
         uav = sky.UAV(start=(0, 0, 0), max_speed=2 * fastest, max_acceleration=3 * speed**2 / radius, fixed_wing=wing)
-        uavs.append(uav.model_copy(update={"max_speed": fastest * (1 + near[2])}) if rng.random() < 0.3 else uav)
+        least = wing.speed / cos(radians(wing.climb)) * (1 + 1e-12)  # or else no aeroplane may have such limits
+        uavs.append(derived(uav, max_speed=max(fastest * (1 + near[2]), least)) if rng.random() < 0.3 else uav)
     return assembled(trajectories, uavs, 1e3)
 
 
@@ -238,7 +244,6 @@ def judged_by(mission: sky.Mission, uavs: dict[int, sky.UAV]) -> sky.Mission:
     """Return the mission for a scenario in which UAVs can do something else."""
     scenario = mission.scenario
     all_uavs = tuple(
-        uavs[k].model_copy(update={"start": uav.start, "name": uav.name}) if k in uavs else uav
-        for k, uav in enumerate(scenario.uavs)
+        derived(uavs[k], start=uav.start, name=uav.name) if k in uavs else uav for k, uav in enumerate(scenario.uavs)
     )
-    return replace(mission, scenario=scenario.model_copy(update={"uavs": all_uavs}))
+    return replace(mission, scenario=derived(scenario, uavs=all_uavs))
