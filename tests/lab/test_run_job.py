@@ -104,5 +104,5 @@ def test_check_result_judges_one_result_alone():
     assert sky.Fault.COST in {v.fault for v in sky.check_result(scenario, 0, 0, cheap)}
     unfinished = replace(result, status=sky.Status.NO_PATH)
     assert sky.Fault.STATUS in {v.fault for v in sky.check_result(scenario, 0, 0, unfinished)}
-    with pytest.raises(ValueError, match="no target 3"):
+    with pytest.raises(sky.InputError, match=r"target: .* found 3"):
         sky.check_result(scenario, 0, 3, result)

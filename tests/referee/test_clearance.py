@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from depths import depth
 from judged_clearance import LET_PASS, ROUNDING, judged, legs, of, rest_to_rest, samples, straight, verdict, world
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.referee.clearance import judge_curve
 from skyverse.referee.curve import PolynomialCurve
@@ -311,7 +312,7 @@ def test_twenty_thousand_prisms_are_judged_in_a_moment():
     corners = rng.uniform(0, 10_000, (20_000, 2))
     square = np.array([(0, 0), (20, 0), (20, 15), (0, 15)])
     prisms = tuple(Prism.model_construct(vertices=corner + square, holes=(), low=0.0, high=30.0) for corner in corners)
-    scenario = world(size=1e4).model_copy(update={"obstacles": prisms})
+    scenario = derived(world(size=1e4), obstacles=prisms)
     space = referee_world(scenario)
     points = np.column_stack([np.arange(61) * 150, np.arange(61) * 140, np.full(61, 29)])
     high = of(np.arange(61), [rest_to_rest(a, b).pieces[0] for a, b in pairwise(points)])

@@ -21,7 +21,8 @@ from skyverse.trajectory.path_to_trajectory import SLOWDOWN
 from skyverse.trajectory.proof import DEMANDS, prove
 from worlds import ROOM
 
-FREE = ROOM.model_copy(update={"obstacles": (), "bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3)})
+WIDE = {"bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3), "lattice": sky.Lattice(step=(100.0, 100.0, 100.0))}
+FREE = ROOM.model_copy(update={"obstacles": (), **WIDE})
 OPEN = sky.World(FREE)
 LOOSE_ENDS = {Fault.TRAJECTORY_ENDS, Fault.CONTINUITY}
 """Faults that the planners' proof does not examine."""

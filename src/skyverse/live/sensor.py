@@ -86,8 +86,8 @@ class HiddenObstacles:
     """
 
     def __init__(self, scenario: Scenario, obstacles: Sequence[Shape]) -> None:
-        bare = {"obstacles": (), "zones": (), "terrain": None, "movers": ()}
-        self._hidden = [(one, World(derived(scenario, **bare, obstacles=(one,)))) for one in obstacles]
+        bare = derived(scenario, zones=(), terrain=None, movers=())
+        self._hidden = [(one, World(derived(bare, obstacles=(one,)))) for one in obstacles]
 
     def seen(self, sensor: Sensor, places: Floats) -> list[Shape]:
         """Return those that come within range of places (n, 3), metres, for the first time."""

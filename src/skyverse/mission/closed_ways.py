@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN
 from skyverse.model.mission import Mission
 from skyverse.model.planned_flights import planned_flights
+from skyverse.model.quantities import derived
 from skyverse.model.result import Status
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import NO_FLY_ZONE, Terrain
@@ -95,9 +97,11 @@ def _without_one(scenario: Scenario) -> Iterator[tuple[str, Scenario, list[Remed
         yield most, scenario.model_copy(update={"max_height": None}), [Remedy("max_height", None, "that is higher")]
     low, high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
     higher = Bounds(min=tuple(low), max=(high[0], high[1], high[2] + HEADROOM))
-    opened = scenario.model_copy(update={"bounds": higher})
-    yield "the top of the bounds", opened, [Remedy("ceiling", None, "when the scenario is built, to fly higher")]
-    yield "the edge of the area", _wider(scenario), [Remedy("margin", None, "or a larger area, to fly round")]
+    with suppress(InputError):  # wider bounds may have a lattice of too many nodes
+        opened = scenario.model_copy(update={"bounds": higher})
+        yield "the top of the bounds", opened, [Remedy("ceiling", None, "when the scenario is built, to fly higher")]
+    with suppress(InputError):
+        yield "the edge of the area", _wider(scenario), [Remedy("margin", None, "or a larger area, to fly round")]
     if scenario.clearance > 0:
         kept = {"clearance": 0.0, "terrain": _with_clearance(scenario.terrain, scenario.ground_clearance)}
         opened = scenario.model_copy(update=kept)
@@ -145,7 +149,7 @@ def _crossed(scenario: Scenario, opened: Scenario, path: Floats) -> str:
         if id(one) in left:
             continue
         only = {"obstacles": (one,), "zones": (), "movers": (), "terrain": None, "max_height": None}
-        if not World(scenario.model_copy(update=only)).segments_free(path[:-1], path[1:]).all():
+        if not World(derived(scenario, **only)).segments_free(path[:-1], path[1:]).all():
             kind = one.kind or ("obstacle" if one.solid else NO_FLY_ZONE)
             names.append(f"the {kind} obstacles[{number}]" + (f" ({one.name})" if one.name else ""))
     more = len(names) - MAX_NAMED

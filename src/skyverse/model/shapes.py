@@ -4,6 +4,7 @@ A shape is an obstacle, or a zone: one with a risk or a speed limit may be flown
 may be at other times. The ground is neither.
 """
 
+from functools import lru_cache
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -13,7 +14,6 @@ from pydantic import (
     BeforeValidator,
     Discriminator,
     Field,
-    PrivateAttr,
     SerializationInfo,
     SerializerFunctionWrapHandler,
     Tag,
@@ -147,36 +147,31 @@ class Prism(Upright):
     shape: Literal["prism"] = "prism"
     vertices: Ring
     holes: tuple[Ring, ...] = ()
-    _sound: tuple[object, object] | None = PrivateAttr(None)  # the rings that have been checked
 
     @model_validator(mode="after")
     def _simple(self) -> Self:
-        if self._sound is not None and self._sound[0] is self.vertices and self._sound[1] is self.holes:
-            return self  # pydantic validates again whenever a prism becomes a part of something
-        rings = [self.vertices, *self.holes]
-        met = edges_that_meet(rings)
-        if met is not None:
-            (ring, edge), (other, another) = met
-            names = ["the outline", *(f"holes[{k}]" for k in range(len(self.holes)))]
-            if ring == other:
-                raise ValueError(
-                    f"{names[ring]} must not touch or cross itself, but its edges {edge} and {another} meet"
-                )
-            raise ValueError(
-                f"{names[ring]} and {names[other]} must not touch or cross, but edges {edge} and {another} meet"
-            )
-        for k, hole in enumerate(rings[1:]):
-            others = [other for other in rings[1:] if other is not hole]
-            if not is_inside(hole[0], rings[0]) or any(is_inside(hole[0], other) for other in others):
-                raise ValueError(f"holes[{k}] must lie inside the outline and outside of other holes")
-        self._sound = (self.vertices, self.holes)
+        wrong = _wrong_rings(tuple(map(tuple, self.vertices)), tuple(tuple(map(tuple, hole)) for hole in self.holes))
+        if wrong:
+            raise ValueError(wrong)
         return self
 
-    def __eq__(self, other: object) -> bool:  # whether its rings have been checked does not count
-        return self.__dict__ == other.__dict__ if type(self) is type(other) else NotImplemented
 
-    def __hash__(self) -> int:
-        return hash((self.vertices, self.holes, self.low, self.high))
+@lru_cache(2**16)
+def _wrong_rings(outline: tuple[Place, ...], holes: tuple[tuple[Place, ...], ...]) -> str:
+    """Return what is wrong with a prism's rings, or nothing; pydantic asks whenever a prism is a part of something."""
+    rings = [outline, *holes]
+    met = edges_that_meet(rings)
+    if met is not None:
+        (ring, edge), (other, another) = met
+        names = ["the outline", *(f"holes[{k}]" for k in range(len(holes)))]
+        if ring == other:
+            return f"{names[ring]} must not touch or cross itself, but its edges {edge} and {another} meet"
+        return f"{names[ring]} and {names[other]} must not touch or cross, but edges {edge} and {another} meet"
+    for k, hole in enumerate(holes):
+        others = [other for other in holes if other is not hole]
+        if not is_inside(hole[0], outline) or any(is_inside(hole[0], other) for other in others):
+            return f"holes[{k}] must lie inside the outline and outside of other holes"
+    return ""
 
 
 class Voxels(Shape, GridModel):
