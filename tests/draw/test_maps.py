@@ -416,3 +416,15 @@ def test_a_page_of_two_thousand_buildings_on_hills_stays_small():
     building = next(trace for trace in held["space"] if trace["name"] == "building")
     assert numbers(building["i"]).max() < len(numbers(building["x"]))
     assert len(numbers(building["i"])) < kinds_module.MAX_TRIANGLES
+
+
+def test_zones_are_named_on_the_map_and_buildings_are_not():
+    drawn = town(10)
+    zone = sky.Box(min=(0, 0, 0), max=(2, 2, 5), name="Hospital <b>", solid=False)
+    house = sky.Box(min=(0, 0, 0), max=(2, 2, 5), name="house")
+    named = dataclasses.replace(drawn, scenario=drawn.scenario.model_copy(update={"obstacles": (zone, house)}))
+    (names,) = (one for one in from_above(scene(named))["traces"] if one["meta"]["role"] == "names")
+    assert len(names["text"]) == 1
+    assert names["text"][0].startswith("Hospital")
+    assert "<b>" not in names["text"][0]
+    assert not [one for one in from_above(scene(drawn))["traces"] if one["meta"]["role"] == "names"]

@@ -29,6 +29,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
     from skyverse.mission.closed_ways import closed_ways
     from skyverse.model.digest import short
+    from skyverse.model.flight_measures import measure_flight
     from skyverse.model.flight_sentences import planners_sentence, unknown_gaps_sentence
     from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
     from skyverse.model.seconds import told_seconds
@@ -50,6 +51,10 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     seed = mission.provenance.seed
     total = told_costs(mission.costs) if mission.complete else "-"
     print(f"total cost {total}, {times}{'' if seed is None else f', seed {seed}'}")
+    if mission.scenario.terrain is not None and mission.makespan > 0:
+        measured = [measure_flight(one, mission.scenario.terrain) for one in mission.trajectories if one is not None]
+        low, high = min(one.lowest for one in measured), max(one.highest for one in measured)
+        print(f"above ground: {low:.1f} m at least, {high:.1f} m at most")
     for told in filter(None, (unit_sentence(mission), gaps_sentence(mission), unknown_gaps_sentence(mission))):
         print(told)
     _report_conflicts(mission)

@@ -20,12 +20,15 @@ from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import Track, few
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Origin
+from skyverse.model.shape_extent import extent
 
 MAX_CONTOUR_HEIGHTS = 160
 """The largest number of heights along each side from which contour lines are drawn."""
 MIN_CONTOUR_RANGE = 1.0
 """Metres: there are contour lines only where the ground's heights differ by more."""
 
+MAX_NAMES = 30
+"""Zones at most whose names are written on the map."""
 _PLACE_ON_MAP = "x %{x:.1f}, y %{y:.1f} m<extra></extra>"
 
 
@@ -39,6 +42,7 @@ def from_above(scene: Scene) -> dict[str, Any]:
         "traces": [
             *([] if relief is None else [contours(relief, scene.scenario.frame.origin)]),
             *kinds,
+            *_zone_names(scene),
             *ways_on_map(scene),
             *tubes,
             *tracks,
@@ -117,6 +121,19 @@ def kind(kind: ShapeKind, number: int) -> Trace:
     rings = [ring for shape in kind.shapes for ring in footprint(shape, kind.sides)]
     meta = {"role": "kind", "kind": number}
     return trace("scatter", "lines", plain(kind.name), _xy(closed(rings)), None, meta, fill="toself")
+
+
+def _zone_names(scene: Scene) -> list[Trace]:
+    """Return the names of airspace, each in the middle of its footprint, where there are few enough to be read."""
+    scenario = scene.scenario
+    zones = [zone for zone in (*scenario.obstacles, *scenario.zones) if zone.name and not zone.solid]
+    if not 0 < len(zones) <= MAX_NAMES:
+        return []
+    low, high = (np.array(side[:2]) for side in (scenario.bounds.min, scenario.bounds.max))
+    boxes = [np.clip(np.array(extent(zone))[:, :2], low, high) for zone in zones]
+    words, font = [plain(zone.name or "") for zone in zones], {"size": 11}
+    points, role = _xy(np.array([box.mean(axis=0) for box in boxes])), {"role": "names"}
+    return [trace("scatter", "text", "Names of zones", points, None, role, text=words, textfont=font)]
 
 
 def closed(rings: list[Floats]) -> Floats:

@@ -18,6 +18,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at, live }) => 
     }
     if (role === "way") Object.assign(trace.line, { color: colour("mover"), dash: "dot" });
     if (role === "ends") trace.marker.line.color = colour("map-rim");
+    if (role === "names") trace.textfont.color = colour("ink");
     return trace;
   };
   const visible = ({ meta: { role, kind, uav, step } }) => {
