@@ -102,7 +102,7 @@ def test_a_flight_tells_its_seed_only_where_something_is_drawn(skyverse, data):
     assert "no wind, no noise\n" in skyverse("fly", "map1.json")[1]
     assert "no wind, noise 0.001 m, seed 7\n" in skyverse("fly", "map1.json", "--noise", 0.001, "--seed", 7)[1]
     once = skyverse("fly", "map1.json", "--wind", "0.5,0,0", "--runs", 1)[1]
-    assert "; wind 0.5, 0, 0 m/s, no noise; 1 run\n" in once
+    assert "; wind 0.5, 0, 0 m/s (0.5 m/s from 270°), no noise; 1 run\n" in once
 
 
 def test_check_prints_what_is_proven_of_each_flight_and_of_the_fleet(skyverse, data, tmp_path):

@@ -253,6 +253,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         summary = {
             "safe": flight.safe,
             "verdict": flight.sentence,
+            "within_tracking_error": flight.held,
             "simulated": flight.vehicle_sentence,
             **{name: getattr(flight, name) for name in ("vehicle", "wind", "noise", "seed", "margin", "rounds")},
             **vars(flight.disturbances),
@@ -280,6 +281,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         print(sentence)
     for violation in flight.violations:
         print(f"{violation.fault.value}: {violation.message}")
+    print(flight.tube_sentence)
     print(flight.sentence)
     for path in written:
         print(path)

@@ -25,6 +25,7 @@ from skyverse.draw.plotly_values import Trace, flat, plain, trace
 from skyverse.draw.scene import MissionScene
 from skyverse.model.disturbances import told_weather
 from skyverse.model.flight_record import Flight, Flown
+from skyverse.model.simulated_vehicle import is_stand_in
 
 FLIGHT_WORDS = {
     "layers": {"paths": "As planned", "trajectories": "As flown"},
@@ -35,8 +36,8 @@ FLIGHT_WORDS = {
 }
 _COLUMNS: tuple[tuple[str, str, Callable[[Flown], str]], ...] = (
     ("Flight", "seconds flown", lambda flown: f"{flown.times[-1] - flown.times[0]:.2f} s"),
-    ("RMS error", "root mean square of the tracking error", lambda flown: f"{1000 * flown.rms:,.1f} mm"),
-    ("Largest error", "largest tracking error", lambda flown: f"{1000 * flown.largest:,.1f} mm"),
+    ("RMS error", "root mean square of the tracking error", lambda flown: f"{flown.rms:,.3f} m"),
+    ("Largest error", "largest tracking error", lambda flown: f"{flown.largest:,.3f} m"),
     ("Clearance", "smallest distance to an obstacle as given", lambda flown: metres(flown.clearance)),
     ("Above ground", "least height above the ground", lambda flown: metres(flown.above_ground)),
     ("Mean thrust", "share of the most", lambda flown: f"{flown.mean_thrust:.0%}"),
@@ -87,7 +88,7 @@ def _tiles(flight: Flight) -> str:
     heights = [f.above_ground for f in flown if f.above_ground is not None]
     low = [("Above ground", metres(min(heights)), "least height")] if heights else []
     shown = [
-        ("Largest error", f"{1000 * flight.largest:.1f} mm", f"RMS {1000 * rms:.1f} mm"),
+        ("Largest error", f"{flight.largest:,.3f} m", f"RMS {rms:,.3f} m"),
         ("Clearance", metres(nearest), "to an obstacle as given"),
         *low,
         ("Separation", NO_VALUE if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
@@ -98,7 +99,9 @@ def _tiles(flight: Flight) -> str:
 
 
 def _banner(flight: Flight, drawn: MissionScene) -> str:
-    if flight.safe:
+    if is_stand_in(flight.vehicle, flight.mission.scenario.uavs):
+        verdict = card("note", "i", "Another vehicle was flown.", f"<p>{escape(flight.sentence)}</p>")
+    elif flight.safe:
         verdict = card("good", "✓", "This flight is safe.", f"<p>{escape(flight.sentence.removeprefix('Safe: '))}</p>")
     else:
         lines = "".join(finding_line(finding) for finding in drawn.findings[:MAX_SHOWN_FINDINGS])

@@ -94,7 +94,7 @@ def fly(
     }
     if not flying:
         raise InputError(f"{scenario.name}: expected a trajectory of a multirotor to fly, found none")
-    refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying))
+    refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying), weather.wind)
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
     jobs = {uav: SimulationJob(commands(mission, uav, kind), kind, weather, seeds[uav]) for uav in flying}
     world = World(derived(scenario, terrain=None))

@@ -99,7 +99,7 @@ class Flights:
         flown = [uav for uav, told in enumerate(fleet.commands) if told is not None]
         if not flown:
             raise InputError(f"{scenario.name}: expected a trajectory of a multirotor to fly, found none")
-        refuse_weak(self.vehicle, tuple(scenario.uavs[uav] for uav in flown))
+        refuse_weak(self.vehicle, tuple(scenario.uavs[uav] for uav in flown), self.weather.wind)
         done: list[RunSummary] = []
         by_uav = {uav: (ErrorCounts(), ErrorCounts()) for uav in flown}
         with ThreadPoolExecutor(self.workers) as pool:

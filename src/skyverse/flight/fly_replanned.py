@@ -92,7 +92,7 @@ def fly_replanned(
     generator, seed = seeded(rng)
     require_simulator()
     kind = vehicle_of(simulated_vehicle(scenario.uavs) if vehicle is None else vehicle)
-    refuse_weak(kind, scenario.uavs)
+    refuse_weak(kind, scenario.uavs, weather.wind)
     fleet = ReplannedFleet(replanner, true_scenario(scenario, truth), sensor, kind, weather, margin, generator, longest)
     steps = tuple(fleet.fly(on_progress))
     real, samples = fleet.truth, fleet.samples()

@@ -1,7 +1,7 @@
 """The quadrotors that can fly a mission: those of rotorpy, and the thesis's with estimated parameters."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from skyverse.errors import InputError
+from skyverse.model.simulated_vehicle import is_stand_in
 from skyverse.model.uav import UAV
 from skyverse.trajectory.limits import GRAVITY
 
@@ -17,6 +18,9 @@ HUMMINGBIRD_PROPELLER, CRAZYFLIE_PROPELLER = 0.10, 0.0225
 """Radii of propellers, metres: rotorpy's for the Hummingbird, and an estimate of 45 mm across for the Crazyflie."""
 THESIS_PROPELLER = math.sqrt(HUMMINGBIRD_PROPELLER * CRAZYFLIE_PROPELLER)
 """The geometric mean of both radii, metres, as for the thesis's other unknown parameters."""
+
+MOST_TILT = 60.0
+"""Degrees: a vehicle without a limit of its own is not taken to hold a speed for which it leans farther."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,14 @@ class Vehicle:
         """The largest thrust of all rotors together, newtons."""
         return float(self.parameters["num_rotors"] * self.parameters["k_eta"] * self.parameters["rotor_speed_max"] ** 2)
 
+    def holds(self, airspeed: float) -> bool:
+        """Tell whether it flies level at an airspeed, m/s: its thrust holds weight and drag, within its tilt."""
+        made, weight = self.parameters, self.mass * GRAVITY
+        hover = math.sqrt(weight / (made["num_rotors"] * made["k_eta"]))
+        drag = (made["c_Dx"] * airspeed + made["num_rotors"] * hover * made["k_d"]) * airspeed
+        tilt = math.degrees(math.atan2(drag, weight))
+        return math.hypot(drag, weight) <= self.max_thrust and tilt <= (self.max_tilt or MOST_TILT)
+
     @property
     def thrust_to_weight(self) -> float:
         """The largest thrust as a multiple of the weight."""
@@ -68,9 +80,19 @@ def vehicle_of(name: str) -> Vehicle:
     return VEHICLES[name]()
 
 
-def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...]) -> None:
-    """Raise `InputError` if the vehicle cannot fly what the UAVs' limits allow."""
+def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...], wind: Sequence[float]) -> None:
+    """Raise `InputError` if the vehicle cannot fly what the UAVs' limits allow, or stands in and not even in the wind.
+
+    `wind` is the velocity of the air, m/s. A vehicle that was planned for may fail in it: that is an answer.
+    """
     for uav in uavs:
+        blows = math.hypot(*wind)
+        if is_stand_in(vehicle.name, (uav,)) and not vehicle.holds(uav.max_speed + blows):
+            raise InputError(
+                f"{vehicle.name} cannot hold {uav.max_speed:g} m/s in a wind of {blows:.3g} m/s, and stands in for "
+                f"{uav.vehicle}, of which no model is known: what it does says nothing of {uav.name}",
+                field="vehicle",
+            )
         pull = uav.max_acceleration / GRAVITY
         thrust = min(uav.thrust_to_weight, 1.0 + pull)
         if thrust > vehicle.thrust_to_weight * (1 + 1e-9):

@@ -83,6 +83,15 @@ class Disturbances:
         return ", ".join(filter(None, told))
 
 
+def _told_wind(wind: Sequence[float]) -> str:
+    """Say where a wind goes, and where it comes from as pilots tell it."""
+    east, north, up = wind
+    said = f"wind {', '.join(f'{speed:.3g}' for speed in wind)} m/s"
+    if up or not (east or north):
+        return said
+    return f"{said} ({math.hypot(east, north):.3g} m/s from {math.degrees(math.atan2(-east, -north)) % 360:.3g}°)"
+
+
 def told_weather(wind: Sequence[float], noise: float, disturbances: Disturbances, seed: int | None) -> str:
     """Say in words what disturbed a flight.
 
@@ -98,7 +107,7 @@ def told_weather(wind: Sequence[float], noise: float, disturbances: Disturbances
         The seed of what was drawn at random; ``None`` where nothing was, or where it is not known.
     """
     told = [
-        f"wind {', '.join(f'{speed:.3g}' for speed in wind)} m/s" if any(wind) else "no wind",
+        _told_wind(wind) if any(wind) else "no wind",
         f"noise {noise:g} m" if noise else "no noise",
         disturbances.sentence,
         "" if seed is None else f"seed {seed}",

@@ -2,13 +2,16 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import Real, Whole
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, told_metres
-from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
+from skyverse.model.simulated_vehicle import is_stand_in, simulated_vehicle_sentence
+from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Violation
 from skyverse.model.what_is_proven import not_judged_as_flown
 
@@ -152,6 +155,9 @@ class Flight(ArrayRecord):
     def sentence(self) -> str:
         """The verdict in one sentence, with the thresholds that it used."""
         scenario = self.mission.scenario
+        things = "1 thing" if len(self.violations) == 1 else f"{len(self.violations)} things"
+        if is_stand_in(self.vehicle, scenario.uavs):
+            return f"No verdict: {self.vehicle} is not the vehicle that was planned; with it {things} went wrong."
         if self.safe:
             ground = scenario.ground_clearance - self.margin
             kept = [f"{scenario.clearance - self.margin:.3g} m to every obstacle"] if scenario.obstacles else []
@@ -162,8 +168,27 @@ class Flight(ArrayRecord):
                 f"Safe: {left}no UAV strayed more than {self.margin:.3g} m out of bounds or off its target, nor two by "
                 f"more than that each into their separation.{not_judged_as_flown(scenario)}"
             )
-        things = "1 thing" if len(self.violations) == 1 else f"{len(self.violations)} things"
         return f"Not safe: {things} went wrong."
+
+    @property
+    def held(self) -> bool | None:
+        """Whether all UAVs stayed within their stated tracking errors; ``None`` where none is stated."""
+        uavs = self.mission.scenario.uavs
+        flown = [one for one in self.flown if one is not None and uavs[one.uav].tracking_error != TrackingError()]
+        if not flown:
+            return None
+        tubes = [(uavs[one.uav].tracking_error, one.positions - one.commanded) for one in flown]
+        return all(
+            (np.hypot(off[:, 0], off[:, 1]) <= tube.horizontal).all() and (np.abs(off[:, 2]) <= tube.vertical).all()
+            for tube, off in tubes
+        )
+
+    @property
+    def tube_sentence(self) -> str:
+        """Whether the stated tracking errors held, in one sentence."""
+        if self.held is None:
+            return "No tracking error is stated, so there is none to hold."
+        return f"The stated tracking error {'held' if self.held else 'was exceeded'}."
 
     @property
     def largest(self) -> float:

@@ -8,7 +8,7 @@ from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import as_lines, counted
-from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
+from skyverse.model.simulated_vehicle import is_stand_in, simulated_vehicle_sentence
 from skyverse.model.what_is_proven import not_judged_as_flown
 
 
@@ -144,6 +144,11 @@ class FlightRuns(ArrayRecord):
         return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
 
     @property
+    def _not_planned(self) -> str:
+        stands_in = is_stand_in(self.vehicle, self.mission.scenario.uavs)
+        return f"{self.vehicle} is not the vehicle that was planned" if stands_in else ""
+
+    @property
     def safe(self) -> bool:
         """Whether no run touched anything and no UAV was lost."""
         return not self.touches and not self.refusal
@@ -174,7 +179,10 @@ class FlightRuns(ArrayRecord):
         if self.refusal:
             return self.refusal
         if self.touches:
-            return f"Not safe: something went wrong in {len(self.touches)} of {self.runs} runs."
+            wrong = f"something went wrong in {len(self.touches)} of {self.runs} runs"
+            return f"No verdict: {self._not_planned}; with it {wrong}." if self._not_planned else f"Not safe: {wrong}."
+        if self._not_planned:
+            return f"No verdict: {self._not_planned}; with it nothing was touched in any of {self.runs} runs."
         bound = 1.0 - 0.05 ** (1.0 / self.runs)
         return (
             f"Safe: nothing was touched in any of {self.runs} runs, so that with 95 % confidence fewer than "

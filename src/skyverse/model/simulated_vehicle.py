@@ -15,6 +15,11 @@ def simulated_vehicle(uavs: Sequence[UAV]) -> str:
     return models.pop() or DEFAULT_VEHICLE if len(models) == 1 else DEFAULT_VEHICLE
 
 
+def is_stand_in(vehicle: str, uavs: Sequence[UAV]) -> bool:
+    """Tell whether a simulated vehicle flies in the place of another one, whose profile UAVs have."""
+    return any(name and _model_of(name) != vehicle for name in _planned_for(uavs))
+
+
 def simulated_vehicle_sentence(vehicle: str, uavs: Sequence[UAV]) -> str:
     """Say which vehicle is simulated, and for which other one the fleet was planned, if it was."""
     planned = _planned_for(uavs)
