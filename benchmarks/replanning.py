@@ -4,8 +4,10 @@ UAVs see movers within ``--range`` metres, ``--rate`` times a second, and fly ex
 table tells for each world and kind of movers: how many flights arrive; how many the referee proves, among the movers as
 they truly move; the flights in which one of them is touched, by whether full knowledge would have shown an escape from
 it when it was first seen; answers without a proven way out; the time of flight over its proven lower bound; and the
-milliseconds of one replan. Worlds are built-in scenarios, ``hall``, ``forest``, ``block``, a part of a downtown, and
-``field``, which aeroplanes of 15 m/s cross; ``walls`` as a kind of movers are walls that stand still and are not known.
+milliseconds of one replan. Of fleets that do not arrive it tells how many still do not a minute after all movers have
+vanished: those whose UAVs keep each other from going on. Worlds are built-in scenarios, ``hall``, ``forest``,
+``forest-swap`` and ``maze`` of an even number of UAVs of 3 m/s, ``block``, a part of a downtown, and ``field``, which
+aeroplanes of 15 m/s cross; ``walls`` as a kind of movers are walls that stand still and are not known.
 """
 
 import argparse
@@ -117,6 +119,8 @@ def world(name: str, seed: int, uavs: int, speed: float | None) -> sky.Scenario:
         scenario = hall(uavs)
     elif name == "forest":
         scenario = forest(seed, uavs)
+    elif name in ("forest-swap", "maze"):
+        scenario = (sky.random_maze if name == "maze" else sky.forest_swap)(uavs, seed=seed)
     elif name == "block":
         scenario = block(seed, uavs)
     elif name == "field":
@@ -161,6 +165,7 @@ class Flown:
     """What came of one flight."""
 
     arrived: bool
+    deadlocked: bool
     proven: bool
     touched: str
     over_bound: float
@@ -189,13 +194,27 @@ def fly(name: str, kind: str, seed: int, given: argparse.Namespace) -> Flown:
     touched = ""
     if wrong:
         touched = contacts(replanner, truth, sensor)
-    if given.verbose and (wrong or not arrived):
-        said = "; ".join(one.sentence for one in wrong)
-        print(f"{name} {kind} seed {seed}: arrived {arrived}, touched {touched}; {said}", flush=True)
     bound = lower_bound(truth.model_copy(update={"movers": ()}), mission.assignment)
     ends = [replanner.arrival(uav) or np.inf for uav in range(len(scenario.uavs))]
     told = [(1e3 * one.seconds, one.proven, one.sentence) for one in answers]
-    return Flown(arrived, not wrong, touched, max(ends) / bound, told)
+    deadlocked = not arrived and is_deadlocked(replanner, given.rate)
+    if given.verbose and (wrong or not arrived):
+        said = "; ".join(one.sentence for one in wrong)
+        print(
+            f"{name} {kind} seed {seed}: arrived {arrived}, deadlocked {deadlocked}, touched {touched}; {said}",
+            flush=True,
+        )
+    return Flown(arrived, deadlocked, not wrong, touched, max(ends) / bound, told)
+
+
+def is_deadlocked(replanner: sky.Replanner, rate: float) -> bool:
+    """Tell whether UAVs that have not arrived still do not in a minute in which no mover is seen."""
+    uavs = range(len(replanner.mission.scenario.uavs))
+    for _ in range(int(60.0 * rate)):
+        replanner.observe(replanner.now + 1.0 / rate)
+        if all((replanner.arrival(uav) or np.inf) <= replanner.now for uav in uavs):
+            return False
+    return True
 
 
 def row(name: str, kind: str, given: argparse.Namespace, flights: Iterator[Flown]) -> list[str]:
@@ -209,6 +228,7 @@ def row(name: str, kind: str, given: argparse.Namespace, flights: Iterator[Flown
         name,
         kind,
         f"{sum(one.arrived for one in all_flown)} of {len(all_flown)}",
+        f"{sum(one.deadlocked for one in all_flown)}",
         f"{sum(one.proven for one in all_flown)}",
         f"{touched[0]}, {touched[1]}",
         f"{sum(not answer[1] for answer in answers)} of {len(answers)}",
@@ -226,7 +246,7 @@ def main() -> None:
     parser.add_argument("--movers", type=int, default=10, help="movers, or walls, in each; 10 by default")
     parser.add_argument("--speed", type=float, default=0.5, help="their mean speed, m/s; 0.5 by default")
     parser.add_argument("--radius", type=float, help="their radius, m; a hundredth of the world's side by default")
-    parser.add_argument("--uavs", type=int, default=1, help="UAVs in the hall, forest, block or field; 1 by default")
+    parser.add_argument("--uavs", type=int, default=1, help="UAVs in built worlds; 1 by default")
     parser.add_argument("--uav-speed", type=float, help="their top speed, m/s; the scenario's by default")
     parser.add_argument("--seeds", type=int, default=51_000, metavar="FROM", help="the first seed; 51000 by default")
     parser.add_argument("--rate", type=float, default=10.0, help="observations a second; 10 by default")
@@ -243,7 +263,7 @@ def main() -> None:
                 many = [[one] * given.count for one in (name, kind, given)]
                 run = pool.map if given.jobs > 1 else map
                 rows.append(row(name, kind, given, run(fly, many[0], many[1], seeds, many[2])))
-    head = ["world", "movers", "arrived", "proven", "touched: with, without an escape", "without way out"]
+    head = ["world", "movers", "arrived", "deadlocked", "proven", "touched: with, without an escape", "without way out"]
     table([*head, "time over bound: median, worst", "ms: median", "99 %", "worst"], rows)
     print(f"{time.perf_counter() - began:.0f} s")
 

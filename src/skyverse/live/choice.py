@@ -40,6 +40,8 @@ class Choice(NamedTuple):
         The mover that it comes too near to first, -1 if none, and when, infinite if never, up to the horizon.
     tried
         How many motions were made.
+    held_up
+        Whether another UAV is in the way of the motion that would arrive first.
     """
 
     kept: bool
@@ -47,3 +49,4 @@ class Choice(NamedTuple):
     mover: int
     contact: float
     tried: int
+    held_up: bool = False

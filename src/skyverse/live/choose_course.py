@@ -227,15 +227,19 @@ class _Search:
             self.widen(found, mover, contact)
         return False
 
+    def held_up(self) -> bool:
+        """Tell whether another UAV is in the way of the motion that would arrive first."""
+        return bool(self.met) and self.met[0][1] >= self.around.uavs
+
     def chosen(self, found: _Candidate, tried: int) -> tuple[Course, Choice]:
         """Return the choice of a candidate that is proven."""
-        return self.applied(found), Choice(not len(found.durations), True, -1, math.inf, tried)
+        return self.applied(found), Choice(not len(found.durations), True, -1, math.inf, tried, self.held_up())
 
     def unproven(self, found: _Candidate, mover: int, contact: float, tried: int) -> tuple[Course, Choice]:
         """Return the choice of a candidate that is not proven, and meets a mover, if any, at an instant."""
         instant = self.barred(found)
         mover, contact = (mover, contact) if contact <= instant else (-1, instant)
-        return self.applied(found), Choice(not len(found.durations), False, mover, contact, tried)
+        return self.applied(found), Choice(not len(found.durations), False, mover, contact, tried, self.held_up())
 
     def way_back(self, found: _Candidate) -> tuple[float, float]:
         """Return after how many seconds a candidate is clear of what stands still, and what it lacks at its end."""

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import ClassVar, Self
 
 import numpy as np
@@ -12,17 +13,22 @@ from skyverse.live.choose_course import choose_course
 from skyverse.live.course import Course
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
 from skyverse.live.pilot import LOST, Pilot
-from skyverse.live.planned_motion import Planned, planned_motion
+from skyverse.live.planned_motion import Planned, followed, planned_motion
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
-from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PIECE
 from skyverse.problem import Airspace
 from skyverse.space.world import World
 from skyverse.trajectory.limits import Limits, limits_of
 from skyverse.trajectory.rest_to_rest import rest_to_rest
+
+NEARER = 0.1
+"""Metres by which a UAV comes nearer to its target if it comes nearer at all."""
+STUCK = 3.0
+"""Seconds for which it comes no nearer because of other UAVs until they are led apart."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +41,18 @@ class Multirotor(Pilot):
         What it flies.
     guidance, own
         The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
+    nearest, since
+        How near to its target it has been, metres along its way, and the instant since which it has come no nearer.
+    held_up
+        Whether another UAV is in its way.
     """
 
     course: Course
     guidance: Way
     own: Planned | None
+    nearest: float = math.inf
+    since: float = 0.0
+    held_up: bool = False
     turns: ClassVar[str] = "can stop"
 
     @classmethod
@@ -115,4 +128,32 @@ class Multirotor(Pilot):
         """Return the pilot with the course that is chosen."""
         now = self.course.since(span.now)
         course, choice = choose_course(now, self.guidance, self.own, around, span, most_tried, deadline)
-        return replace(self, course=course), choice
+        return replace(self, course=course)._watched(span, choice.held_up), choice
+
+    def _watched(self, span: Span, held_up: bool) -> Self:
+        """Return the pilot that knows since when the UAV has come no nearer to its target, unless that is planned."""
+        points = self.guidance.after(min(self.course.next_mark(span.now), len(self.guidance.points) - 1)).points
+        ends = [self.course.state(span.now)[0], *points]
+        left = sum(math.dist(a, b) for a, b in pairwise(ends))
+        if left < self.nearest - NEARER or self.course.leaves >= span.join:
+            return replace(self, nearest=left, since=span.now, held_up=held_up)
+        return replace(self, held_up=held_up)
+
+    def is_stuck(self, now: float) -> bool:
+        """Tell whether another UAV has kept it from coming nearer to its target for long."""
+        return self.held_up and now - self.since >= STUCK
+
+    def following(self, airspace: Airspace, mission: Mission, number: int, begin: float) -> Self:
+        """Return the pilot that goes on by UAV `number`'s flight of a mission, which begins at an instant.
+
+        That is no earlier than when its motion ends, at the start of that flight.
+        """
+        flight = mission.trajectories[number]
+        if flight is None or flight.end - flight.start <= MIN_PIECE:
+            return self
+        way = mission_guidance(airspace, mission, number)
+        course, planned = self.course.guided_by(way), planned_motion(flight.retimed(begin + flight.start), way)
+        assert planned is not None
+        whole = course.joined(begin, *followed(flight, 0.0, flight.end), course.way, course.passed).motion
+        own, course = planned._replace(motion=whole), replace(course, leaves=begin)
+        return replace(self, planned=begin, course=course, guidance=way, own=own, nearest=math.inf, held_up=False)

@@ -12,6 +12,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.choice import Choice, Span
+from skyverse.live.lead_apart import lead_apart
 from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
 from skyverse.live.pilot import Pilot
@@ -154,7 +155,8 @@ class Replanner:
         gone
             Names of movers whose places were seen empty; nothing more is expected of them.
         deadline_ms
-            Milliseconds after which no further motions are tried; the answers then depend on the clock.
+            Milliseconds after which no further motions are tried; the answers then depend on the clock. Multirotors
+            that keep each other from going on are not led apart then, since that takes as long as planning a mission.
 
         Returns
         -------
@@ -187,6 +189,8 @@ class Replanner:
         forgotten = self._tracks.forget(now, gone, reached)
         self._entered, self._assignment = known.entered, assignment
         self._find_ways(scenario, new=known.scenario is not before)
+        if deadline_ms is None:
+            self._pilots = lead_apart(self._pilots, self.scenario, self.now, self.now + self.lead)
         answers = self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
         return tuple(replace(answer, forgotten=forgotten) for answer in answers)
 
