@@ -72,3 +72,9 @@ def test_targets_without_uavs_are_warned_of(skyverse, tmp_path):
     code, out, _ = skyverse(*words, "--uav", "46.801,9.801,60 m agl")
     assert code == 0
     assert "WARNING" not in out
+
+
+def test_a_verb_of_a_verb_is_told_where_only_its_end_is_given(skyverse):
+    said = "skyverse: expected a verb, found 'build'; did you mean 'scenario build'?\n"
+    assert skyverse("build", "-o", "x.yaml") == (2, "", said)
+    assert "Did you mean" in skyverse("plna", "map1")[2]

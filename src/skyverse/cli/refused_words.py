@@ -3,7 +3,7 @@
 import inspect
 import re
 
-from cyclopts import CycloptsError, MissingArgumentError, UnusedCliTokensError
+from cyclopts import CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
 
 
 def refusal(error: CycloptsError) -> str:
@@ -12,6 +12,11 @@ def refusal(error: CycloptsError) -> str:
         return _too_many_words(error)
     if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:
         return _missing_word(error)
+    if isinstance(error, UnknownCommandError) and error.app is not None and error.unused_tokens:
+        word, verbs = error.unused_tokens[0], [name for name in error.app if not name.startswith("-")]
+        under = [f"{verb} {word}" for verb in verbs if word in list(error.app[verb]) and not word.startswith("-")]
+        if under:
+            return f"expected a verb, found {word!r}; did you mean {under[0]!r}?"
     return " ".join(str(error).split())
 
 
