@@ -1,5 +1,6 @@
 """Obstacles that are reported anew, a little differently each time, as one that holds all that was reported."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -47,7 +48,7 @@ def around(known: Shape, seen: Shape) -> Shape | None:
     if isinstance(known, Box):
         return derived(known, min=tuple(low[:3].tolist()), max=tuple(high[3:].tolist()))
     size = 2 if isinstance(known, Cylinder) else 3
-    off = float(np.linalg.norm(after[:size] - before[:size]))
+    off = math.dist(after[:size], before[:size])
     more = {"radius": max(float(before[size]), float(after[size]) + off)}
     if isinstance(known, Cylinder):
         more |= {"low": float(low[3]), "high": float(high[4])}

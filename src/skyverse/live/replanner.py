@@ -323,7 +323,7 @@ class Replanner:
 
 def _out_of_bounds(place: Floats, scenario: Scenario) -> float:
     """Return how far a place (3,) is out of bounds, metres; 0 within."""
-    return float(np.linalg.norm(place - np.clip(place, scenario.bounds.min, scenario.bounds.max)))
+    return math.dist(place, np.clip(place, scenario.bounds.min, scenario.bounds.max))
 
 
 def _require_seconds(name: str, value: object, least: float, most: float = MAX_INSTANT) -> None:

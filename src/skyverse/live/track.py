@@ -76,7 +76,7 @@ class Track:
         reaches = [(mover.at([now])[0], float(doubt.at([now])[0]))]
         if doubt.top_speed is not None:
             reaches.append((np.array(seen.position), doubt.radius + doubt.top_speed * (now - self.last)))
-        return all(np.linalg.norm(np.maximum(at - low, high - at)) <= reach for at, reach in reaches)
+        return all(math.hypot(*np.maximum(at - low, high - at)) <= reach for at, reach in reaches)
 
     def _velocity(self) -> tuple[Floats, float]:
         """Return the velocity at the last sighting, (3,) m/s, and by how much it may be off."""
