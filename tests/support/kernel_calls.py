@@ -5,7 +5,7 @@ import importlib
 import inspect
 import pkgutil
 import warnings
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 import numpy as np
 
@@ -34,13 +34,24 @@ def name_of(kernel):
 class Recorder:
     """Keeps copies of the arguments of each kernel's first calls, and of later ones that take the place of some.
 
-    The n-th call is kept where n is a power of two, so that calls early and late in a search are among those kept.
+    The n-th call is kept where n is a power of two, so that calls early and late in a search are among those kept. Of
+    the calls that Python makes in a workload, too, only these run as plain Python, so that kernels see what they do.
     """
 
     def __init__(self):
         self.calls = defaultdict(list)
         self._seen = defaultdict(int)
+        self._made = Counter()
         self._rng = np.random.default_rng(0)
+
+    def begin(self):
+        """Begin to count the calls that a workload makes."""
+        self._made.clear()
+
+    def chosen(self, kernel):
+        """Return whether this call, made by Python, is to run as plain Python."""
+        self._made[kernel] += 1
+        return _is_power_of_two(self._made[kernel])
 
     def report(self, kernel, arguments):
         """Take note of a call that is about to be made."""
@@ -49,8 +60,12 @@ class Recorder:
         seen, kept = self._seen[name], self.calls[name]
         if len(kept) < CALLS_PER_KERNEL:
             kept.append(_copied(kernel, arguments))
-        elif seen & (seen - 1) == 0:
+        elif _is_power_of_two(seen):
             kept[int(self._rng.integers(CALLS_PER_KERNEL))] = _copied(kernel, arguments)
+
+
+def _is_power_of_two(count):
+    return count & (count - 1) == 0
 
 
 def _copied(kernel, arguments):
@@ -61,10 +76,11 @@ def _copied(kernel, arguments):
 
 
 def record(workloads):
-    """Return the calls that are made while the workloads run in plain Python: lists of arguments by kernel's name."""
+    """Return calls that are made while workloads run, partly in plain Python: lists of arguments by kernel's name."""
     recorder = Recorder()
-    with in_plain_python(recorder.report), warnings.catch_warnings():
+    with in_plain_python(recorder.report, recorder.chosen), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for work in workloads:
+            recorder.begin()
             work()
     return recorder.calls

@@ -137,7 +137,7 @@ def searches_for_other_ways_round():
         uavs=(sky.UAV(start=(1, 6.1, 2.6)),),
         targets=(sky.Target(position=(9, 5.2, 2.4)),),
     )
-    sky.Taut().plan(sky.Problem(scenario))
+    sky.Taut(proof=40).plan(sky.Problem(scenario))
 
 
 def searches_for_the_whole_objective():
@@ -199,6 +199,7 @@ def waits_on_the_way():
 
 def flights_among_movers():
     swap = sky.circle_swap(2, radius=4.0)
+    coarse = sky.Lattice(step=(1, 1, 2), connectivity=26)
     shapes = (
         sky.Sphere(centre=(0, 0, 0), radius=0.4),
         sky.Cylinder(centre=(0.1, 0), radius=0.3, low=-1, high=1),
@@ -219,8 +220,8 @@ def flights_among_movers():
         sky.Prism(vertices=[(-1, -1), (1, -1), (0, 1)], low=8, high=12, active=[[0, 3]]),
         sky.Box(min=(-3, -3, 8), max=(-2, 3, 12), max_speed=1.0, active=[[2, None]]),
     ]
-    given = sky.Scenario(**{**dict(swap), "movers": movers, "zones": zones})
-    sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity")
+    given = sky.Scenario(**{**dict(swap), "movers": movers, "zones": zones, "lattice": coarse})
+    sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity", shape="stop-and-go")
     instants = np.linspace(0, 12, 40)
     shapes = moving_shapes(timed_shapes(given), sky.TrackingError())
     mover_gaps(shapes, instants, np.zeros((40, 3)))

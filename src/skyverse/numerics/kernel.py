@@ -73,27 +73,38 @@ def _compiled(function: Callable[P, R], *, is_inner: bool = False, counts_refere
 
 
 @contextmanager
-def in_plain_python(report: Callable[[Any, tuple[Any, ...]], None] | None = None) -> Iterator[None]:
-    """Run each kernel that Python calls, and all that it calls, as plain Python; `report` kernels and arguments.
+def in_plain_python(
+    report: Callable[[Any, tuple[Any, ...]], None] | None = None, chosen: Callable[[Any], bool] | None = None
+) -> Iterator[None]:
+    """Run each kernel that Python calls, or those of them that are `chosen`, and all that it calls, as plain Python.
 
-    Each kernel is reported before it runs, so that arrays can be copied before they are written to.
+    `report` is told each kernel and its arguments before it runs, so that arrays can be copied before they are written
+    to. What is not chosen runs compiled, and what it calls is not reported.
     """
-
-    def call(kernel: Any, *arguments: Any) -> Any:
-        if report is not None:
-            report(kernel, arguments)
-        return kernel.py_func(*arguments)
-
     from skyverse.numerics.compiling.numba_internals import Inner, Kernel
 
-    before = Inner.__call__
+    inside = False
+
+    def call(kernel: Any, *arguments: Any) -> Any:
+        nonlocal inside
+        if not inside and chosen is not None and not chosen(kernel):
+            return super(Kernel, kernel).__call__(*arguments)
+        if report is not None:
+            report(kernel, arguments)
+        before, inside = inside, True
+        try:
+            return kernel.py_func(*arguments)
+        finally:
+            inside = before
+
+    plain = Inner.__call__
     for caller in (Kernel, Inner):
         type.__setattr__(caller, "__call__", call)
     try:
         yield
     finally:
         type.__delattr__(Kernel, "__call__")
-        type.__setattr__(Inner, "__call__", before)
+        type.__setattr__(Inner, "__call__", plain)
 
 
 def writable(numbers: ArrayLike) -> NDArray[np.float64]:

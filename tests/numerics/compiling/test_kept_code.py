@@ -97,3 +97,12 @@ def test_kernels_run_as_plain_python_and_are_reported():
     assert [kernel for kernel, _ in calls] == [put_box, rank_wheel]
     assert "__call__" not in vars(type(rank_wheel))
     np.testing.assert_array_equal(boxes, [[0, 0, 0, 1, 1, 1]])
+
+
+def test_what_is_not_chosen_runs_compiled_and_is_not_reported():
+    calls = []
+    with in_plain_python(lambda kernel, _: calls.append(kernel), lambda kernel: kernel is not rank_wheel):
+        put_box(np.zeros((1, 6)), 0, np.zeros(3), np.ones(3))
+        drawn = rank_wheel(3, np.random.default_rng(1))
+    assert calls == [put_box]
+    assert drawn == rank_wheel.py_func(3, np.random.default_rng(1))
