@@ -91,6 +91,24 @@ def test_paths_that_cross_are_refused_where_they_are_to_be_apart_in_space(tmp_pa
     assert sky.check(around.scenario, around) == []
 
 
+def test_waypoints_less_apart_than_the_plan_name_the_option_that_keeps_them_so(tmp_path):
+    starts, targets = [(-50, 0, 30), (0, -50, 30)], [(50, 0, 30), (0, 50, 30)]
+
+    def named(mission, **how):
+        said = []
+        sky.export(mission, tmp_path / "m.plan", on_note=said.append, **how)
+        return [note for note in said if "ONLY apart if they start at the same time" in note]
+
+    timed, around = fleet(starts, targets, [0.0, 0.0]), fleet(starts, targets, [0.0, 0.0], apart_in_space=True)
+    (told,) = named(around)
+    assert [remedy.field for remedy in told.give] == ["apart_in_space"]
+    (told,) = named(timed)
+    assert "apart_in_space" not in told
+    assert named(around, apart_in_space=True) == []
+    with pytest.raises(sky.InputError, match=r"too close.* give apart_in_space=True .* or allow_close=True"):
+        sky.export(random_fleet(0, apart_in_space=True), tmp_path / "m.plan")
+
+
 @pytest.mark.usefixtures("unjudged")
 def test_waylines_of_more_than_99_waypoints_are_split_and_each_begins_where_the_last_ended(tmp_path):
     import zipfile

@@ -223,3 +223,11 @@ def test_what_is_made_of_maps_is_not_moved_and_who_is_left_out_is_told(tmp_path)
     real = dataclasses.replace(mission, scenario=mapped)
     with pytest.raises(sky.InputError, match=r"made of maps and lies at latitude 46\.8, longitude 9\.8, 1500 m above"):
         sky.export(real, tmp_path / "m.kml", origin=Origin(latitude=9.8, longitude=46.8, altitude=0))
+
+
+def test_a_kmz_says_that_aircraft_of_dji_take_another(tmp_path):
+    mission = handmade.random_mission(0)
+    for suffix, told in ((".kml", []), (".kmz", ["m.kmz"])):
+        notes = []
+        sky.export(mission, tmp_path / f"m{suffix}", on_note=notes.append)
+        assert [note.split()[0] for note in notes if ".wpml.kmz" in note] == told

@@ -30,6 +30,7 @@ from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
 from skyverse.exports.speed_limits import return_warnings, speed_notes, with_limited_speeds
 from skyverse.exports.waypoint_notes import (
+    AS_PLANNED,
     MAX_TOLD,
     OTHER_ENDS,
     lowered_takeoffs,
@@ -133,9 +134,9 @@ def export_waypoints(
         notes += grouped([(name, f"at its end it returns and lands at {place}.") for name, place in ends], len(plans))
     warnings = list(return_warnings(scenario, plans))
     if len(plans) > 1:
-        _require_apart(scenario, apart, plans, options, path)
-        notes += apart.sentences(scenario)
         planned = not apart_by_timing_only(mission)
+        _require_apart(scenario, apart, plans, options, path, planned=planned)
+        notes += apart.sentences(scenario)
         warnings += [*start_together(scenario, apart, asked=options.apart_in_space, planned=planned)]
         if options.end == "rtl" and not apart.only(Apart.SPACE):
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
@@ -236,9 +237,15 @@ def _require_rises(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
 
 
 def _require_apart(
-    scenario: Scenario, apart: FleetApart, plans: Sequence[FlightPlan], options: WaypointOptions, path: Path
+    scenario: Scenario,
+    apart: FleetApart,
+    plans: Sequence[FlightPlan],
+    options: WaypointOptions,
+    path: Path,
+    *,
+    planned: bool,
 ) -> None:
-    """Raise `InputError` where UAVs come too close, or their paths are not apart in space and should be."""
+    """Raise `InputError` where UAVs come too close, or are not apart in space and must be; `planned` if the plan is."""
     if options.apart_in_space and not apart.only(Apart.SPACE):
         left = [text for text in apart.sentences(scenario) if text != apart.sentence(scenario, Apart.SPACE)]
         said = f"{path}: not all paths are apart in space: {left[0]}"
@@ -248,7 +255,7 @@ def _require_apart(
         said = apart.certificate(scenario).sentence
         raise InputError(
             f"{path}: as autopilots fly the waypoints, UAVs come too close: {said}",
-            give=[Remedy("allow_close", True, "to write them all the same")],
+            give=[*([AS_PLANNED] if planned else []), Remedy("allow_close", True, "to write them all the same")],
         )
 
 

@@ -18,6 +18,8 @@ from skyverse.numerics.tolerances import SAME_PLACE
 
 MAX_TOLD = 6
 """UAVs that one sentence names; of more it says only how many."""
+AS_PLANNED = Remedy("apart_in_space", True, "to export them apart in space as planned")
+"""What helps UAVs that are apart in space as planned, but not on the waypoints."""
 OTHER_ENDS = (
     Remedy("end", "land", "to land below the last waypoints"),
     Remedy("end", "loiter", "to stay there"),
@@ -82,8 +84,7 @@ def start_together(scenario: Scenario, apart: FleetApart, *, asked: bool, planne
     timed = [pair for pair, kind in apart.pairs.items() if kind in (Apart.TIMING, Apart.SCHEDULE)]
     if timed:
         said = f"{Caution.ONLY} apart if they start at the same time: {named_pairs(scenario, timed)}"
-        give = Remedy("apart_in_space", True, "to export them apart in space, as they are planned")
-        yield Sentence(said, give=[give]) if planned and not asked else f"{said}."
+        yield Sentence(said, give=[AS_PLANNED]) if planned and not asked else f"{said}."
 
 
 def schedule_note(plans: Sequence[FlightPlan]) -> str:
