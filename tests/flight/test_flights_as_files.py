@@ -111,7 +111,7 @@ def test_the_page_tells_the_verdict_and_shows_planned_and_flown(flight, tmp_path
     roles = [trace["meta"]["role"] for trace in data["space"]]
     assert roles.count("path") == roles.count("trajectory") == 2
     worst = max(y for trace in data["search"] for y in trace["y"])
-    assert worst == pytest.approx(1000 * flight.largest, rel=0.1)
+    assert worst == pytest.approx(flight.largest, rel=0.1)
     with pytest.raises(sky.InputError, match="an animation is written as"):
         sky.write_animation(flight, tmp_path / "page.avi")
 

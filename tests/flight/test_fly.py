@@ -238,7 +238,7 @@ SHORT = mission(straight((0, 0, 2), (0.1, 0, 2), 0.3))
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"vehicle": "zeppelin"}, "vehicle: expected one of thesis, crazyflie, hummingbird, found 'zeppelin'"),
+        ({"vehicle": "zeppelin"}, "vehicle: expected one of thesis, camera, crazyflie, hummingbird, found 'zeppelin'"),
         ({"wind": (1,)}, "wind: expected"),
         ({"wind": "gale"}, "wind: expected"),
         ({"wind": (1, math.nan, 0)}, "wind: expected"),

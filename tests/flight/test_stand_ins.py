@@ -1,37 +1,55 @@
 """A vehicle that stands in for another one gives no verdict on it, and is refused where it cannot hold its speed."""
 
+import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse import cli
 from skyverse.flight.vehicle import vehicle_of
-from skyverse.model.flight_record import Flight
+from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.verdict import Fault, Violation
 
+LOST = Violation(Fault.TRAJECTORY_ENDS, (0,), "uav-1 is lost")
 
-def mission(vehicle):
+
+def mission(vehicle, **limits):
     scenario = sky.Scenario(
         name="field",
         bounds={"min": (0, 0, 0), "max": (60, 20, 20)},
         clearance=1.0,
         lattice={"step": (2, 2, 2)},
         objective={"unit": "metres"},
-        uavs=[{"start": (5, 10, 8), "vehicle": vehicle}],
-        targets=[{"position": (30, 10, 8)}],
+        uavs=[{"start": (30, 10, 8), "vehicle": vehicle, **limits}],
+        targets=[{"position": (5, 10, 8)}],
     )
     return sky.plan_mission(scenario, sky.Taut())
 
 
 @pytest.fixture(scope="module")
-def camera():
-    return mission("camera")
+def heavy():
+    return mission("heavy")
+
+
+@pytest.fixture(scope="module")
+def slow():
+    return mission("heavy", max_speed=4.0)
 
 
 @pytest.mark.parametrize("fly", [sky.fly, lambda one, **how: sky.fly_many(one, runs=1, **how)])
-def test_a_stand_in_that_cannot_hold_the_speed_in_the_wind_is_refused(camera, fly):
-    with pytest.raises(sky.InputError, match=r"thesis cannot hold 15 m/s in a wind of 8 m/s, and stands in for camera"):
-        fly(camera, wind=(8.0, 0.0, 0.0))
+def test_a_stand_in_that_cannot_hold_the_speed_in_the_wind_is_refused(heavy, fly):
+    with pytest.raises(sky.InputError, match=r"thesis cannot hold 18 m/s in a wind of 8 m/s, and stands in for heavy"):
+        fly(heavy, wind=(8.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("fly", [sky.fly_until_safe, sky.fly_many_until_safe])
+def test_no_mission_is_made_easier_for_a_stand_in(slow, fly):
+    with pytest.raises(sky.InputError, match="expected the vehicle that the mission was planned for, found thesis"):
+        fly(slow)
+    with pytest.raises(sky.InputError, match="found camera in its place"):
+        fly(slow, vehicle="camera")
 
 
 def test_a_vehicle_holds_less_airspeed_the_lower_its_tilt_and_thrust():
@@ -41,8 +59,67 @@ def test_a_vehicle_holds_less_airspeed_the_lower_its_tilt_and_thrust():
     assert replace(thesis, max_tilt=None).holds(23.0)
 
 
-@pytest.mark.parametrize("wrong", [(), (Violation(Fault.TRAJECTORY_ENDS, (0,), "uav-1 is lost"),)])
-def test_what_a_stand_in_does_is_no_verdict_on_the_mission(camera, wrong):
-    flight = Flight(camera, "thesis", (0.0, 0.0, 0.0), 0.0, 0, 0.5, (None,), (), wrong)
+@pytest.mark.parametrize("wrong", [(), (LOST,)])
+def test_what_a_stand_in_does_is_no_verdict_on_the_mission(heavy, wrong):
+    flight = Flight(heavy, "thesis", (0.0, 0.0, 0.0), 0.0, 0, 0.5, (None,), (), wrong)
     assert flight.sentence.startswith("No verdict: thesis is not the vehicle that was planned")
     assert "afe" not in flight.sentence
+    assert not flight.safe
+
+
+@pytest.mark.parametrize("words", [(), ("--runs", "2"), ("--replan",)])
+@pytest.mark.parametrize("margin", [0.5, 0.0])
+def test_the_program_says_of_a_stand_in_neither_safe_nor_unsafe(slow, tmp_path, capsys, words, margin):
+    pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
+    path = tmp_path / "slow.json"
+    sky.write(slow, path)
+    strict = () if "--runs" in words else ("--margin", str(margin))  # with a margin of 0 something goes wrong
+    told = {}
+    for form in ((), ("--json",)):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(["fly", str(path), "--wind", "1,0,0", *words, *strict, *form])
+        assert ended.value.code == 3
+        told[form] = capsys.readouterr().out
+    found = json.loads(told["--json",])
+    assert found["safe"] is None
+    assert found["verdict"].startswith("No verdict")
+    lines = [
+        line for line in told[()].splitlines() if any(one["message"] in line for one in found.get("violations", ()))
+    ]
+    assert all(line.startswith("thesis alone: ") for line in lines)
+    assert bool(lines) == bool(found.get("violations"))
+
+
+def test_the_camera_drone_flies_as_fast_as_its_class_and_no_faster():
+    camera = vehicle_of("camera")
+    assert camera.holds(20.9)
+    assert not camera.holds(21.1)
+    assert sky.VEHICLE_PROFILES["camera"].limits["thrust_to_weight"] < camera.thrust_to_weight
+
+
+@pytest.mark.parametrize(
+    ("wind", "safe"), [((0.0, 0.0, 0.0), True), ((3.0, 4.0, 0.0), True), ((25.0, 0.0, 0.0), False)]
+)
+def test_a_mission_for_camera_drones_gets_a_verdict(wind, safe):
+    flown = sky.fly_many(mission("camera"), runs=2, wind=wind, rng=1)
+    assert not flown.stands_in
+    assert flown.safe == safe
+    assert flown.sentence.startswith("Safe" if safe else "Not safe")
+    if not any(wind):
+        assert flown.held == (True, True)
+
+
+@pytest.mark.parametrize(
+    ("off", "held"), [((1.5, 0.0, 0.0), True), ((1.2, 1.2, 0.0), False), ((0.0, 0.0, -3.1), False)]
+)
+def test_one_flight_says_whether_the_stated_tracking_error_held(off, held):
+    planned = mission("camera")
+    assert planned.scenario.uavs[0].tracking_error == sky.TrackingError(horizontal=1.6, vertical=3.0)
+    meant = np.array([[30.0, 10.0, 8.0], [29.0, 10.0, 8.0]])
+    where = meant + np.array([(0.0, 0.0, 0.0), off])
+    one = Flown(0, np.array([0.0, 0.01]), where, np.zeros((2, 3)), meant, 0.1, 1.0, 9.0, 0.0, 0.0, 0.5, 0.5, 9.0, 1.0)
+    flight = Flight(planned, "camera", (0.0, 0.0, 0.0), 0.0, 0, 0.5, (one,), (), ())
+    assert flight.held is held
+    assert ("held" if held else "exceeded") in flight.tube_sentence
+    exact = replace(flight, mission=mission("camera", tracking_error={"horizontal": 0.0, "vertical": 0.0}))
+    assert exact.held is None

@@ -17,7 +17,8 @@ def fleet(*vehicles):
         (["indoor", "indoor"], "crazyflie"),
         (["thesis"], "thesis"),
         (["indoor", "mapping"], "crazyflie"),  # the aeroplane is not simulated
-        (["camera"], "thesis"),
+        (["camera"], "camera"),
+        (["camera", "heavy"], "thesis"),
         (["", ""], "thesis"),
         (["indoor", "thesis"], "thesis"),
         (["indoor", ""], "thesis"),
@@ -41,8 +42,8 @@ def test_the_vehicle_of_the_mission_is_simulated_where_it_has_a_model(vehicles, 
         (
             "thesis",
             ["camera", "heavy"],
-            "Simulated: thesis, in place of every multirotor; the mission was planned for camera, heavy (camera, "
-            "heavy: limits are known, but no mass, inertia and rotors to simulate).",
+            "Simulated: thesis, in place of every multirotor; the mission was planned for camera, heavy (heavy: limits "
+            "are known, but no mass, inertia and rotors to simulate).",
         ),
         (
             "hummingbird",

@@ -7,6 +7,8 @@ A script may rely on 0: all that it asked for is proven.
 """
 BAD_INPUT = 2
 """What the user gave cannot be used."""
+NO_VERDICT = 3
+"""A mission was flown by another vehicle than the planned one, which says nothing of it."""
 INTERRUPTED = 130
 """The user pressed Ctrl-C."""
 OUTPUT_CLOSED = 141

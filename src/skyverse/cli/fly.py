@@ -1,25 +1,28 @@
 """The verb ``fly``: a mission in a simulator."""
 
 import sys
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from skyverse.cli.exit_codes import FOUND_WRONG
+from skyverse.cli.exit_codes import FOUND_WRONG, NO_VERDICT
 from skyverse.cli.fly_replanned import refuse_mixed, report_replanned, sensor_of, truth_of
 from skyverse.cli.fly_runs import report_runs
 from skyverse.cli.judgement import tell_not_proven
 from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, GivenMission, GivenScenario, Output, Whole
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import share_of, wind_of
-from skyverse.cli.report import json_text, table, violation_data
+from skyverse.cli.report import json_text, print_flight_violations, table, violation_data
 from skyverse.cli.watch import count_bar
 from skyverse.errors import InputError
+from skyverse.model.short_lines import told_metres
 
 if TYPE_CHECKING:
     from skyverse.model.flight_record import Flight
+    from skyverse.model.flight_runs import FlightRuns
     from skyverse.model.replanned_flight import ReplannedFlight
 
 ANIMATIONS = (".html", ".mp4", ".gif")
@@ -30,7 +33,7 @@ def fly(
     /,
     *,
     scenario: GivenScenario | None = None,
-    vehicle: Literal["thesis", "crazyflie", "hummingbird"] | None = None,
+    vehicle: Literal["thesis", "camera", "crazyflie", "hummingbird"] | None = None,
     wind: Annotated[str, SIGNED] = "0,0,0",
     wind_speed: float | None = None,
     wind_from: float | None = None,
@@ -71,7 +74,8 @@ def fly(
     `skyverse fly out/map3.json --wind-speed 8 --wind-from 270 --gusts --mismatch 20% --runs 1000 --until-safe`,
     `skyverse fly out/map1.json --replan --movers 10 --sensor-range 4 --animation out/map1.html`
 
-    Exit code: 0 when the flight is safe, 1 when not, 2 for bad input.
+    Exit code: 0 when the flight is safe, 1 when not, 2 for bad input, 3 when another vehicle flew than the planned one,
+    which says nothing of the mission.
 
     Parameters
     ----------
@@ -82,7 +86,7 @@ def fly(
         refused.
     vehicle
         The quadrotor that flies in place of every multirotor of the mission; when left out, the vehicle that the
-        mission was planned for where that can be simulated (thesis, indoor), and otherwise thesis.
+        mission was planned for where that can be simulated (thesis, indoor, camera), and otherwise thesis.
     wind
         The wind's velocity towards east, north and up, m/s; or its speed and the direction that it blows to, degrees
         from east towards north.
@@ -195,7 +199,7 @@ def fly(
             replanned = sky.fly_replanned(replanner, there, sensor, **options, on_progress=on_progress)
         _write(replanned, output, animation, figures, written)
         report_replanned(replanned, written, as_json)
-        return 0 if replanned.safe else FOUND_WRONG
+        return _code(replanned.flight)
     options["workers"] = cores() if jobs is None else jobs
     if rounds is not None:
         options["rounds"] = rounds
@@ -206,13 +210,17 @@ def fly(
         if output is not None:
             sky.write(flown.mission, output)
         report_runs(flown, [output] if output else [], as_json)
-        return 0 if flown.safe else FOUND_WRONG
+        return _code(flown)
     options["margin"] = margin
     with count_bar("flying", "UAVs") as on_progress:
         flight = (sky.fly_until_safe if until_safe else sky.fly)(given, **options, on_progress=on_progress)
     _write(flight, output, animation, figures, written)
     _report(flight, written, as_json)
-    return 0 if flight.safe else FOUND_WRONG
+    return _code(flight)
+
+
+def _code(flown: "Flight | FlightRuns") -> int:
+    return NO_VERDICT if flown.stands_in else 0 if flown.safe else FOUND_WRONG
 
 
 def _write(
@@ -251,7 +259,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     pairs = [asdict(passing) | {"uavs": [names[i] for i in passing.uavs]} for passing in flight.passings]
     if as_json:
         summary = {
-            "safe": flight.safe,
+            "safe": None if flight.stands_in else flight.safe,
             "verdict": flight.sentence,
             "within_tracking_error": flight.held,
             "simulated": flight.vehicle_sentence,
@@ -266,9 +274,13 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         print(json_text(summary), end="")
         return
     print(flight.vehicle_sentence)
-    forms = {"uav": "{}", "seconds": "{:.1f}"} | {title: form for title, (_, form) in _MEASURES.items()}
+    forms: dict[str, Callable[[Any], str]] = {
+        "uav": str,
+        "seconds": "{:.1f}".format,
+        **{title: form for title, (_, form) in _MEASURES.items()},
+    }
     known = {title: form for title, form in forms.items() if any(row[title] is not None for row in rows)}
-    cells = [["-" if row[title] is None else form.format(row[title]) for title, form in known.items()] for row in rows]
+    cells = [["-" if row[title] is None else form(row[title]) for title, form in known.items()] for row in rows]
     table(list(known), cells)
     if pairs:
         closest = min(pairs, key=lambda pair: pair["nearness"])
@@ -279,22 +291,21 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     print(told_weather(flight.wind, flight.noise, flight.disturbances, flight.seed))
     for sentence in flight.rounds:
         print(sentence)
-    for violation in flight.violations:
-        print(f"{violation.fault.value}: {violation.message}")
+    print_flight_violations(flight)
     print(flight.tube_sentence)
     print(flight.sentence)
     for path in written:
         print(path)
 
 
-_MEASURES = {
-    "rms error": ("rms", "{:.3f} m"),
-    "largest error": ("largest", "{:.3f} m"),
-    "clearance": ("clearance", "{:.3f} m"),
-    "above ground": ("above_ground", "{:.2f} m"),
-    "mean thrust": ("mean_thrust", "{:.0%}"),
-    "peak thrust": ("peak_thrust", "{:.0%}"),
-    "peak tilt": ("peak_tilt", "{:.0f}°"),
-    "energy": ("energy", "{:.0f} J"),
+_MEASURES: dict[str, tuple[str, Callable[[Any], str]]] = {
+    "rms error": ("rms", "{:.3f} m".format),
+    "largest error": ("largest", "{:.3f} m".format),
+    "clearance": ("clearance", told_metres),
+    "above ground": ("above_ground", told_metres),
+    "mean thrust": ("mean_thrust", "{:.0%}".format),
+    "peak thrust": ("peak_thrust", "{:.0%}".format),
+    "peak tilt": ("peak_tilt", "{:.0f}°".format),
+    "energy": ("energy", "{:.0f} J".format),
 }
 """What is told of each UAV, by title: the field of `Flown`, and how its values are written."""

@@ -1,9 +1,10 @@
 """What the verb ``fly`` does with a mission that is replanned in flight: the truth, the sensor, and what is printed."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skyverse.cli.report import json_text, violation_data
+from skyverse.cli.report import json_text, print_flight_violations, table, violation_data
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,14 +79,14 @@ def sensor_of(given: dict[str, Any]) -> "Sensor":
 
 def report_replanned(flight: "ReplannedFlight", written: list[Path], as_json: bool) -> None:
     """Print how often each UAV was replanned, what is proven, how near it came to movers, and the verdict."""
-    from skyverse.cli.report import table
     from skyverse.model.disturbances import told_weather
+    from skyverse.model.short_lines import told_metres
 
     rows = [_row(flight, uav) for uav in range(len(flight.truth.uavs))]
     if as_json:
         flown = flight.flight
         summary = {
-            "safe": flight.safe,
+            "safe": None if flown.stands_in else flight.safe,
             "verdict": flight.sentence,
             "proven": flight.certificate is not None and flight.certificate.verdict.value == "proven",
             "commanded": flight.proof_sentence,
@@ -103,25 +104,22 @@ def report_replanned(flight: "ReplannedFlight", written: list[Path], as_json: bo
         return
     print(flight.flight.vehicle_sentence)
     print(flight.sensor.sentence)
-    forms = {
-        "arrival": "{:.2f} s",
-        "replanned": "{}",
-        "without way out": "{}",
-        "largest error": "{:.3f} m",
-        "to obstacles": "{:.3f} m",
-        "to movers": "{:.3f} m",
+    forms: dict[str, Callable[[Any], str]] = {
+        "arrival": "{:.2f} s".format,
+        "replanned": str,
+        "without way out": str,
+        "largest error": "{:.3f} m".format,
+        "to obstacles": told_metres,
+        "to movers": told_metres,
     }
     known = {title: form for title, form in forms.items() if any(row[title] is not None for row in rows)}
-    cells = [
-        [row["uav"], *("-" if row[t] is None else form.format(row[t]) for t, form in known.items())] for row in rows
-    ]
+    cells = [[row["uav"], *("-" if row[t] is None else form(row[t]) for t, form in known.items())] for row in rows]
     table(["uav", *known], cells)
     flown = flight.flight
     print(told_weather(flown.wind, flown.noise, flown.disturbances, flown.seed))
     print(flight.replans_sentence)
     print(flight.proof_sentence)
-    for violation in flight.violations:
-        print(f"{violation.fault.value}: {violation.message}")
+    print_flight_violations(flown)
     print(flight.sentence)
     for path in written:
         print(path)

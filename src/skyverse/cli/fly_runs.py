@@ -44,10 +44,11 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
     print(f"{size}; {weather}; {counted(flown.runs, 'run')}")
     for sentence in flown.rounds:
         print(sentence)
+    whose = f"{flown.vehicle} alone: " if flown.stands_in else ""
     for touch in flown.touches[:MOST_TOUCHES]:
-        print(touch.sentence)
+        print(f"{whose}{touch.sentence}")
     if len(flown.touches) > MOST_TOUCHES:
-        print(f"and {len(flown.touches) - MOST_TOUCHES} more runs")
+        print(f"and {counted(len(flown.touches) - MOST_TOUCHES, 'more run')}")
     print(flown.sentence)
     for path in written:
         print(path)
@@ -68,7 +69,7 @@ def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written
 
     held = flown.held
     return {
-        "safe": flown.safe,
+        "safe": None if flown.stands_in else flown.safe,
         "verdict": flown.sentence,
         "simulated": flown.vehicle_sentence,
         "runs": flown.runs,

@@ -11,6 +11,7 @@ from skyverse.cli.option_names import for_command_line, option_of
 
 if TYPE_CHECKING:
     from skyverse.mission.closed_ways import ClosedWay
+    from skyverse.model.flight_record import Flight
     from skyverse.model.mission import Mission
     from skyverse.model.verdict import Certificate, Violation
 
@@ -23,6 +24,13 @@ def json_text(data: Any) -> str:
 def violation_data(violation: "Violation") -> dict[str, Any]:
     """Return a violation as plain data."""
     return asdict(violation) | {"fault": violation.fault.value}
+
+
+def print_flight_violations(flight: "Flight") -> None:
+    """Print what went wrong in a flight, one line each, and whose it is where another vehicle was planned."""
+    whose = f"{flight.vehicle} alone: " if flight.stands_in else ""
+    for violation in flight.violations:
+        print(f"{whose}{violation.fault.value}: {violation.message}")
 
 
 def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from skyverse.model.scenario import Scenario
     from skyverse.stop import Progress, Stop
 
+SIGN_OF_LIFE_S = 10.0
+"""Seconds between two lines that say in a pipe how far a long flight is."""
+
 
 @cache
 def console() -> "Console":
@@ -132,9 +135,17 @@ def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | N
 
 @contextmanager
 def count_bar(beginning: str, things: str) -> Iterator[Callable[[int, int], None] | None]:
-    """Yield what draws how many of all things are done; ``None`` where no person watches."""
+    """Yield what draws how many of all things are done; where no person watches, it prints that now and then."""
     if not sys.stderr.isatty():
-        yield None
+        told = time.monotonic()
+
+        def tell(done: int, total: int) -> None:
+            nonlocal told
+            if time.monotonic() - told > SIGN_OF_LIFE_S:
+                told = time.monotonic()
+                print(f"skyverse: {beginning}, {done} of {total} {things}", file=sys.stderr, flush=True)
+
+        yield tell
         return
     from rich.progress import Progress as Bar
 

@@ -12,11 +12,11 @@ from skyverse.draw.margin_traces import told
 from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import (
     MAX_SHOWN_FINDINGS,
+    MINUS,
     NO_VALUE,
     card,
     facts_list,
     finding_line,
-    number,
     table,
     tiles,
     uav_row,
@@ -25,13 +25,13 @@ from skyverse.draw.plotly_values import Trace, flat, plain, trace
 from skyverse.draw.scene import MissionScene
 from skyverse.model.disturbances import told_weather
 from skyverse.model.flight_record import Flight, Flown
-from skyverse.model.simulated_vehicle import is_stand_in
+from skyverse.model.short_lines import told_metres
 
 FLIGHT_WORDS = {
     "layers": {"paths": "As planned", "trajectories": "As flown"},
     "seconds": "seconds into the mission",
     "iterations": "seconds into the mission",
-    "value": "tracking error (mm)",
+    "value": "tracking error (m)",
     "log": False,
 }
 _COLUMNS: tuple[tuple[str, str, Callable[[Flown], str]], ...] = (
@@ -99,7 +99,7 @@ def _tiles(flight: Flight) -> str:
 
 
 def _banner(flight: Flight, drawn: MissionScene) -> str:
-    if is_stand_in(flight.vehicle, flight.mission.scenario.uavs):
+    if flight.stands_in:
         verdict = card("note", "i", "Another vehicle was flown.", f"<p>{escape(flight.sentence)}</p>")
     elif flight.safe:
         verdict = card("good", "✓", "This flight is safe.", f"<p>{escape(flight.sentence.removeprefix('Safe: '))}</p>")
@@ -132,7 +132,7 @@ def _table(flight: Flight, drawn: MissionScene) -> str:
 
 def metres(value: float | None) -> str:
     """Return a distance as it stands on pages; a dash for ``None`` and infinity."""
-    return NO_VALUE if value is None or value == math.inf else f"{number(value, 3)} m"
+    return NO_VALUE if value is None or value == math.inf else told_metres(value).replace("-", MINUS)
 
 
 def tracking_errors(flight: Flight, drawn: MissionScene) -> list[Trace]:
@@ -141,8 +141,8 @@ def tracking_errors(flight: Flight, drawn: MissionScene) -> list[Trace]:
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
         if flown is not None:
             times: Any = flat(flown.times[::SAMPLE_STRIDE])
-            errors = 1000 * np.linalg.norm(flown.positions - flown.commanded, axis=1)[::SAMPLE_STRIDE]
-            hover = "%{fullData.name}<br>%{y:.1f} mm at %{x:.2f} s<extra></extra>"
+            errors = np.linalg.norm(flown.positions - flown.commanded, axis=1)[::SAMPLE_STRIDE]
+            hover = "%{fullData.name}<br>%{y:.3f} m at %{x:.2f} s<extra></extra>"
             points, meta = {"x": times, "y": flat(errors)}, {"role": "error", "iterations": times}
             line = {"color": track.colour, "width": 1.5}
             traces.append(trace("scatter", "lines", plain(track.name), points, hover, meta, line=line))

@@ -86,7 +86,9 @@ def _tiles(flight: ReplannedFlight) -> str:
 
 def _banner(drawn: ReplannedScene) -> str:
     flight = drawn.flight
-    if flight.safe:
+    if flight.flight.stands_in:
+        verdict = card("note", "i", "Another vehicle was flown.", f"<p>{escape(flight.sentence)}</p>")
+    elif flight.safe:
         said = flight.sentence.removeprefix("Safe as flown: ")
         verdict = card("good", "✓", "Safe as flown.", f"<p>{escape(said[:1].upper() + said[1:])}</p>")
     else:

@@ -52,8 +52,9 @@ def fly(
     mission
         The mission to fly; its scenario's limits say what the vehicle must be able to do.
     vehicle
-        ``"thesis"``, ``"crazyflie"`` or ``"hummingbird"``, which flies in place of every multirotor. By default it is
-        the vehicle that the mission was planned for where that is one of them, and otherwise the thesis's.
+        ``"thesis"``, ``"camera"``, ``"crazyflie"`` or ``"hummingbird"``, which flies in place of every multirotor. By
+        default it is the vehicle that the mission was planned for where that is one of them, and otherwise the
+        thesis's.
     wind
         The velocity of the air, (3,) m/s towards east, north and up; or its speed, m/s, and the direction in which it
         moves, degrees counter-clockwise from east.

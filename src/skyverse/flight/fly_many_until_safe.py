@@ -7,6 +7,7 @@ from dataclasses import replace
 from skyverse.errors import InputError
 from skyverse.flight.easier_mission import farther, slowed
 from skyverse.flight.fly_many import Flights, OnRuns
+from skyverse.flight.vehicle import refuse_stand_in
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_runs import FlightRuns
 from skyverse.model.mission import Mission
@@ -63,11 +64,12 @@ def fly_many_until_safe(
     Raises
     ------
     InputError
-        As for `fly_many`, or if `rounds` is not a whole number from 1 on.
+        As for `fly_many`, if `rounds` is not a whole number from 1 on, or if the vehicle is not the planned one.
     """
     if isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1:
         raise InputError(f"rounds is a whole number from 1 on, not {rounds!r}")
     vehicle = vehicle or simulated_vehicle(mission.scenario.uavs)
+    refuse_stand_in(vehicle, mission.scenario.uavs)
     flights = Flights(runs, vehicle, wind, noise, disturbances, rng, workers)
     winged = any(uav.fixed_wing is not None for uav in mission.scenario.uavs)
     said: list[str] = []

@@ -8,9 +8,11 @@ from skyverse.errors import InputError
 from skyverse.flight.easier_mission import farther, slowed
 from skyverse.flight.fly import OnFlown, fly
 from skyverse.flight.judge import planned_close
+from skyverse.flight.vehicle import refuse_stand_in
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
+from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.model.verdict import Fault
 from skyverse.planners.base import Seed, seeded
 from skyverse.trajectory import Shape
@@ -61,10 +63,11 @@ def fly_until_safe(
     Raises
     ------
     InputError
-        As for `fly`, or if `rounds` is not a whole number from 1 on.
+        As for `fly`, if `rounds` is not a whole number from 1 on, or if the vehicle is not the planned one.
     """
     if isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1:
         raise InputError(f"rounds is a whole number from 1 on, not {rounds!r}")
+    refuse_stand_in(vehicle or simulated_vehicle(mission.scenario.uavs), mission.scenario.uavs)
     seed = rng if isinstance(rng, int) else int(seeded(rng)[0].integers(2**62))
     said: list[str] = []
     slowness, more, before = 1.0, 0.0, float("inf")

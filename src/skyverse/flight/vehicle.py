@@ -1,4 +1,4 @@
-"""The quadrotors that can fly a mission: those of rotorpy, and the thesis's with estimated parameters."""
+"""The quadrotors that can fly a mission: rotorpy's, and with estimated parameters the thesis's and a camera drone."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -80,6 +80,16 @@ def vehicle_of(name: str) -> Vehicle:
     return VEHICLES[name]()
 
 
+def refuse_stand_in(vehicle: str, uavs: tuple[UAV, ...]) -> None:
+    """Raise `InputError` if a mission would be made easier for a vehicle that is not the planned one."""
+    if is_stand_in(vehicle, uavs):
+        raise InputError(
+            f"expected the vehicle that the mission was planned for, found {vehicle} in its place: for no flight of "
+            "that one is the mission slowed down or planned anew",
+            field="vehicle",
+        )
+
+
 def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...], wind: Sequence[float]) -> None:
     """Raise `InputError` if the vehicle cannot fly what the UAVs' limits allow, or stands in and not even in the wind.
 
@@ -127,46 +137,90 @@ def _thesis() -> Vehicle:
     have. Where the Crazyflie's is 0, it is a quarter of the Hummingbird's, as areas scale. The rotors' yaw moment per
     thrust is a length and scales with the arm; the controller's gains are the Hummingbird's.
     """
-    mass = 0.176
     k_eta = math.sqrt(2.3e-8 * 5.57e-6)
-    hover = math.sqrt(mass * GRAVITY / (4 * k_eta))
-    corner = THESIS_ARM * math.sqrt(0.5)
-    parameters = {
+    parameters = _parameters(
+        mass=0.176,
+        inertia=(2.5e-4, 2.32e-4, 3.738e-4, 2.55e-6),
+        arm=THESIS_ARM,
+        thrust_to_weight=2.5,
+        k_eta=k_eta,
+        k_m=k_eta * (1.36e-7 / 5.57e-6) * THESIS_ARM / HUMMINGBIRD_ARM,
+        c_Dx=0.5e-2 / 4,
+        k_d=math.sqrt(10.2506e-7 * 1.19e-4),
+        k_z=math.sqrt(7.553e-7 * 2.32e-4),
+        k_h=3.39e-3 / 4,
+        tau_m=math.sqrt(0.072 * 0.005),
+    )
+    return Vehicle("thesis", parameters, THESIS_ARM + THESIS_PROPELLER, max_tilt=40.0)
+
+
+def _camera() -> Vehicle:
+    """Return a camera multirotor of 1 kg: an AscTec Pelican that is as fast as the class of the Mavic 3 Enterprise.
+
+    Mass, inertia, arm, propellers, motors and drag of the rotors are those of the Pelican in RotorS (Furrer, Burri,
+    Achtelik, Siegwart, "RotorS - A Modular Gazebo MAV Simulator Framework", 2016), whose motors speed up in 12.5 ms and
+    slow down in 25 ms; the lag is the geometric mean. RotorS has no drag of the body: it is what allows 21 m/s at a
+    tilt of 35 degrees, the most that the manufacturer of the Mavic 3 Enterprise specifies. Inflow is in the
+    Hummingbird's proportion to the drag of the rotors. There is no translational lift, which RotorS has not either. The
+    controller's gains are the Hummingbird's.
+    """
+    mass, arm, k_eta, k_d, tilt, speed = 1.0, 0.21, 9.9865e-6, 8.06428e-5, 35.0, 21.0
+    rotors = 4 * k_d * math.sqrt(mass * GRAVITY / (4 * k_eta))
+    parameters = _parameters(
+        mass=mass,
+        inertia=(0.01, 0.01, 0.02, 0.0),
+        arm=arm,
+        thrust_to_weight=4 * k_eta * 838.0**2 / (mass * GRAVITY),
+        k_eta=k_eta,
+        k_m=0.016 * k_eta,
+        c_Dx=(mass * GRAVITY * math.tan(math.radians(tilt)) / speed - rotors) / speed,
+        k_d=k_d,
+        k_z=k_d * 2.32 / 1.19,
+        k_h=0.0,
+        tau_m=math.sqrt(0.0125 * 0.025),
+    )
+    return Vehicle("camera", parameters, arm + 0.128, max_tilt=tilt)
+
+
+def _parameters(
+    mass: float,
+    inertia: tuple[float, float, float, float],
+    arm: float,
+    thrust_to_weight: float,
+    **measured: float,
+) -> dict[str, Any]:
+    """Return rotorpy's parameters of four rotors on the diagonals; `inertia` holds Ixx, Iyy, Izz and Ixz.
+
+    The body has twice the drag upright, and the least thrust is a twentieth of the weight.
+    """
+    hover, corner = math.sqrt(mass * GRAVITY / (4 * measured["k_eta"])), arm * math.sqrt(0.5)
+    return {
         "mass": mass,
-        "Ixx": 2.5e-4,
-        "Iyy": 2.32e-4,
-        "Izz": 3.738e-4,
+        **dict(zip(("Ixx", "Iyy", "Izz", "Ixz"), inertia, strict=True)),
         "Ixy": 0.0,
         "Iyz": 0.0,
-        "Ixz": 2.55e-6,
         "num_rotors": 4,
         "rotor_pos": {
             f"r{k}": corner * np.array([x, y, 0.0]) for k, (x, y) in enumerate([(1, 1), (1, -1), (-1, -1), (-1, 1)], 1)
         },
         "rotor_directions": np.array([1, -1, 1, -1]),
         "rI": np.zeros(3),
-        "c_Dx": 0.5e-2 / 4,
-        "c_Dy": 0.5e-2 / 4,
-        "c_Dz": 1e-2 / 4,
-        "k_eta": k_eta,
-        "k_m": k_eta * (1.36e-7 / 5.57e-6) * THESIS_ARM / HUMMINGBIRD_ARM,
-        "k_d": math.sqrt(10.2506e-7 * 1.19e-4),
-        "k_z": math.sqrt(7.553e-7 * 2.32e-4),
-        "k_h": 3.39e-3 / 4,
+        **measured,
+        "c_Dy": measured["c_Dx"],
+        "c_Dz": 2 * measured["c_Dx"],
         "k_flap": 0.0,
-        "tau_m": math.sqrt(0.072 * 0.005),
         "rotor_speed_min": hover * math.sqrt(0.05),
-        "rotor_speed_max": hover * math.sqrt(2.5),
+        "rotor_speed_max": hover * math.sqrt(thrust_to_weight),
         "motor_noise_std": 0.0,
         "kp_att": 544.0,
         "kd_att": 46.64,
     }
-    return Vehicle("thesis", parameters, THESIS_ARM + THESIS_PROPELLER, max_tilt=40.0)
 
 
 VEHICLES: dict[str, Callable[[], Vehicle]] = {
     "thesis": _thesis,
+    "camera": _camera,
     "crazyflie": lambda: _of_rotorpy("crazyflie", CRAZYFLIE_ARM + CRAZYFLIE_PROPELLER),
     "hummingbird": lambda: _of_rotorpy("hummingbird", HUMMINGBIRD_ARM + HUMMINGBIRD_PROPELLER),
 }
-"""The function that makes each vehicle; all but the thesis's need rotorpy."""
+"""The function that makes each vehicle; the Crazyflie and the Hummingbird need rotorpy."""

@@ -9,7 +9,7 @@ from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import Real, Whole
 from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import as_lines, told_metres
+from skyverse.model.short_lines import as_lines, counted, told_metres
 from skyverse.model.simulated_vehicle import is_stand_in, simulated_vehicle_sentence
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Violation
@@ -148,16 +148,21 @@ class Flight(ArrayRecord):
 
     @property
     def safe(self) -> bool:
-        """Whether nothing went wrong in the flight."""
-        return not self.violations
+        """Whether nothing went wrong in the flight, with the vehicle that was planned."""
+        return not self.violations and not self.stands_in
+
+    @property
+    def stands_in(self) -> bool:
+        """Whether another vehicle was simulated than the planned one, so that the flight is no verdict."""
+        return is_stand_in(self.vehicle, self.mission.scenario.uavs)
 
     @property
     def sentence(self) -> str:
         """The verdict in one sentence, with the thresholds that it used."""
         scenario = self.mission.scenario
-        things = "1 thing" if len(self.violations) == 1 else f"{len(self.violations)} things"
-        if is_stand_in(self.vehicle, scenario.uavs):
-            return f"No verdict: {self.vehicle} is not the vehicle that was planned; with it {things} went wrong."
+        wrong = f"{counted(len(self.violations), 'thing') if self.violations else 'nothing'} went wrong"
+        if self.stands_in:
+            return f"No verdict: {self.vehicle} is not the vehicle that was planned; with it {wrong}."
         if self.safe:
             ground = scenario.ground_clearance - self.margin
             kept = [f"{scenario.clearance - self.margin:.3g} m to every obstacle"] if scenario.obstacles else []
@@ -168,7 +173,7 @@ class Flight(ArrayRecord):
                 f"Safe: {left}no UAV strayed more than {self.margin:.3g} m out of bounds or off its target, nor two by "
                 f"more than that each into their separation.{not_judged_as_flown(scenario)}"
             )
-        return f"Not safe: {things} went wrong."
+        return f"Not safe: {wrong}."
 
     @property
     def held(self) -> bool | None:

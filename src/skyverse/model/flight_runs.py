@@ -144,14 +144,14 @@ class FlightRuns(ArrayRecord):
         return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
 
     @property
-    def _not_planned(self) -> str:
-        stands_in = is_stand_in(self.vehicle, self.mission.scenario.uavs)
-        return f"{self.vehicle} is not the vehicle that was planned" if stands_in else ""
+    def stands_in(self) -> bool:
+        """Whether another vehicle was simulated than the planned one, so that the runs are no verdict."""
+        return is_stand_in(self.vehicle, self.mission.scenario.uavs)
 
     @property
     def safe(self) -> bool:
-        """Whether no run touched anything and no UAV was lost."""
-        return not self.touches and not self.refusal
+        """Whether no run touched anything and no UAV was lost, with the vehicle that was planned."""
+        return not self.touches and not self.refusal and not self.stands_in
 
     @property
     def held(self) -> tuple[bool, ...] | None:
@@ -178,11 +178,11 @@ class FlightRuns(ArrayRecord):
         """The verdict in one sentence."""
         if self.refusal:
             return self.refusal
+        wrong = f"something went wrong in {len(self.touches)} of {counted(self.runs, 'run')}"
+        if self.stands_in:
+            return f"No verdict: {self.vehicle} is not the vehicle that was planned; with it {wrong}."
         if self.touches:
-            wrong = f"something went wrong in {len(self.touches)} of {self.runs} runs"
-            return f"No verdict: {self._not_planned}; with it {wrong}." if self._not_planned else f"Not safe: {wrong}."
-        if self._not_planned:
-            return f"No verdict: {self._not_planned}; with it nothing was touched in any of {self.runs} runs."
+            return f"Not safe: {wrong}."
         bound = 1.0 - 0.05 ** (1.0 / self.runs)
         return (
             f"Safe: nothing was touched in any of {self.runs} runs, so that with 95 % confidence fewer than "

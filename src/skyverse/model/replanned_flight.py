@@ -175,8 +175,8 @@ class ReplannedFlight(ArrayRecord):
 
     @property
     def safe(self) -> bool:
-        """Whether nothing went wrong in the flight."""
-        return not self.violations
+        """Whether nothing went wrong in the flight, with the vehicle that was planned."""
+        return self.flight.safe
 
     @property
     def certificate(self) -> Certificate | None:

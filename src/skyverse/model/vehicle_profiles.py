@@ -82,6 +82,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             "camera multirotor (of the class of the DJI Mavic 3 Enterprise, 0.9 kg)",
             f"speeds and tilt: the manufacturer's specifications, normal mode; power: the same, 77 Wh in 38 minutes of "
             f"hovering; {_PX4}; {_GNSS}",
+            simulated_as="camera",
             max_speed=15.0,
             max_acceleration=3.0,
             max_jerk=4.0,
