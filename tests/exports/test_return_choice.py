@@ -9,6 +9,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.exports.return_choice import MAX_RALLY_POINTS
+from skyverse.model.caution import stands_out
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
@@ -78,6 +79,16 @@ def test_where_there_is_none_it_is_said_why_and_for_which_autopilot_there_may_be
     said = str(caught.value)
     assert "the air above the ceiling of 50 m above ground" in said
     assert "export for PX4, which counts its return altitude from where it lands" in said
+
+
+@pytest.mark.parametrize(("suffix", "rise"), [("plan", 100.0), ("waypoints", 100.0), ("plan", -30.0)])
+def test_rally_points_that_nobody_asked_for_stand_out(tmp_path, suffix, rise):
+    notes, seen = [], []
+    mission = along_a_slope(rise)
+    sky.export(mission, tmp_path / f"m.{suffix}", on_note=notes.append, on_certificate=seen.append)
+    (back,) = seen[0].returns
+    told = [note for note in notes if stands_out(note) and f"{len(back.rally)} of uav-1" in note]
+    assert len(told) == (len(back.rally) > 0) == (rise > 0)
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])

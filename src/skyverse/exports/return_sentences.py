@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.grouped_sentences import grouped
+from skyverse.exports.grouped_sentences import few, grouped
 from skyverse.exports.return_choice import MAX_RALLY_POINTS
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import CLEARANCE_SHARE
@@ -13,6 +13,7 @@ from skyverse.exports.separation import named_pairs
 from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import counted
 from skyverse.space.tube import NO_ERROR
 
 MAX_TOLD = 3
@@ -62,7 +63,7 @@ def _how(scenario: Scenario, plan: FlightPlan, back: Return | None) -> str:
         return "whether it comes home by itself could not be proven."
     said = f"it returns at {back.altitude:.4g} m above {COUNTED_FROM[plan.autopilot.name]}"
     if len(back.rally):
-        said += f", to the nearest of home and {len(back.rally)} rally point{'s' * (len(back.rally) > 1)}"
+        said += f", to the nearest of home and {counted(len(back.rally), 'rally point')}"
     said += f", but {Caution.NOT} at every instant" if len(back.lost) else ""
     return f"{said}; it may land at {places_text(scenario, back)}."
 
@@ -97,6 +98,17 @@ def pairs_sentences(scenario: Scenario, together: dict[tuple[int, int], bool]) -
         if pairs:
             named = named_pairs(scenario, pairs)
             yield f"{named} {said}." if apart else f"{Caution.ONLY} {said}: {named}."
+
+
+def rally_sentences(scenario: Scenario, returns: Sequence[Return | None]) -> Iterator[str]:
+    """Yield a sentence on the rally points that were added, at which UAVs may land though nobody asked for them."""
+    added = [back for back in returns if back is not None and len(back.rally)]
+    named = [f"{len(back.rally)} of {scenario.uavs[back.plan.route.uav].name}" for back in added]
+    if named:
+        yield (
+            f"{Caution.BEFORE} each flight, see that rally points are free, where UAVs may land when they return: "
+            f"{few(named, MAX_TOLD)}. They were added as no way to home alone is proven at every instant."
+        )
 
 
 def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None]]) -> None:

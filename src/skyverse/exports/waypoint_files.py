@@ -23,7 +23,7 @@ from skyverse.exports.qgc_plan import geofence, plan_text
 from skyverse.exports.return_home import Return, certified, plan_return, require_return_altitude
 from skyverse.exports.return_lines import ReturnSpace
 from skyverse.exports.return_places import landing_name
-from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentences
+from skyverse.exports.return_sentences import pairs_sentences, rally_sentences, require_returns, return_sentences
 from skyverse.exports.returns_apart import SweptReturns, paths_crossed, returns_apart
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
@@ -142,7 +142,7 @@ def export_waypoints(
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
             warnings += [*not_apart_when_returning(scenario, plans, apart)]
     notes += return_sentences(scenario, plans, returns, crossed)
-    notes += pairs_sentences(scenario, together)
+    notes += [*rally_sentences(scenario, returns), *pairs_sentences(scenario, together)]
     notes += ground_notes(scenario, plans)
     notes += speed_notes(scenario, plans)
     if plans[0].autopilot.rises is None:
