@@ -15,7 +15,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
-from skyverse.live.course import Course, stop_or_stay
+from skyverse.live.course import STAY, Course, stop_or_stay
 from skyverse.live.first_contact import first_contact, share_avoided
 from skyverse.live.guidance import Way
 from skyverse.live.planned_motion import Planned, motions_along
@@ -71,6 +71,7 @@ class _Search:
         self.before: dict[float, tuple[int, float]] = {}
         self.clear_before: dict[float, bool] = {}
         self.fastest = math.hypot(*self.state(span.now)[1])  # of a UAV that was found too fast, and brakes
+        self.taken = self.is_taken()
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration on the present course, (3, 3)."""
@@ -110,6 +111,8 @@ class _Search:
         if not len(durations):
             return None
         found = _Candidate(begin, durations, rows, way, begin + passed)
+        if self.taken:
+            return found, self.nearest_rest(self.applied(found)) + dearer
         if self.around.world.speed_zones:
             motion = Trajectory(np.append(0.0, np.cumsum(durations)), rows)
             ahead = way.points[int(np.sum(passed <= looked_at)) :]
@@ -197,10 +200,10 @@ class _Search:
         state = course.state(end)
         if math.dist(state[0], target) < 1e-6 and not len(found.durations):
             return end
+        if self.taken:
+            return self.nearest_rest(course) - (REST if self.rests() else 0.0)
         place, velocity, _ = course.state(max(self.looked_at, found.begin))
-        left = course.remaining(self.looked_at)
-        if not len(left.points):
-            left = self.guidance.after(len(self.guidance.points) - 1)
+        left = self.left(course, self.looked_at)
         seconds = seconds_left(self.around.limits, place, velocity, left.points)
         later = self.looked_at + seconds + self.seconds_lost(place, left.points)
         waited = self.span.now - self.course.motion.end
@@ -209,9 +212,39 @@ class _Search:
         kept_back = any(0 <= who < self.around.uavs for _, who, _ in self.met)
         return later - (REST if kept_back and self.may_rest(left) else 0.0)
 
+    def left(self, course: Course, t: float) -> Way:
+        """Return the points of a course's way that are not yet passed at an instant, the target at least."""
+        left = course.remaining(t)
+        return left if len(left.points) else self.guidance.after(len(self.guidance.points) - 1)
+
+    def is_taken(self) -> bool:
+        """Tell whether a mover may be at the target at the horizon, by which the UAV could rest there otherwise.
+
+        Then nothing that can be flown arrives, whatever is promised of the rest of its way. So motions are compared by
+        where they come to rest, and aside of its way the UAV goes only for what brings it nearer by more than `REST`:
+        thus it comes to rest itself.
+        """
+        target, span = self.guidance.points[-1], self.span
+        reach = self.around.limits.speed * (span.until - span.now)
+        if math.dist(self.state(span.now)[0], target) > reach:
+            return False
+        knots, rows = np.array([span.until, span.until + STAY]), target.reshape(1, 1, 3)
+        return 0 <= self.first_contact(knots, rows, span.until, span.until)[0] < self.around.uavs
+
+    def nearest_rest(self, course: Course) -> float:
+        """Return about when a UAV arrives that rests at the end of a course until the horizon, and goes on then."""
+        end = course.motion.end
+        place, left = course.state(end)[0], self.left(course, end)
+        seconds = seconds_left(self.around.limits, place, np.zeros(3), left.points)
+        return self.span.until + seconds + self.seconds_lost(place, left.points)
+
+    def rests(self) -> bool:
+        """Tell whether a UAV rests already."""
+        return self.course.motion.end < self.span.now
+
     def may_rest(self, onwards: Way) -> bool:
         """Tell whether a UAV rests already, or can be at the end of a way by the horizon."""
-        if self.course.motion.end < self.span.now:
+        if self.rests():
             return True
         place, velocity, _ = self.state(self.span.join)
         seconds = seconds_left(self.around.limits, place, velocity, onwards.points)
@@ -253,15 +286,16 @@ class _Search:
         self.widened = True
         place = self.state(found.begin)[0]
         limits, left = self.around.limits, self.span.until - found.begin
+        aside = REST if self.taken else 0.0
         if mover >= 0 and len(found.way.points):
             k = min(int(np.sum(found.passed <= contact)), len(found.way.points) - 1)
             meeting = self.applied(found).state(contact)[0]
             need = float(self.around.moving.needs[mover])
-            self.consider(found.begin, gates(found.way, place, meeting, k, need), GATE_SHARES)
+            self.consider(found.begin, gates(found.way, place, meeting, k, need), GATE_SHARES, aside)
         guidance = self.guidance.after(min(self.course.next_mark(found.begin), len(self.guidance.points) - 1))
         reach = 0.25 * limits.acceleration * left * left
         reach = min(reach, 0.5 * limits.speed * left)
-        self.consider(self.span.join, escapes(guidance, place, reach), (1.0,))
+        self.consider(self.span.join, escapes(guidance, place, reach), (1.0,), aside)
 
 
 def choose_course(
@@ -300,8 +334,8 @@ def choose_course(
             return search.chosen(found, tried)
     if search.keeps_plan(hold):
         return search.chosen(hold, tried)
-    onwards = course.remaining(span.join)
-    if len(onwards.points) and tried < most_tried and time.perf_counter() < deadline and search.may_rest(onwards):
+    onwards, spare = course.remaining(span.join), tried < most_tried and time.perf_counter() < deadline
+    if not search.taken and len(onwards.points) and spare and search.may_rest(onwards):
         tried += 1  # what is in its way?
         made = search.made(_Idea(span.join, onwards, 1.0, 0.0))
         if made is not None and search.proves(made[0]):

@@ -1,0 +1,43 @@
+"""A UAV whose target a mover has taken comes to rest near it, and flies there when the mover has left."""
+
+import math
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from replanned import BALL, hall
+
+WAYS = {
+    "rests": lambda t: (0.0, 0.0, 0.0),
+    "hovers about": lambda t: (0.3 * math.sin(0.5 * t), 0.2 * math.cos(0.4 * t), 0.0),
+    "goes to and fro": lambda t: (0.0, 0.8 * math.sin(0.3 * t), 0.0),
+}
+SCENARIOS = {"map1": lambda: sky.read("map1"), "hall": hall}
+
+
+@pytest.mark.parametrize("acceleration", [None, 1.0])
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("where", SCENARIOS)
+def test_it_rests_near_its_target_until_the_mover_leaves(where, way, acceleration):
+    flight = sky.Replanner(sky.plan_mission(SCENARIOS[where](), sky.Taut(), rng=1))
+    (target,) = flight.scenario.targets
+    settled = 2.0 * flight.mission.trajectories[0].end + 5.0
+    leaves = settled + 15.0
+    for t in np.arange(0.0, leaves, 0.2):
+        place = np.array(target.position) + WAYS[way](t)
+        seen = sky.Sighting(
+            name="ball", shape=BALL, position=tuple(place), error=0.02, top_speed=1.0, max_acceleration=acceleration
+        )
+        (answer,) = flight.observe(t, movers=[seen])
+        assert answer.proven
+    instants = np.linspace(settled, leaves, 1000)
+    flown = flight.flown(0).at(instants)
+    length = np.linalg.norm(np.diff(flown.position, axis=0), axis=1).sum()
+    assert length < 2.0
+    assert np.linalg.norm(flown.velocity[-50:], axis=1).max() < 1e-6
+    assert math.dist(flown.position[-1], target.position) < 5.0
+    while t < leaves + 10.0 and (flight.arrival(0) is None or flight.arrival(0) > t):
+        t += 0.2
+        flight.observe(t, gone=["ball"])
+    assert flight.arrival(0) is not None
