@@ -1,6 +1,6 @@
 """A mission as one web page that works offline: its flight in 3-D, convergence, costs and gaps, and the verdict."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 
 from skyverse.draw.margin_traces import told
@@ -14,6 +14,7 @@ from skyverse.model.caution import stands_out, urgency
 from skyverse.model.digest import short
 from skyverse.model.flight_table import gaps_sentence, unit_sentence
 from skyverse.model.result import NO_STOP, Status
+from skyverse.model.short_lines import counted
 from skyverse.model.what_is_proven import what_is_proven
 from skyverse.space.named_columns import columns_sentence
 
@@ -89,7 +90,7 @@ def banner(scene: MissionScene) -> str:
         verdict = card("good", "✓", "The referee found nothing wrong.", _what_was_judged(scene))
     else:
         tone = "bad" if any(finding.severity == "error" for finding in found) else "warn"
-        things = "1 thing" if len(found) == 1 else f"{len(found):,} things"
+        things = counted(len(found), "thing")
         lines = "".join(finding_line(finding) for finding in found[:MAX_SHOWN_FINDINGS])
         rest = len(found) - MAX_SHOWN_FINDINGS
         more = f"<p>… and {rest:,} more in the mission's file.</p>" if rest > 0 else ""
@@ -97,26 +98,31 @@ def banner(scene: MissionScene) -> str:
             tone, "✕" if tone == "bad" else "!", f"The referee found {things} wrong.", f"<ul>{lines}</ul>{more}"
         )
     if scene.cautions:
-        lines = "".join(f"<li>{escape(caution)}</li>" for caution in scene.cautions)
-        verdict += card("warn", "!", "What a pilot must heed.", f"<ul>{lines}</ul>")
+        verdict += card("warn", "!", "What a pilot must heed.", _list(scene.cautions))
     if scene.interrupted:
         verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
     if scene.notes:
-        lines = "".join(f"<li>{escape(note)}</li>" for note in scene.notes)
-        if scene.complete:
-            verdict += card("note", "i", "Some UAVs have no target.", f"<ul>{lines}</ul>")
-        else:
-            verdict += card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
+        kind = (
+            ("note", "i", "Some UAVs have no target.")
+            if scene.complete
+            else ("warn", "!", "The mission is not complete.")
+        )
+        verdict += card(*kind, _list(scene.notes))
     if scene.export_notes:
         cells = (cell for _, *cells in scene.export_verdicts[1:] for cell in cells)  # neither the heads nor the names
         doubts = [*scene.export_notes, *cells]
         warned = any(map(stands_out, doubts))
         tone, sign = ("warn", "!") if warned else ("note", "i")
-        notes = sorted(scene.export_notes, key=urgency)
-        lines = "".join(f"<li>{escape(note)}</li>" for note in notes)
-        table = _export_table(scene.export_verdicts)
-        verdict += card(tone, sign, "What is exported, and the ways home.", f"{table}<ul>{lines}</ul>")
+        heeded = sorted(filter(stands_out, scene.export_notes), key=urgency)
+        proven = [note for note in scene.export_notes if not stands_out(note)]
+        all_told = f"<details><summary>All that is proven</summary>{_list(proven)}</details>" if proven else ""
+        said = f"{_export_table(scene.export_verdicts)}{_list(heeded) if heeded else ''}{all_told}"
+        verdict += card(tone, sign, "What is exported, and the ways home.", said)
     return verdict
+
+
+def _list(sentences: Iterable[str]) -> str:
+    return f"<ul>{''.join(f'<li>{escape(one)}</li>' for one in sentences)}</ul>"
 
 
 def _export_table(lines: Sequence[tuple[str, ...]]) -> str:
@@ -138,7 +144,7 @@ def _what_was_judged(scene: MissionScene) -> str:
     flights = sum(track.arrival is not None for track in scene.tracks)
     if flights == 0:
         return "<p>There are no trajectories; it judged the paths alone.</p>"
-    things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
+    things = counted(flights, "trajectory", "trajectories")
     proven = f" Proven at every instant: {what_is_proven(scene.scenario, scene.mission.makespan)}."
     world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
     claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
