@@ -57,7 +57,8 @@ def test_only_in_a_column_over_the_own_start_the_error_does_not_count():
 
 def test_uavs_without_an_error_share_one_certificate():
     exact = mission(sky.TrackingError())
-    two = exact.scenario.model_copy(update={"uavs": exact.scenario.uavs * 2})
+    (uav,) = exact.scenario.uavs
+    two = exact.scenario.model_copy(update={"uavs": (uav, uav.model_copy(update={"name": "uav-2"}))})
     both = sky.Mission(two, (0, None), exact.results * 2, exact.trajectories * 2, (), exact.provenance)
     one, other = leg_certificates(both, two, "amsl")
     assert one is other

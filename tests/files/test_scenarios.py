@@ -8,8 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.files import builtin
-from skyverse.files.builtin import BUILTIN_NAMES
+from skyverse.files.builtin import _BUILTIN_FLEETS, BUILTIN_NAMES
 from worlds import scenarios
 
 GOOD = """\
@@ -225,4 +224,4 @@ def test_written_json_is_json_for_others_too(tmp_path):
 
 
 def test_type_checkers_know_all_built_in_scenarios():
-    assert set(BUILTIN_NAMES) == {*builtin._BUILTIN_FLEETS, "jacksboro"}
+    assert set(BUILTIN_NAMES) == {*_BUILTIN_FLEETS, "jacksboro"}

@@ -44,10 +44,16 @@ DIFFERENT = {
 }
 """Kernels that are called, but whose outcomes are not compared, and why; other tests judge what they return."""
 
+CANCELLING = {
+    "skyverse.deconfliction.space_time.leg_profiles:_ramp_way": "at seconds that no ramp has its terms cancel",
+}
+"""Kernels that not any numbers are tried with, since rounding grows outside their domain, and why."""
+
 NUMBERS = [
     name
     for name, kernel in KERNELS.items()
-    if all(kind is float for kind in inspect.get_annotations(kernel.py_func, eval_str=True).values())
+    if name not in CANCELLING
+    and all(kind is float for kind in inspect.get_annotations(kernel.py_func, eval_str=True).values())
 ]
 """The kernels of which all arguments, and the result, are floats: these can be drawn from the signature alone."""
 

@@ -78,7 +78,7 @@ HOUSES = {
 def test_two_terraced_houses_from_bound_to_bound_leave_no_way(shape, gap, planner):
     scenario = hall(*HOUSES[shape](gap), start=(5, 1, 2), end=(5, 9, 2))
     mission = sky.plan_mission(scenario, planner, rng=1)
-    proves = isinstance(planner, sky.Taut)
+    proves = isinstance(planner, sky.Taut) and shape != "prisms"  # among which the lattice has the last word
     assert mission.results[0].status is (sky.Status.NO_PATH_EXISTS if proves else sky.Status.NO_PATH)
     assert mission.certificates[0] is None
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from handmade import mission, straight
-from skyverse.model.scenario import Bounds
+from skyverse.model.scenario import Bounds, Lattice
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing
 from skyverse.model.verdict import Fault, Verdict
@@ -87,24 +87,25 @@ def test_the_jumps_in_acceleration_have_one_budget(in_all, expected):
     assert faults(mission(Trajectory(np.arange(len(rows) + 1) * seconds, rows))) == expected
 
 
+WIDE = {"bounds": Bounds(min=(-1e7, -1e7, 0), max=(1e7, 1e7, 10)), "lattice": Lattice(step=(1e4, 1e4, 5.0))}
+
+
 @pytest.mark.parametrize("far", [1e5, 1e6])
 def test_rounding_far_from_the_origin_is_no_jump_but_carries_no_uav_either(far):
     there = straight((far, 0, 5), (far + 2, 0, 5), 3)
     cuts = np.linspace(0, 3, 301)
     pieces = [_shifted(there.coefficients[0], cut) for cut in cuts[:-1]]
     fine = mission(Trajectory(cuts, np.array(pieces)))
-    wide = Bounds(min=(-1e7, -1e7, 0), max=(1e7, 1e7, 10))
-    assert faults(replace(fine, scenario=fine.scenario.model_copy(update={"bounds": wide}))) == set()
+    assert faults(replace(fine, scenario=fine.scenario.model_copy(update=WIDE))) == set()
     ulp = np.spacing(far)
     fast = mission(in_places(far + np.arange(20_000) * 32 * ulp, 1e-9), **CREEPING)
-    assert faults(replace(fast, scenario=fast.scenario.model_copy(update={"bounds": wide}))) >= {Fault.CONTINUITY}
+    assert faults(replace(fast, scenario=fast.scenario.model_copy(update=WIDE))) >= {Fault.CONTINUITY}
 
 
 def test_what_rounding_may_add_is_no_more_than_a_share_of_the_uavs_limits():
     far = 1e6  # where a jump of 8 units in the last place, 9.3e-10 m, might be rounding alone
     creeping = mission(in_places(far + np.arange(3000) * 8 * np.spacing(far), 1e-3), **CREEPING)
-    wide = Bounds(min=(-1e7, -1e7, 0), max=(1e7, 1e7, 10))
-    assert Fault.CONTINUITY in faults(replace(creeping, scenario=creeping.scenario.model_copy(update={"bounds": wide})))
+    assert Fault.CONTINUITY in faults(replace(creeping, scenario=creeping.scenario.model_copy(update=WIDE)))
 
 
 @given(arrays.arrays(float, (2, 6, 3), elements=PLACES), st.floats(1e-3, 1e3))

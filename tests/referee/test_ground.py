@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from judged_clearance import world
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Terrain
 from skyverse.referee.ground import ceiling_above_ground, grown_ground
 
@@ -12,7 +13,7 @@ EPS = float(np.finfo(float).eps)
 
 def on(terrain):
     """Return a terrain as the referee's ground, without any clearance."""
-    return grown_ground(world(clearance=0.0).model_copy(update={"terrain": terrain}))
+    return grown_ground(derived(world(clearance=0.0), terrain=terrain))
 
 
 def test_the_steepness_is_one_and_the_steepest_slopes_along_both_axes():

@@ -515,7 +515,7 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
         band=(40, 80),
         licences={"z.geojson": "mine: free=yes"},
     )
-    assert scenario == again
+    assert scenario.model_copy(update={"built_with": ()}) == again
 
 
 @pytest.mark.parametrize(

@@ -160,8 +160,8 @@ def build_scenario(options: BuildOptions) -> Scenario:
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
     if len(goals) > len(starts):
-        many = f"there are {counted(len(goals), 'target')}, and {counted(len(starts), 'UAV')} to fly to them"
-        said = f"{Caution.WARNING}: {many}; each flies to one target at most"
+        many = f"{counted(len(goals), 'target')} for {counted(len(starts), 'UAV')}"
+        said = f"{Caution.WARNING}: {many}, each of which flies to one at most"
         on_note(Note("", Sentence(said, give=[Remedy("uavs")])))
     return built
 
