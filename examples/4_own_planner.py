@@ -63,5 +63,5 @@ for name in ("map1", "map2", "map3"):
 
 try:
     HillClimb(trys=5)
-except TypeError as error:
+except sky.InputError as error:
     print(error)
