@@ -204,7 +204,7 @@ STRAIGHT_ON = 1e-6
 """The length of a difference of two unit directions below which an exported route goes straight on."""
 
 SAME_PLACE = 1e-6
-"""Metres: samples of a trajectory that lie closer are one place of the exported route; the UAV hovers there."""
+"""Metres: places that lie closer are one: a UAV hovers there, and a path that begins there begins where it is."""
 
 SAME_INSTANT = 1e-6
 """Seconds: exported samples that are closer in time are one, since files round to microseconds."""

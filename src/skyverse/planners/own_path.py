@@ -7,14 +7,13 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, shown
 from skyverse.model.result import Result
 from skyverse.model.short_lines import told_point
+from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.planners.base import provenance, require_problem
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.straight_legs import straight_bound
 from skyverse.problem import Problem
 from skyverse.space.world import World
 
-SAME_PLACE = 1e-6
-"""Metres: a path that begins or ends this near to a place begins or ends there."""
 PLACES_ON_A_LEG = 101
 """Places of a leg at which is asked what it meets."""
 
