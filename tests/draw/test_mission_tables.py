@@ -8,6 +8,7 @@ import pytest
 import skyverse as sky
 from browser import opened
 from skyverse.cli.report import report
+from skyverse.draw.mission_page import page
 from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table
 from skyverse.draw.scene import scene
 from skyverse.model.flight_table import flight_columns, search_columns
@@ -119,3 +120,18 @@ def test_a_page_opens_with_the_flights_and_hides_the_searches_until_asked(tmp_pa
     tab.locator("details summary").click()
     assert searches.is_visible()
     assert tab.errors == []
+
+
+def test_an_export_shows_what_to_heed_folds_the_rest_and_fits_a_phone(mission, tmp_path, tab):
+    verdicts = (("UAV", *["apart in flight"] * 6), ("uav-1", *["NOT at every instant of the flight"] * 6))
+    notes = ("uav-1 lands at home.", "BEFORE each flight, look at home.")
+    drawn = dataclasses.replace(scene(mission), export_verdicts=verdicts, export_notes=notes)
+    (tmp_path / "page.html").write_text(page(drawn))
+    tab.set_viewport_size({"width": 390, "height": 844})
+    opened(tab, tmp_path / "page.html")
+    proven, heeded = (tab.get_by_text(note, exact=True) for note in notes)
+    assert heeded.is_visible()
+    assert not proven.is_visible()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    tab.emulate_media(media="print")
+    assert proven.is_visible()  # nobody can open it on paper

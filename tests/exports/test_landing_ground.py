@@ -94,7 +94,7 @@ def test_the_refusal_of_landings_names_uavs_and_places_in_one_sentence_and_what_
     assert re.match(r"end: uav-1: it cannot land below its last waypoint, at 4\d\.\d{5}, 8\.\d{5}, as the ground", said)
     assert "; uav-2: it cannot land" in said
     assert "uav-4" not in said
-    assert said.endswith("; and 2 UAVs more. Choose other targets; give end='loiter' to stay at the target")
+    assert said.endswith("; and 2 more UAVs. Choose other targets; give end='loiter' to stay at the target")
     assert said.count(". ") == 1
 
 

@@ -449,7 +449,7 @@ def test_a_uav_at_rest_is_not_flown_into_a_ball_that_appears_too_near_before_it(
 def test_a_uav_that_is_not_there_is_refused(uav):
     flight = replanner(hall())
     for asked in (flight.motion, flight.flown, flight.arrival):
-        with pytest.raises(sky.InputError, match="expected the index of one of 1 UAVs"):
+        with pytest.raises(sky.InputError, match="expected a UAV's index below 1"):
             asked(uav)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skyverse.cli.option_names import for_command_line, option_of
+from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from skyverse.mission.closed_ways import ClosedWay
@@ -165,10 +166,9 @@ def _report_conflicts(mission: "Mission") -> None:
     if done is None or not done.found:
         return
     before, after = f"{done.total_before:.1f} s", f"{done.total_after:.1f} s"
-    many = "1 conflict" if len(done.found) == 1 else f"{len(done.found)} conflicts"
     print(
-        f"{many} between UAVs found, {len(done.left)} left: total time {before} -> {after}, "
-        f"makespan {done.makespan_before:.1f} s -> {done.makespan_after:.1f} s"
+        f"{counted(len(done.found), 'conflict')} between UAVs found, {len(done.left)} left: "
+        f"total time {before} -> {after}, makespan {done.makespan_before:.1f} s -> {done.makespan_after:.1f} s"
     )
     for action in done.actions:
         print(f"{action.kind}: {action.sentence}")

@@ -9,10 +9,11 @@ from skyverse._typing import Floats
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns
 from skyverse.lab.curves import profile
-from skyverse.lab.formatting import counted, literal, named, p_value
+from skyverse.lab.formatting import literal, named, p_value
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.report import Block, Cell, Figure, Table, Text
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, magnitude, ranking
+from skyverse.model.short_lines import counted
 
 
 def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int, int], PairwiseTest]) -> Iterator[str]:
@@ -87,7 +88,7 @@ def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest], against
     for (i, j), c in found.items():
         first_wins = c.chance >= 0.5  # name the better one first
         chance = c.chance if first_wins else 1 - c.chance
-        test = f"Wilcoxon, {c.runs} pairs" if c.paired else f"Mann-Whitney, {c.runs} runs"
+        test = f"Wilcoxon, {counted(c.runs, 'pair')}" if c.paired else f"Mann-Whitney, {counted(c.runs, 'run')}"
         told = f"too few: {counted(c.runs, 'run')}" if c.p is None else p_value(c.p).removeprefix("p ")
         r = None if c.correlation is None else c.correlation if first_wins else -c.correlation
         pair = [runs.planners[k] for k in ((i, j) if first_wins else (j, i))]

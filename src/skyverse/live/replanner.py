@@ -280,7 +280,7 @@ class Replanner:
 
     def _pilot(self, uav: int) -> Pilot:
         if not isinstance(uav, int | np.integer) or uav not in range(len(self._pilots)):
-            raise InputError(f"expected the index of one of {len(self._pilots)} UAVs, but it is {uav!r}", field="uav")
+            raise InputError(f"expected a UAV's index below {len(self._pilots)}, but it is {uav!r}", field="uav")
         return self._pilots[uav]
 
     def predicted(self) -> tuple[Mover, ...]:
