@@ -45,6 +45,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions
     from skyverse.space.named_columns import named_columns
+    from skyverse.space.nearest_obstacle import nearest_obstacle
 
     if as_json:
         print(json_text(_summary(mission, written)), end="")
@@ -64,6 +65,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         measured = [measure_flight(one, mission.scenario.terrain) for one in mission.trajectories if one is not None]
         low, high = min(one.lowest for one in measured), max(one.highest for one in measured)
         print(f"above ground: {low:.1f} m at least, {high:.1f} m at most")
+    near = nearest_obstacle(mission)
+    if near is not None:
+        print(f"nearest obstacle: {near:.1f} m")
     for told in filter(None, (unit_sentence(mission), gaps_sentence(mission), unknown_gaps_sentence(mission))):
         print(told)
     _report_conflicts(mission)
