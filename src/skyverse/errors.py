@@ -80,7 +80,7 @@ def in_words(said: str) -> str:
     """Return a sentence with its parameters in plain words, for those who read neither code nor options."""
 
     def words(field: str) -> str:
-        return field.rpartition(".")[2].replace("_", " ")
+        return field.replace(".", " ").replace("_", " ").lower()
 
     def given(field: str, value: str | float | None) -> str:
         return words(field) if value is None or value is True else f"{words(field)} {value}"

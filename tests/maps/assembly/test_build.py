@@ -564,8 +564,13 @@ def test_a_raster_that_says_no_unit_is_told_unless_the_user_says_one(valley):
         build_scenario("v", terrain=[raster], uavs=[START], on_note=notes.append)
         return [note.text for note in notes if note.file == str(valley) and "unit" in note.text]
 
-    assert told(valley) == ["heights without a unit taken as metres; give Raster(unit='ft') to take them as feet"]
+    give = "give Raster(unit='m') if they are or Raster(unit='ft') to take them as feet"
+    assert told(valley) == [f"WARNING: heights without a unit are taken as metres; {give}"]
     assert told(Raster(valley, unit="m")) == []
+    for raster, kept in ((valley, 1), (Raster(valley, unit="m"), 0)):
+        (source,) = build_scenario("v", terrain=[raster], uavs=[START]).sources
+        assert len(source.cautions) == kept
+        assert not [said for said in source.cautions if "Raster(" in said]
 
 
 @pytest.mark.skipif(not (DATA / "delft.city.json").is_file(), reason="the Delft buildings are not here")
