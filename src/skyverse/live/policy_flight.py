@@ -82,7 +82,9 @@ class PolicyFlight:
         self._pilots = [Multirotor.at_start(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
         self._memories: list[object] = [None] * len(scenario.uavs)
 
-    def observe(self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape] = ()) -> tuple[Replan, ...]:
+    def observe(
+        self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape] = (), gone: Sequence[str] = ()
+    ) -> tuple[Replan, ...]:
         """Take in what was seen at an instant, and replan all UAVs, those of higher priority first.
 
         Parameters
@@ -91,10 +93,12 @@ class PolicyFlight:
             Seconds into the mission, later than at the last observation.
         movers, obstacles
             Those that were seen.
+        gone
+            Names of movers that are known to be far away.
         """
         self.now = t
         self._tracks.add(t, movers)
-        forgotten = self._tracks.forget(t, (), [one.reached(t, self.horizon, self.scenario) for one in self._pilots])
+        forgotten = self._tracks.forget(t, gone, [one.reached(t, self.horizon, self.scenario) for one in self._pilots])
         self._take_in(obstacles)
         seen, uavs = self.predicted(), self.scenario.uavs
         span = Span(t, t + self.lead, t + self.horizon, t + self.horizon)
