@@ -12,7 +12,7 @@ from skyverse.live.choice import Choice, Span
 from skyverse.live.choose_course import choose_course
 from skyverse.live.course import Course
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
-from skyverse.live.pilot import LOST, Pilot
+from skyverse.live.pilot import LOST, SPARE, Pilot
 from skyverse.live.planned_motion import Planned, followed, planned_motion
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
@@ -28,7 +28,7 @@ from skyverse.trajectory.rest_to_rest import rest_to_rest
 NEARER = 0.1
 """Metres by which a UAV comes nearer to its target if it comes nearer at all."""
 STUCK = 3.0
-"""Seconds for which it comes no nearer because of other UAVs until they are led apart."""
+"""Seconds for which it comes no nearer until all are led apart, if UAVs are in its way, or else looks less far ahead."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,8 @@ class Multirotor(Pilot):
         How near to its target it has been, metres along its way, and the instant since which it has come no nearer.
     held_up
         Whether another UAV is in its way.
+    waited
+        Whether movers have kept it from coming nearer for long.
     """
 
     course: Course
@@ -53,6 +55,7 @@ class Multirotor(Pilot):
     nearest: float = math.inf
     since: float = 0.0
     held_up: bool = False
+    waited: bool = False
     turns: ClassVar[str] = "can stop"
 
     @classmethod
@@ -67,7 +70,17 @@ class Multirotor(Pilot):
     @staticmethod
     def seconds_of_way_out(uav: UAV) -> float:
         """Return the seconds in which a multirotor comes to rest from its top speed."""
-        return uav.max_speed / uav.max_acceleration + uav.max_acceleration / uav.max_jerk
+        return _seconds_to_rest(uav, uav.max_speed)
+
+    def horizon(self, now: float, longest: float, lead: float) -> float:
+        """Return the seconds up to which its motion is proven.
+
+        The longer is looked ahead, the farther a mover may be from where it was seen, in the end anywhere. So a UAV
+        that movers have kept from coming nearer for long looks ahead only as far as it has to at its present speed.
+        """
+        if not self.waited:
+            return longest
+        return min(longest, _seconds_to_rest(self.uav, math.hypot(*self.state(now)[1])) + lead + SPARE)
 
     @property
     def way_out(self) -> str:
@@ -135,9 +148,10 @@ class Multirotor(Pilot):
         points = self.guidance.after(min(self.course.next_mark(span.now), len(self.guidance.points) - 1)).points
         ends = [self.course.state(span.now)[0], *points]
         left = sum(math.dist(a, b) for a, b in pairwise(ends))
-        if left < self.nearest - NEARER or self.course.leaves >= span.join:
+        arrived = left < NEARER
+        if left < self.nearest - NEARER or arrived or self.course.leaves >= span.join:
             return replace(self, nearest=left, since=span.now, held_up=held_up)
-        return replace(self, held_up=held_up)
+        return replace(self, held_up=held_up, waited=self.waited or (not held_up and span.now - self.since >= STUCK))
 
     def is_stuck(self, now: float) -> bool:
         """Tell whether another UAV has kept it from coming nearer to its target for long."""
@@ -157,3 +171,8 @@ class Multirotor(Pilot):
         whole = course.joined(begin, *followed(flight, 0.0, flight.end), course.way, course.passed).motion
         own, course = planned._replace(motion=whole), replace(course, leaves=begin)
         return replace(self, planned=begin, course=course, guidance=way, own=own, nearest=math.inf, held_up=False)
+
+
+def _seconds_to_rest(uav: UAV, speed: float) -> float:
+    """Return the seconds in which a multirotor comes to rest."""
+    return speed / uav.max_acceleration + uav.max_acceleration / uav.max_jerk

@@ -15,7 +15,7 @@ from skyverse.live.choice import Choice, Span
 from skyverse.live.lead_apart import lead_apart
 from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
-from skyverse.live.pilot import Pilot
+from skyverse.live.pilot import SPARE, Pilot
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
@@ -32,8 +32,6 @@ from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
 from skyverse.trajectory.limits import limits_of
 
-SPARE = 0.5
-"""Seconds of the default horizon beyond those that the way out of the UAV takes whose way out takes longest."""
 LONGEST_LEAP = 5.0
 """Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
 LEAST_MEMORY = 3.0
@@ -219,7 +217,9 @@ class Replanner:
 
     def _replan_all(self, lead: float, deadline: float = math.inf) -> tuple[Replan, ...]:
         """Choose what all UAVs fly from `lead` seconds after now on, those of higher priority first."""
-        spans = [Span(self.now, self.now + lead, self.now + h, self.now + self.horizon) for h in self._horizons]
+        pilots = zip(self._pilots, self._horizons, strict=True)
+        horizons = [self.now + pilot.horizon(self.now, longest, self.lead) for pilot, longest in pilots]
+        spans = [Span(self.now, self.now + lead, until, self.now + self.horizon) for until in horizons]
         kinds = {(uav.tracking_error, span) for uav, span in zip(self.scenario.uavs, spans, strict=True)}
         moving = {
             (error, span): all_moving(self.scenario, self._predicted(span.until), self._entered, error, span)
