@@ -28,7 +28,7 @@ from skyverse.trajectory.rest_to_rest import rest_to_rest
 NEARER = 0.1
 """Metres by which a UAV comes nearer to its target if it comes nearer at all."""
 STUCK = 3.0
-"""Seconds for which it comes no nearer until all are led apart, if UAVs are in its way, or else looks less far ahead."""
+"""Seconds for which it comes no nearer until all are led apart, if UAVs are in its way, or else it looks less far."""
 
 
 @dataclass(frozen=True)
