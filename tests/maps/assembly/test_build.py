@@ -552,6 +552,14 @@ def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, m
     assert not (tmp_path / "x.yaml").exists()
 
 
+@pytest.mark.parametrize("margin", [250, 280, 300, 340])
+def test_what_is_given_at_the_least_height_above_ground_is_free_whatever_rounding_does(margin):
+    place = (50.0, 10.0, AboveGround(30)), (50.0, 10.01, AboveGround(60))
+    scenario = build_scenario("level", ground=AboveSea(300), uavs=place[:1], targets=place[1:], margin=margin)
+    for point, metres in ((scenario.uavs[0].start, 30), (scenario.targets[0].position, 60)):
+        assert point[2] - scenario.terrain.height(point[:2]) == pytest.approx(metres, abs=1e-12)
+
+
 def test_an_origin_has_a_geoid_that_there_is():
     with pytest.raises(ValueError, match="at most 150"):
         sky.Origin(latitude=46.8, longitude=9.8, altitude=0, geoid=470)
