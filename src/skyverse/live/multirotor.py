@@ -47,6 +47,8 @@ class Multirotor(Pilot):
         Whether another UAV is in its way.
     waited
         Whether movers have kept it from coming nearer for long.
+    waits
+        Whether it comes to rest and stays there, as far as that is proven, while a mission is planned for all.
     """
 
     course: Course
@@ -56,6 +58,7 @@ class Multirotor(Pilot):
     since: float = 0.0
     held_up: bool = False
     waited: bool = False
+    waits: bool = False
     turns: ClassVar[str] = "can stop"
 
     @classmethod
@@ -140,7 +143,10 @@ class Multirotor(Pilot):
     def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen."""
         now = self.course.since(span.now)
-        course, choice = choose_course(now, self.guidance, self.own, around, span, most_tried, deadline)
+        for tries in (0, most_tried) if self.waits else (most_tried,):
+            course, choice = choose_course(now, self.guidance, self.own, around, span, tries, deadline)
+            if choice.proven:
+                break
         return replace(self, course=course)._watched(span, choice.held_up), choice
 
     def _watched(self, span: Span, held_up: bool) -> Self:
@@ -151,7 +157,8 @@ class Multirotor(Pilot):
         arrived = left < NEARER
         if left < self.nearest - NEARER or arrived or self.course.leaves >= span.join:
             return replace(self, nearest=left, since=span.now, held_up=held_up)
-        return replace(self, held_up=held_up, waited=self.waited or (not held_up and span.now - self.since >= STUCK))
+        by_movers = span.now - self.since >= STUCK and not held_up and not self.waits
+        return replace(self, held_up=held_up, waited=self.waited or by_movers)
 
     def is_stuck(self, now: float) -> bool:
         """Tell whether another UAV has kept it from coming nearer to its target for long."""

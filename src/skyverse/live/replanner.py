@@ -12,7 +12,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.choice import Choice, Span
-from skyverse.live.lead_apart import lead_apart
+from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
 from skyverse.live.pilot import SPARE, Pilot
@@ -116,6 +116,7 @@ class Replanner:
         self._astray: set[int] = set()
         self._entered: tuple[Shape, ...] = ()
         self._assignment = tuple(mission.assignment)
+        self._lead_apart = LeadApart()
         self._pilots = [_pilot(self._airspace, mission, number) for number in range(len(scenario.uavs))]
         self._replan_all(0.0)
 
@@ -153,8 +154,8 @@ class Replanner:
         gone
             Names of movers whose places were seen empty; nothing more is expected of them.
         deadline_ms
-            Milliseconds after which no further motions are tried; the answers then depend on the clock. Multirotors
-            that keep each other from going on are not led apart then, since that takes as long as planning a mission.
+            Milliseconds after which no further motions are tried; the answers then depend on the clock. Without it, an
+            answer may wait for the mission that leads multirotors apart, if that takes more than 2 s to plan.
 
         Returns
         -------
@@ -187,8 +188,8 @@ class Replanner:
         forgotten = self._tracks.forget(now, gone, reached)
         self._entered, self._assignment = known.entered, assignment
         self._find_ways(scenario, new=known.scenario is not before)
-        if deadline_ms is None:
-            self._pilots = lead_apart(self._pilots, self.scenario, self.now, self.now + self.lead)
+        join, may_wait = self.now + self.lead, deadline_ms is None
+        self._pilots = self._lead_apart.led(self._pilots, self.scenario, self.now, join, may_wait)
         answers = self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
         return tuple(replace(answer, forgotten=forgotten) for answer in answers)
 
