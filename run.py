@@ -51,6 +51,9 @@ def main() -> int:
     if rest and options.command != "test":
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     os.chdir(ROOT)
+    os.environ.pop(
+        "PYTHONDONTWRITEBYTECODE", None
+    )  # tests start hundreds of Pythons: none is to compile all it imports
     if options.command == "lock":
         return lock()
     if options.command == "wheel":

@@ -226,22 +226,28 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     assert tab.requests == [target.as_uri()]
 
 
+@pytest.fixture(scope="module")
+def town_tab(browser, tmp_path_factory):
+    """A large tab with the page of a small town, which no test changes."""
+    tab = browser.new_page(viewport={"width": 1400, "height": 1600})
+    opened_page(tab, town(5), tmp_path_factory.mktemp("town"))
+    yield tab
+    tab.close()
+
+
 @pytest.mark.parametrize("chart", ["map", "profile"])
-def test_the_words_below_a_chart_are_not_written_over_its_axis(tmp_path, tab, chart):
-    tab.set_viewport_size({"width": 1400, "height": 1600})
-    opened_page(tab, town(5), tmp_path)
+def test_the_words_below_a_chart_are_not_written_over_its_axis(town_tab, chart):
     title = f"document.querySelector('#{chart} .xtitle').getBoundingClientRect()"
     words = f"document.getElementById('{'mapped' if chart == 'map' else 'sideways'}').getBoundingClientRect()"
-    assert tab.evaluate(f"{title}.height") > 0
-    until(tab, f"{title}.bottom <= {words}.top + 1")
+    assert town_tab.evaluate(f"{title}.height") > 0
+    until(town_tab, f"{title}.bottom <= {words}.top + 1")
 
 
-def test_plotly_still_has_the_private_interfaces_that_the_page_uses(tmp_path, tab):
-    opened_page(tab, town(5), tmp_path)
+def test_plotly_still_has_the_private_interfaces_that_the_page_uses(town_tab):
     for chart in ("map", "profile"):
-        assert tab.evaluate(f"internals.plane(document.getElementById('{chart}')) !== null")
-    assert tab.evaluate("internals.space(document.getElementById('space')) !== null")
-    assert tab.evaluate("internals.update(document.getElementById('space'), [])")
+        assert town_tab.evaluate(f"internals.plane(document.getElementById('{chart}')) !== null")
+    assert town_tab.evaluate("internals.space(document.getElementById('space')) !== null")
+    assert town_tab.evaluate("internals.update(document.getElementById('space'), [])")
 
 
 def test_without_plotlys_private_interfaces_the_page_is_drawn_without_marks_on_the_map(tmp_path, tab):

@@ -98,7 +98,7 @@ def test_what_is_proven_with_altitudes_above_ground_is_clear_as_flown(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*range(8, 20), *range(100, 300)])
+@pytest.mark.parametrize("seed", [*range(8, 20), *range(100, 140)])
 def test_what_is_proven_of_many_more_is_clear_as_flown(seed):
     assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])
 

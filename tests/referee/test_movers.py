@@ -70,7 +70,7 @@ def test_polynomial_pieces_lie_within_their_error_of_the_stated_motion(motion):
 
 
 @given(st.lists(movers, min_size=1, max_size=4), points, points, st.floats(3, 15), st.none() | st.floats(0.05, 0.6))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_what_is_proven_holds_at_ten_thousand_samples_and_what_is_refuted_is_seen_there(
     given_movers, a, b, seconds, error
 ):
