@@ -45,8 +45,8 @@ class LeadApart:
     def led(self, pilots: Sequence[Pilot], scenario: Scenario, now: float, join: float, may_wait: bool) -> list[Pilot]:
         """Return the pilots; if any is stuck, all multirotors come to rest, and follow a new mission from there on.
 
-        Where no such mission is proven, or one of them could not stay or something else is known by then, they go on as
-        before, and the next one is sought when one is stuck again.
+        Those that had to leave their places meanwhile go on as before; so do all where no such mission is proven, or
+        more is known to stand by then. The next one is sought when one is stuck again.
 
         Parameters
         ----------
@@ -71,11 +71,11 @@ class LeadApart:
         self._asked = None
         mission, airspace = asked.planned.result()
         begin = max(join, *(one.motion.end for one in fleet.values()))
-        stayed = all(math.dist(one.state(begin)[0], asked.starts[k]) <= SAME_PLACE for k, one in fleet.items())
-        holds = stayed and scenario is asked.scenario and not mission.violations
+        holds = scenario is asked.scenario and not mission.violations
         for number, (k, one) in enumerate(fleet.items()):
+            stayed = math.dist(one.state(begin)[0], asked.starts[k]) <= SAME_PLACE
             free = replace(one, waits=False, since=now)
-            led[k] = free.following(airspace, mission, number, begin) if holds else free
+            led[k] = free.following(airspace, mission, number, begin) if holds and stayed else free
         return led
 
 
