@@ -14,14 +14,17 @@ from skyverse.live.course import Course
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
 from skyverse.live.pilot import LOST, SPARE, Pilot
 from skyverse.live.planned_motion import Planned, followed, planned_motion
+from skyverse.live.steered_heading import steered_heading, still
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
+from skyverse.model.pointing import Pointing
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PIECE
 from skyverse.problem import Airspace
 from skyverse.space.world import World
+from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.limits import Limits, limits_of
 from skyverse.trajectory.rest_to_rest import rest_to_rest
 
@@ -41,6 +44,8 @@ class Multirotor(Pilot):
         What it flies.
     guidance, own
         The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
+    pointing
+        Where its nose points, from 0 s on.
     nearest, since
         How near to its target it has been, metres along its way, and the instant since which it has come no nearer.
     held_up
@@ -54,6 +59,7 @@ class Multirotor(Pilot):
     course: Course
     guidance: Way
     own: Planned | None
+    pointing: Pointing
     nearest: float = math.inf
     since: float = 0.0
     held_up: bool = False
@@ -68,7 +74,11 @@ class Multirotor(Pilot):
         guidance = mission_guidance(airspace, mission, number)
         motion = rest_to_rest(np.array([uav.start]), uav)
         course = Course((), motion, guidance.after(1), np.full(len(guidance.points) - 1, np.inf), 1, leaves=0.0)
-        return cls(number, uav, 0.0, course, guidance, planned_motion(mission.trajectories[number], guidance))
+        flight = mission.trajectories[number]
+        if flight is not None and flight.pointing is None:
+            flight = with_heading(flight, uav)
+        (yaw,), _, _ = with_heading(motion, uav).heading([0.0]) if flight is None else flight.heading([0.0])
+        return cls(number, uav, 0.0, course, guidance, planned_motion(flight, guidance), still(float(yaw), uav))
 
     @staticmethod
     def seconds_of_way_out(uav: UAV) -> float:
@@ -97,12 +107,18 @@ class Multirotor(Pilot):
     @property
     def motion(self) -> Trajectory:
         """What it flies from now on, to rest."""
-        return self.course.motion
+        motion = self.course.motion
+        return replace(motion, pointing=self.pointing.since(motion.start))
+
+    @property
+    def occupied(self) -> tuple[Trajectory, ...]:
+        """The motion that other UAVs keep clear of, and then where it stays."""
+        return (self.course.motion,)
 
     @property
     def flown(self) -> Trajectory:
         """What it has flown since the mission began, and will fly if nothing is observed any more."""
-        return joined([*self.course.flown, self.course.motion])
+        return replace(joined([*self.course.flown, self.course.motion]), pointing=self.pointing)
 
     @property
     def arrival(self) -> float | None:
@@ -124,7 +140,13 @@ class Multirotor(Pilot):
 
     def restarted(self, t: float, state: Floats) -> Self:
         """Return the pilot of the UAV that brakes from a state (3, 3), where it was found at an instant."""
-        return replace(self, course=self.course.restarted(t, state, self._limits))
+        return self.flying(self.course.restarted(t, state, self._limits), t)
+
+    def flying(self, course: Course, begin: float) -> Self:
+        """Return the pilot that flies another course from an instant on."""
+        planned = None if self.own is None else self.own.motion
+        pointing = steered_heading(self.pointing, begin, course.motion, self.uav, planned, course.leaves)
+        return replace(self, course=course, pointing=pointing)
 
     def led_to(self, scenario: Scenario, target: int | None, now: float, join: float) -> Self | None:
         """Return the pilot that follows a new way from where it can come to rest; ``None`` if there is none."""
@@ -147,7 +169,8 @@ class Multirotor(Pilot):
             course, choice = choose_course(now, self.guidance, self.own, around, span, tries, deadline)
             if choice.proven:
                 break
-        return replace(self, course=course)._watched(span, choice.held_up), choice
+        pilot = replace(self, course=course) if choice.kept else self.flying(course, span.join)
+        return pilot._watched(span, choice.held_up), choice
 
     def _watched(self, span: Span, held_up: bool) -> Self:
         """Return the pilot that knows since when the UAV has come no nearer to its target, unless that is planned."""
@@ -176,7 +199,8 @@ class Multirotor(Pilot):
         course, planned = self.course.guided_by(way), planned_motion(flight.retimed(begin + flight.start), way)
         assert planned is not None
         whole = course.joined(begin, *followed(flight, 0.0, flight.end), course.way, course.passed).motion
-        own, course = planned._replace(motion=whole), replace(course, leaves=begin)
+        own = planned._replace(motion=replace(whole, pointing=planned.motion.pointing))
+        course = replace(course, leaves=begin)
         return replace(self, planned=begin, course=course, guidance=way, own=own, nearest=math.inf, held_up=False)
 
 

@@ -76,9 +76,9 @@ class Pilot(ABC):
         """The instant at which its motion reaches its target, seconds; ``None`` if it does not."""
 
     @property
+    @abstractmethod
     def occupied(self) -> tuple[Trajectory, ...]:
         """Motions that other UAVs keep clear of; each stays where it ends."""
-        return (self.motion,)
 
     @abstractmethod
     def state(self, t: float) -> Floats:
