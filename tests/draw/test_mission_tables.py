@@ -155,3 +155,5 @@ def test_an_export_shows_what_to_heed_folds_the_rest_and_fits_a_phone(mission, t
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     tab.emulate_media(media="print")
     assert proven.is_visible()  # nobody can open it on paper
+    tab.set_viewport_size({"width": 720, "height": 1000})  # A4 within margins
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 720
