@@ -83,7 +83,7 @@ def in_words(said: str) -> str:
         return field.replace(".", " ").replace("_", " ").lower()
 
     def given(field: str, value: str | float | None) -> str:
-        return words(field) if value is None or value is True else f"{words(field)} {value}"
+        return words(field) if value is None or value is True else f"{words(field)} {value!r}"
 
     return said.spelt(words, given) if isinstance(said, Sentence) else said
 
