@@ -105,7 +105,7 @@ def fly(steering, system, sees, longest=120.0):
 
     telemetry.subscribe_position_velocity_ned(hear)
     name, start = steering.hello["uavs"][0]["name"], steering.hello["uavs"][0]["start"]
-    send(offboard, (start, (0, 0, 0), (0, 0, 0)))
+    send(offboard, (start, (0, 0, 0), (0, 0, 0), 0.0))  # its nose to the east until an answer says where
     Action(system).arm()
     offboard.start()
     began, tick = time.monotonic(), 0

@@ -299,7 +299,7 @@ def test_what_is_said_to_be_left_is_what_the_referee_refutes_and_nothing_is_inve
     assert_actions_are_what_was_done(given, planned, mission)
 
 
-@settings(max_examples=8)
+@settings(max_examples=20)
 @drawn(st.integers(0, 2**32), st.integers(2, 4))
 def test_an_exchange_gives_the_same_targets_to_others_and_never_makes_it_worse(seed, count):
     rng = np.random.default_rng(seed)
