@@ -42,6 +42,12 @@ def mission():
         (lambda: sky.Sensor(range=-1), "range", "above 0"),
         (lambda: sky.Study(scenarios=["map1"], planners=["mvo"], budget={}), "budget", "expected"),
         (lambda: sky.write(3, "x.json"), None, "expected a Scenario, a Mission"),
+        (lambda: sky.read(3), "source", "found 3"),
+        *((lambda one=one: one(MAP1), "mission", "expected a Mission, found") for one in (sky.fly, sky.fly_many)),
+        (lambda: sky.check(MAP1, None), "mission", "expected a Mission, found None"),
+        (lambda: sky.export(None, "x.plan"), "mission", "expected a Mission, found None"),
+        (lambda: sky.write_html(3, "x.html"), "mission", "expected a Mission or a Scenario, found 3"),
+        (lambda: sky.write_html(MAP1, 3), "path", "found 3"),
     ],
 )  # fmt: skip
 def test_a_first_mistake_is_refused_in_one_sentence(call, field, says):

@@ -121,6 +121,13 @@ def printable(text: str, most: int = 200) -> str:
     return " ".join(seen.split())[:most]
 
 
+def require_kind(value: object, kinds: type | tuple[type, ...], field: str) -> None:
+    """Raise `InputError` for a value of another kind."""
+    if not isinstance(value, kinds):
+        names = " or a ".join(kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,)))
+        raise InputError(f"expected a {names}, found {shown(value)}", field=field)
+
+
 def shown(value: object, most: int = 40) -> str:
     """Return at most so many printable characters of a value as Python writes it, for messages."""
     text = ""

@@ -1,6 +1,7 @@
 """The tiles and tables of a mission's page: the same numbers as on the command line, those of a pilot first."""
 
 import dataclasses
+import math
 import re
 
 import numpy as np
@@ -74,9 +75,9 @@ def test_pages_and_plan_tell_the_distance_to_the_nearest_obstacle(mission, capsy
     away = np.linalg.norm(flown - np.clip(flown, box.min, box.max), axis=1).min()
     near = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": (box,)}))
     shown = words(mission_tiles(scene(near)))
-    assert shown[shown.index("Nearest obstacle") + 1] == f"{away:.1f} m"
+    assert shown[shown.index("Nearest obstacle") + 1] == f"{math.floor(100 * away) / 100:.2f} m"
     report(near, [], as_json=False)
-    assert f"nearest obstacle: {away:.1f} m\n" in capsys.readouterr().out
+    assert f"nearest obstacle: about {math.floor(100 * away) / 100:.2f} m\n" in capsys.readouterr().out
     assert nearest_obstacle(near) == pytest.approx(away, abs=0.01)
     assert nearest_obstacle(dataclasses.replace(near, trajectories=(None, None))) is None
     clear = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": ()}))

@@ -67,7 +67,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         print(f"above ground: {low:.1f} m at least, {high:.1f} m at most")
     near = nearest_obstacle(mission)
     if near is not None:
-        print(f"nearest obstacle: {near:.1f} m")
+        print(f"nearest obstacle: about {near:.2f} m")
     for told in filter(None, (unit_sentence(mission), gaps_sentence(mission), unknown_gaps_sentence(mission))):
         print(told)
     _report_conflicts(mission)

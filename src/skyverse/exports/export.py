@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from skyverse.atomic import write_text
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.exports.autopilots import AutopilotName
 from skyverse.exports.export_page import write_export_page
 from skyverse.exports.file_names import (
@@ -129,6 +129,8 @@ def export(
         reference of altitudes does not suit format or scenario, legs cannot be proven clear, UAVs come too close, or
         flights depend on the active times of zones.
     """
+    require_kind(mission, Mission, "mission")
+    require_kind(path, (str, Path), "path")
     path = Path(path)
     suffix = export_suffix(path)
     if suffix in ROUTE_SUFFIXES:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import overload
 
 from skyverse.atomic import whole_file, write_text
-from skyverse.errors import InputError, require_file
+from skyverse.errors import InputError, require_file, require_kind
 from skyverse.files.builtin import BUILTIN_NAMES, BuiltinName, builtin
 from skyverse.files.document import parse, read_text
 from skyverse.files.grid_archive import GridArchive
@@ -56,6 +56,7 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     InputError
         If there is no such scenario or file, or it cannot be used; the message names file and field.
     """
+    require_kind(source, (str, Path), "source")
     if unknown is not None and Path(source).suffix.lower() not in voxels.OCTOMAP_SUFFIXES:
         suffixes = ", ".join(voxels.OCTOMAP_SUFFIXES)
         raise InputError(f"expected it for an OctoMap ({suffixes}) only, found it for {source}", field="unknown")

@@ -6,7 +6,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.flight.commands import commands
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
@@ -77,6 +77,7 @@ def fly(
     InputError
         If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or a parameter is out of range.
     """
+    require_kind(mission, Mission, "mission")
     weather = weather_of(wind, noise, disturbances)
     if margin is None:
         margin = mission.scenario.clearance / 2

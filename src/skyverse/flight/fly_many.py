@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from skyverse._typing import Ints
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.flight.referee_cross_check import cross_check_nearest
 from skyverse.flight.run import prepare
 from skyverse.flight.run_summary import ErrorCounts, RunSummary, first_touch, summarise_run, total
@@ -65,6 +65,7 @@ def fly_many(
     InputError
         If there is nothing to fly, the vehicle is too weak or not installed, or a parameter is out of range.
     """
+    require_kind(mission, Mission, "mission")
     vehicle = vehicle or simulated_vehicle(mission.scenario.uavs)
     flights = Flights(runs, vehicle, wind, noise, disturbances, rng, workers)
     return flights.fly(mission, until_touch=False, on_progress=on_progress)

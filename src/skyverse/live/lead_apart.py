@@ -71,7 +71,7 @@ class LeadApart:
         self._asked = None
         mission, airspace = asked.planned.result()
         begin = max(join, *(one.motion.end for one in fleet.values()))
-        holds = scenario is asked.scenario and not mission.violations
+        holds = scenario is asked.scenario and mission.complete and not mission.violations
         for number, (k, one) in enumerate(fleet.items()):
             stayed = math.dist(one.state(begin)[0], asked.starts[k]) <= SAME_PLACE
             free = replace(one, waits=False, since=now)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skyverse.errors import require_kind
 from skyverse.model.by_name import index_of
 from skyverse.model.digest import short
 from skyverse.model.mission import Mission
@@ -221,6 +222,7 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
     nor refuted is a violation too, `Fault.UNDECIDED`. The mission's own certificates are not trusted: a certificate
     that says "proven" where the referee does not is a violation, `Fault.STATUS`.
     """
+    require_kind(mission, Mission, "mission")
     return judge(scenario, mission)[0]
 
 
