@@ -35,7 +35,7 @@ def mission_tiles(scene: MissionScene) -> str:
         name = "Altitude" if scene.scenario.terrain is None else "Above ground"
         shown.append((name, f"{low:,.1f} to {high:,.1f} m", "at least and at most"))
     if near is not None:
-        shown.append(("Nearest obstacle", f"{near:,.2f} m", "about, of what stands still"))
+        shown.append(("Nearest obstacle", f"{near:,.2f} m", "about, to what stands still"))
     if energies:
         shown.append(("Energy", told_energy(max(energies)), "of the UAV that needs most"))
     return tiles(shown)

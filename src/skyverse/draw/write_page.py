@@ -20,7 +20,7 @@ def write_html(mission: Mission | Scenario, path: str | Path) -> None:
     Raises
     ------
     InputError
-        If the folder does not exist or the file cannot be written.
+        If it is neither, the folder does not exist or the file cannot be written.
     """
     require_kind(mission, (Mission, Scenario), "mission")
     require_kind(path, (str, Path), "path")

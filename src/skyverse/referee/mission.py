@@ -204,6 +204,11 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
     mission
         What is judged. However malformed it is, violations are returned and nothing is raised.
 
+    Raises
+    ------
+    InputError
+        If what is given is no scenario, or one that no file could hold, or no mission.
+
     Returns
     -------
     list of Violation

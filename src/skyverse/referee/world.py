@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, shown
+from skyverse.errors import require_kind
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
@@ -100,13 +100,12 @@ def referee_world(
     return RefereeWorld(scenario, shapes, low, high, step, boxes, tuple(others), ground, corner, error, without_error)
 
 
-def require_sound(scenario: object) -> None:
+def require_sound(scenario: Scenario) -> None:
     """Raise `InputError` for what no file of a scenario could hold, whoever made it, and however.
 
     Models are validated when they are made, but pydantic has ways around that, such as ``model_construct``.
     """
-    if not isinstance(scenario, Scenario):
-        raise InputError(f"expected a Scenario, found {shown(scenario)}", field="scenario")
+    require_kind(scenario, Scenario, "scenario")
     Scenario(**scenario.model_dump(warnings=False))
 
 
