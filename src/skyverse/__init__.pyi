@@ -132,6 +132,9 @@ from .planners.waypoint_methods import LSHADE as LSHADE
 from .planners.waypoint_methods import MFO as MFO
 from .planners.waypoint_methods import PSO as PSO
 from .planners.waypoint_methods import WOA as WOA
+from .planners.waypoint_methods import WaypointBBO as WaypointBBO
+from .planners.waypoint_methods import WaypointGSO as WaypointGSO
+from .planners.waypoint_methods import WaypointMVO as WaypointMVO
 from .planners.waypoints import WaypointSearch as WaypointSearch
 from .problem import Airspace as Airspace
 from .problem import Problem as Problem

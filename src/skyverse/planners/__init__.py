@@ -19,6 +19,7 @@ _CLASSES = {
     "taut": "taut.Taut",
     "theta-star": "theta_star.ThetaStar",
     "cheapest": "cheapest.Cheapest",
+    **{f"waypoint-{name}": f"waypoint_methods.Waypoint{name.upper()}" for name in ("mvo", "gso", "bbo")},
     **{
         name: f"waypoint_methods.{name.replace('-', '').upper()}"
         for name in ("cma-es", "pso", "ga", "de", "l-shade", "woa", "mfo", "gwo", "da")

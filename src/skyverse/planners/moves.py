@@ -353,9 +353,16 @@ def detour(task: LatticeTask, workspace: Workspace, rng: Generator, length: int,
 
 
 @query
-def adopt(task: LatticeTask, workspace: Workspace, U: Paths, i: int, best: Paths, length: int) -> None:
-    """Price the draft, replace path i by it, and the best path too if the draft is cheaper."""
+def adopt(
+    task: LatticeTask, workspace: Workspace, U: Paths, i: int, best: Paths, length: int, greedy: bool = False
+) -> None:
+    """Price the draft, replace path i by it, and the best path too if the draft is cheaper.
+
+    If `greedy`, path i stays where the draft costs more.
+    """
     price = judge(task, workspace, length)
+    if greedy and price > U.cost[i]:
+        return
     put(U, i, workspace, length, price)
     if price < best.cost[0]:
         put(best, 0, workspace, length, price)
