@@ -206,7 +206,7 @@ def test_methods_with_one_seed_begin_with_the_same_candidates(kind):
 @every_method
 def test_an_iteration_evaluates_every_candidate_once(kind):
     need(PACKAGES[kind])
-    history = kind(candidates=7).plan(sky.Problem(ROOM), stop=sky.MaxIterations(3), rng=3).history
+    history = kind(candidates=7).plan(sky.Problem(ROOM), stop=sky.MaxIterations(3), rng=3).history.by_iteration()
     left = {sky.LSHADE: [7, 7, 6, 5], sky.WaypointMVO: [7, 6, 6, 6]}.get(kind, [7] * 4)  # the best universe stays
     np.testing.assert_array_equal(history.evaluations, np.cumsum(left))
 

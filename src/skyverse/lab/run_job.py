@@ -12,7 +12,7 @@ from skyverse._version import __version__
 from skyverse.lab.row import Row
 from skyverse.lab.scenario_text import scenario_text
 from skyverse.mission.plan_mission import Assignment, assign_targets
-from skyverse.model.result import History, Result, Status, no_history
+from skyverse.model.result import History, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Violation
 from skyverse.planners.base import Planner
@@ -161,7 +161,7 @@ def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -
         generated_paths=sum(result.effort.generated_paths for result in results),
         generated_nodes=sum(result.effort.generated_nodes for result in results),
         evaluations=sum(result.effort.evaluations for result in results),
-        iterations=sum(max(len(result.history.cost) - 1, 0) for result in results),
+        iterations=sum(int(result.history.iteration.max(initial=0)) for result in results),
         seconds=sum((result.seconds for result in results), 0.0),
         stopped_by=", ".join(dict.fromkeys(result.stopped_by for result in results)),
         verdict=" ".join(violation.message for violation in violations),
@@ -177,14 +177,18 @@ def _versions(results: Sequence[Result]) -> str:
 
 
 def _history(results: Sequence[Result]) -> History:
-    """Add the histories up, row by row; a shorter one repeats its last row, an empty one counts its final cost."""
-    length = max((len(result.history.cost) for result in results), default=0)
-    if length == 0:
-        return no_history()
+    """Return the history of one UAV, or add up those of several, iteration by iteration.
+
+    A shorter one repeats its last row, an empty one counts its final cost.
+    """
+    if len(results) == 1:
+        return results[0].history
+    found = [result.history.by_iteration() for result in results]
+    length = max((len(history.cost) for history in found), default=0)
     totals = [np.zeros(length), *np.zeros((3, length), np.int64)]
-    for result in results:
-        missing = length - len(result.history.cost)
-        for total, column, final in zip(totals, astuple(result.history), (result.cost, 0, 0, 0), strict=True):
+    for result, history in zip(results, found, strict=True):
+        missing = length - len(history.cost)
+        for total, column, final in zip(totals, astuple(history), (result.cost, 0, 0, 0), strict=False):
             total += np.pad(column, (0, missing), mode="edge") if missing < length else final
     return History(*totals)
 

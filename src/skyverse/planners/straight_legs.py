@@ -14,7 +14,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Rates
 from skyverse.model.result import Provenance, Result
 from skyverse.numerics.kernel import by_reference, inner, kernel
-from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace
+from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace, note_best
 from skyverse.planners.results import SearchRecord, any_angle_result, refused_result
 from skyverse.planners.run import Run, make_workspace
 from skyverse.problem import Problem
@@ -146,6 +146,7 @@ def judge_legs(task: StraightTask, workspace: Workspace, best: Polylines, path: 
             best.points[0, i] = path[i]
         best.length[0] = free
         best.cost[0] = price
+        note_best(workspace, price)
     return fitness
 
 

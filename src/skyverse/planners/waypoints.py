@@ -28,7 +28,7 @@ from skyverse.planners.moves import (
     draft_contact,
     exhausted,
     judge,
-    put,
+    keep_if_best,
 )
 from skyverse.planners.optimisers import Evaluate, Iterations
 from skyverse.planners.run import LatticeRun
@@ -192,9 +192,7 @@ def decode(task: LatticeTask, workspace: Workspace, best: Paths, X: Floats, coll
         if len(task.contact.shapes.kind):
             fitness[i] += draft_contact(task, workspace, length)
         length = cut_loops(workspace, 0, free)
-        price = judge(task, workspace, length)
-        if price < best.cost[0]:
-            put(best, 0, workspace, length, price)
+        keep_if_best(workspace, best, length, judge(task, workspace, length))
     return fitness
 
 

@@ -152,7 +152,8 @@ class CellRuns:
             if longer > iterations and column in HISTORY_VALUES:
                 histories = self._histories(given.label, named, f"{longer} iterations")
                 if len(histories) == self.runs:
-                    return np.array([getattr(history, column)[iterations] for history in histories], dtype=np.float64)
+                    values = [getattr(history.by_iteration(), column)[iterations] for history in histories]
+                    return np.array(values, dtype=np.float64)
         return self._whole(found, named)
 
     def means(
