@@ -1,5 +1,6 @@
 """The study that the verb ``compare`` runs: from a file, or from scenarios and options."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,12 +40,14 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study | MovingStudy"
             raise InputError(
                 f"{given[0]}: expected a study file or options, found both; {source} says all of the study"
             )
+        sys.path.append(str(source.parent.resolve()))  # for planners of one's own beside the file
         named = data if "name" in data else {**data, "name": source.stem}
         if "policies" in data:
             from skyverse.lab.moving_study import moving_study_from_data
 
             return moving_study_from_data(source, named, source.parent)
         return study_from_data(source, named, source.parent)
+    sys.path.append(str(Path.cwd()))
     budget = {name: asked[name] for name in _BUDGET_OPTIONS if asked[name] is not None}
     if len(budget) > 1:
         raise InputError(f"{' '.join('--' + name for name in budget)}: expected one budget; a study file can list more")

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import cached_property, lru_cache
 
-import numba
 import numpy as np
 
-from skyverse._version import __version__
+from skyverse.lab.code_digest import code_digest, versions
 from skyverse.lab.row import Row
 from skyverse.lab.scenario_text import scenario_text
 from skyverse.mission.plan_mission import Assignment, assign_targets
@@ -75,8 +74,8 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """A digest of the labels and of all that determines the answer, including the version of skyverse."""
-        return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop), __version__)
+        """A digest of the labels and of all that determines the answer, including the code."""
+        return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop), code_digest(self.planner))
 
     def row(self) -> Row:
         """Make the run and return its row."""
@@ -166,14 +165,9 @@ def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -
         stopped_by=", ".join(dict.fromkeys(result.stopped_by for result in results)),
         verdict=" ".join(violation.message for violation in violations),
         settings=repr(job.planner),
-        versions=_versions(results),
+        versions=versions(job.planner),
         history=_history(results),
     )
-
-
-def _versions(results: Sequence[Result]) -> str:
-    origins = dict.fromkeys(f"skyverse {r.provenance.skyverse}, {r.provenance.platform}" for r in results)
-    return ", ".join([*origins, f"numba {numba.__version__}"])
 
 
 def _history(results: Sequence[Result]) -> History:

@@ -1,5 +1,6 @@
 """Studies: scenarios x planners x budgets x seeds, as objects and as files."""
 
+import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -21,13 +22,12 @@ from skyverse.lab.study_fields import (
     StudyScenario,
     as_tuple,
     label_of,
-    named_by,
     refuse_doubles,
 )
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import temporary_zones
-from skyverse.planners import make_planner
+from skyverse.planners import make_planner, name_of
 from skyverse.planners.base import Planner
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
 
@@ -47,12 +47,24 @@ class StudyPlanner(MadeByName):
 
     @property
     def name(self) -> str:
-        """The planner's name."""
-        return self.planner
+        """The planner's name, of an own one that of its class."""
+        return self.planner.rpartition(":")[2]
 
     def make(self) -> Planner:
         """Return the planner."""
         return make_planner(self.planner, **self.settings)
+
+
+def _said(value: Any) -> Any:
+    """Return what a study's file says for a planner that is given as such or by its name."""
+    if not isinstance(value, Planner):
+        return {"planner": value} if isinstance(value, str) else value
+    fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
+    settings = {f.name: getattr(value, f.name) for f in fields}
+    said = {"planner": name_of(value), **{f.name: settings[f.name] for f in fields if settings[f.name] != f.default}}
+    if make_planner(**{"name": said["planner"], **settings}) != value:
+        raise ValueError(f"expected a planner that its settings make anew, a dataclass, found {value!r:.60}")
+    return said
 
 
 class Budget(StudyModel):
@@ -104,7 +116,8 @@ class Study(ScenarioStudy):
     scenarios
         Built-in names or files, or ``{"label": ..., "file": ...}``.
     planners
-        Names, or ``{"planner": ..., "label": ..., settings ...}``. Exact planners, which depend on neither budget nor
+        Names, planners, or ``{"planner": ..., "label": ..., settings ...}``; a planner of one's own is a class at the
+        top of a module, named ``"module:Class"``. Exact planners, which depend on neither budget nor
         seed, are also run for each of them, so that every planner has the same number of rows.
     seeds
         The number of seeds, counted from 0, or a list of seeds.
@@ -117,7 +130,7 @@ class Study(ScenarioStudy):
 
     format: Literal["skyverse/study/1"] = "skyverse/study/1"
     planners: Annotated[
-        tuple[Annotated[StudyPlanner, named_by("planner")], ...], BeforeValidator(as_tuple), Field(min_length=1)
+        tuple[Annotated[StudyPlanner, BeforeValidator(_said)], ...], BeforeValidator(as_tuple), Field(min_length=1)
     ]
     seeds: Seeds = 30  # type: ignore[assignment]
     budget: Annotated[

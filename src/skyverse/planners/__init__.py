@@ -31,18 +31,40 @@ PLANNER_NAMES = tuple(_CLASSES)
 
 
 def make_planner(name: str, **settings: object) -> "Planner":
-    """Return the planner of that name with these settings.
+    """Return the planner of that name, or of an own class given as ``"module:Class"``, with these settings.
 
     Raises
     ------
     InputError
         If there is no such planner or setting, or a setting has a value that it cannot have.
     """
+    if ":" in name:
+        return _own(name)(**settings)
     if name not in _CLASSES:
         near = did_you_mean(name, PLANNER_NAMES) or f"; there are {', '.join(PLANNER_NAMES)}"
         raise InputError(f"there is no planner {name!r}{near}")
     module, _, cls = _CLASSES[name].partition(".")
     return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
+
+
+def name_of(planner: "Planner") -> str:
+    """Return the name by which `make_planner` finds a planner's class."""
+    cls = type(planner)
+    known = {f"{__name__}.{path}": name for name, path in _CLASSES.items()}
+    return known.get(f"{cls.__module__}.{cls.__name__}", f"{cls.__module__}:{cls.__qualname__}")
+
+
+def _own(name: str) -> "type[Planner]":
+    from skyverse.planners.base import Planner
+
+    module, _, attribute = name.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), attribute, None)
+    except (ImportError, ValueError) as error:
+        raise InputError(f"expected a planner as module:Class, but {module!r} cannot be imported: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, Planner)):
+        raise InputError(f"expected a planner as module:Class, found {name!r}, which is {shown(found)}")
+    return found
 
 
 def planner_of(given: "Planner | str | None") -> "Planner":
