@@ -159,7 +159,7 @@ def _milliseconds(rows: MovingRows) -> Figure:
 
 def _differences(rows: MovingRows) -> Iterator[Block]:
     policies = rows.labels("policy")
-    found = compare_pairs([flight_costs(rows, policy) for policy in policies])
+    found = compare_pairs([flight_costs(rows, policy) for policy in policies], paired=True)
     if not found:
         yield Text("One policy has flown; there is nothing to compare.")
         return
