@@ -63,7 +63,7 @@ def _of_module(name: str) -> str:
         raise InputError(
             f"expected a planner whose source is in a file, since an edited one must not be taken for done; "
             f"{name} has none",
-            field="planners",
+            field="planner",
         )
     packaged = spec is not None and spec.submodule_search_locations is not None
     files = sorted(Path(file).parent.rglob("*.py")) if packaged else [Path(file)]

@@ -49,7 +49,7 @@ def write_moving_report(
     title
         The report's title, in plain text.
     formats, figures
-        ``"html"``, ``"md"``; ``"svg"``, ``"png"``, ``"pdf"``.
+        ``"html"``, ``"md"``, and each table as ``"csv"``, ``"tex"``; ``"svg"``, ``"png"``, ``"pdf"``.
 
     Returns
     -------
