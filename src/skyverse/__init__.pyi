@@ -119,6 +119,7 @@ from .planners.hybrid import HybridMVO as HybridMVO
 from .planners.lattice import LatticeSearch as LatticeSearch
 from .planners.metaheuristic import Metaheuristic as Metaheuristic
 from .planners.mvo import MVO as MVO
+from .planners.objective import PathObjective as PathObjective
 from .planners.own_path import result_of_path as result_of_path
 from .planners.restart import RandomRestart as RandomRestart
 from .planners.taut import Taut as Taut

@@ -95,7 +95,7 @@ def test_versions_name_the_packages_and_the_module(shake):
         ("nowhere:Shake", "'nowhere' cannot be imported"),
         ("math:pi", "'math:pi', which is 3.14"),
         ("skyverse:Missing", "which is None"),
-        ("skyverse:Scenario", "expected a planner as module:Class"),
+        ("skyverse:Scenario", "expected a Planner as module:Class"),
         (":", "cannot be imported"),
     ],
 )
@@ -115,5 +115,5 @@ def test_a_planner_that_its_settings_do_not_make_anew_is_refused():
         size: int = 3
 
     for planner in (Local(), Nameless()):
-        with pytest.raises(ValueError, match="expected a planner as module:Class"):
+        with pytest.raises(ValueError, match="expected a Planner as module:Class"):
             Study(scenarios=["map1"], planners=[planner])

@@ -15,8 +15,8 @@ from skyverse.errors import InputError
 from skyverse.planners.base import provenance
 
 
-def code_digest(made_by: object) -> str:
-    """Return a digest of skyverse's source and of that of the modules from which an own planner or policy comes.
+def code_digest(*made_by: object) -> str:
+    """Return a digest of skyverse's source and of the modules from which own planners, objectives or policies come.
 
     Of a module in a package, the whole package counts.
 
@@ -28,13 +28,13 @@ def code_digest(made_by: object) -> str:
     return _digest(_of_skyverse(), *(_of_module(module) for module in sorted(_own_modules(made_by))))
 
 
-def versions(made_by: object) -> str:
+def versions(*made_by: object) -> str:
     """Return in words the versions of all that takes part in a run, the processor, and the day."""
     from llvmlite.binding import get_host_cpu_name
 
     told = [f"skyverse {__version__} ({_of_skyverse()[:12]})", provenance("", None, None).platform]
-    library = getattr(made_by, "library", "")
-    told += [f"{package} {version(package)}" for package in ("numba", "scipy", library) if package]
+    libraries = [one.library for one in made_by if getattr(one, "library", "")]
+    told += [f"{package} {version(package)}" for package in ("numba", "scipy", *libraries)]
     for module in sorted(_own_modules(made_by)):
         try:
             told.append(f"{module} {version(module)} ({_of_module(module)[:12]})")
@@ -46,7 +46,10 @@ def versions(made_by: object) -> str:
 def _own_modules(thing: object) -> set[str]:
     """Return the top-level modules that are not Python's, numpy's or skyverse's of a thing, its bases, its settings."""
     modules = {getattr(thing, "__module__", None) or "", *(kind.__module__ for kind in type(thing).__mro__)}
-    own = {module.partition(".")[0] for module in modules} - sys.stdlib_module_names - {"skyverse", "numpy", ""}
+    tops = {
+        module.partition(".")[0].replace("__mp_main__", "__main__") for module in modules
+    }  # as spawned processes say
+    own = tops - sys.stdlib_module_names - {"skyverse", "numpy", ""}
     parts = vars(thing).values() if dataclasses.is_dataclass(thing) else thing if isinstance(thing, tuple) else ()
     return own.union(*map(_own_modules, parts))
 
@@ -59,14 +62,14 @@ def _of_skyverse() -> str:
 def _of_module(name: str) -> str:
     spec = None if name == "__main__" else find_spec(name)
     file = getattr(sys.modules["__main__"], "__file__", None) if spec is None else spec.origin
-    if file is None:
+    folders = [] if spec is None else spec.submodule_search_locations or []
+    if file is None and not folders:
         raise InputError(
-            f"expected a planner whose source is in a file, since an edited one must not be taken for done; "
-            f"{name} has none",
+            "expected a planner or an objective whose source is in a file, since edited code must not be taken for "
+            f"done; {name} has none",
             field="planner",
         )
-    packaged = spec is not None and spec.submodule_search_locations is not None
-    files = sorted(Path(file).parent.rglob("*.py")) if packaged else [Path(file)]
+    files = sorted(each for folder in folders for each in Path(folder).rglob("*.py")) or [Path(file)]
     stats = ((each, each.stat()) for each in files)
     return _digest(*(_of_file(each, found.st_mtime_ns, found.st_size) for each, found in stats))
 

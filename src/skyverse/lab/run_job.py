@@ -15,6 +15,7 @@ from skyverse.model.result import History, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Violation
 from skyverse.planners.base import Planner
+from skyverse.planners.objective import PathObjective, rescored
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import check_result
 from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
@@ -58,6 +59,8 @@ class Job:
     seed
         The search of a single UAV gets ``rng=seed``; those of several get a random stream each, as in
         `plan_mission`.
+    objective
+        An objective of one's own by which the results of all planners are priced.
     """
 
     case: Case
@@ -66,6 +69,7 @@ class Job:
     stop: Stop
     budget: str
     seed: int
+    objective: PathObjective | None = None
 
     @property
     def run(self) -> tuple[str, str, str, int]:
@@ -75,7 +79,8 @@ class Job:
     @cached_property
     def key(self) -> str:
         """A digest of the labels and of all that determines the answer, including the code."""
-        return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop), code_digest(self.planner))
+        made_by = (self.planner, self.objective)
+        return _digest(*self.run, self.case.digest, repr(made_by), repr(self.stop), code_digest(*made_by))
 
     def row(self) -> Row:
         """Make the run and return its row."""
@@ -100,7 +105,7 @@ def run_job(job: Job) -> Row:
         stop = job.stop if job.stop.spent(Progress()) is not None else _counted(job, problem)
         result = job.planner.plan(problem, stop=stop, rng=streams[problem.uav])
         violations += check_result(job.case.scenario, problem.uav, problem.target, result)
-        results.append(result)
+        results.append(result if job.objective is None else rescored(problem, job.objective, result))
     return _row(job, results, violations)
 
 
@@ -165,7 +170,7 @@ def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -
         stopped_by=", ".join(dict.fromkeys(result.stopped_by for result in results)),
         verdict=" ".join(violation.message for violation in violations),
         settings=repr(job.planner),
-        versions=versions(job.planner),
+        versions=versions(job.planner, job.objective),
         history=_history(results),
     )
 

@@ -22,13 +22,16 @@ from skyverse.lab.study_fields import (
     StudyScenario,
     as_tuple,
     label_of,
+    named_by,
     refuse_doubles,
 )
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import temporary_zones
-from skyverse.planners import make_planner, name_of
+from skyverse.planners import make_planner, name_of, own_class
 from skyverse.planners.base import Planner
+from skyverse.planners.objective import PathObjective
+from skyverse.planners.waypoints import WaypointSearch
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
 
 _RULES = {
@@ -56,15 +59,32 @@ class StudyPlanner(MadeByName):
 
 
 def _said(value: Any) -> Any:
-    """Return what a study's file says for a planner that is given as such or by its name."""
-    if not isinstance(value, Planner):
-        return {"planner": value} if isinstance(value, str) else value
+    """Return what a study's file says for a planner or an objective that is given as such or by its name."""
+    key = "objective" if isinstance(value, PathObjective) else "planner"
+    if not isinstance(value, Planner | PathObjective):
+        return {key: value} if isinstance(value, str) else value
     fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
     settings = {f.name: getattr(value, f.name) for f in fields}
-    said = {"planner": name_of(value), **{f.name: settings[f.name] for f in fields if settings[f.name] != f.default}}
-    if make_planner(**{"name": said["planner"], **settings}) != value:
-        raise ValueError(f"expected a planner that its settings make anew, a dataclass, found {value!r:.60}")
-    return said
+    name = name_of(value)
+    made = own_class(name, PathObjective)(**settings) if key == "objective" else make_planner(name, **settings)
+    if made != value:
+        raise ValueError(f"expected what its settings make anew, a dataclass, found {value!r:.60}")
+    return {key: name, **{f.name: settings[f.name] for f in fields if settings[f.name] != f.default}}
+
+
+class StudyObjective(MadeByName):
+    """An objective of one's own by its name, ``"module:Class"``, and its settings."""
+
+    objective: str
+
+    @property
+    def name(self) -> str:
+        """The name of its class."""
+        return self.objective.rpartition(":")[2]
+
+    def make(self) -> PathObjective:
+        """Return the objective."""
+        return own_class(self.objective, PathObjective)(**self.settings)
 
 
 class Budget(StudyModel):
@@ -126,6 +146,9 @@ class Study(ScenarioStudy):
         a list of limits. Seconds are turned into paths by a pilot run.
     assignment
         How targets are assigned to UAVs; see `plan_mission`.
+    objective
+        A `PathObjective` of one's own, ``"module:Class"`` or ``{"objective": ..., settings ...}``: waypoint planners
+        minimise it, and the paths of all others are priced by it.
     """
 
     format: Literal["skyverse/study/1"] = "skyverse/study/1"
@@ -140,6 +163,7 @@ class Study(ScenarioStudy):
         Field(min_length=1, validate_default=True),
     ] = {"paths": 1000}  # type: ignore[assignment]
     assignment: Assignment = "path-cost"
+    objective: Annotated[StudyObjective | None, named_by("objective"), BeforeValidator(_said)] = None
 
     @model_validator(mode="after")
     def _unlike(self) -> Self:
@@ -159,8 +183,10 @@ class Study(ScenarioStudy):
             unit that not all planners share.
         """
         cases = [_case(given, self.assignment) for given in self.scenarios]
+        objective = self.objective.make() if self.objective else None
         for case in cases:
-            self._refuse_two_units(case.scenario)
+            if objective is None:
+                self._refuse_two_units(case.scenario)
             if case.scenario.movers:
                 raise InputError(
                     f"{case.scenario.name}: movers: expected none, since studies compare paths, which have no times, "
@@ -173,9 +199,11 @@ class Study(ScenarioStudy):
                 )
             for contender in self.planners:
                 planner = contender.make()
+                if objective is not None and isinstance(planner, WaypointSearch):
+                    planner = dataclasses.replace(planner, objective=objective)
                 for budget in self.budget:
                     for seed in self.seeds:
-                        yield Job(case, planner, contender.label, budget.stop, budget.label, seed)
+                        yield Job(case, planner, contender.label, budget.stop, budget.label, seed, objective)
 
     def _refuse_two_units(self, scenario: Scenario) -> None:
         off = [contender.label for contender in self.planners if contender.make().leaves_lattice(scenario)]
@@ -209,6 +237,8 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
 def write_study(study: Study, path: Path) -> None:
     """Write a study file from which `read_study` reads an equal study."""
     data = study.seen_from(path.parent).model_dump(mode="json")
+    if data["objective"] is None:
+        del data["objective"]
     for things, key in ((data["scenarios"], "file"), (data["planners"], "planner")):
         for k, thing in enumerate(things):
             if thing["label"] == label_of(thing[key]) and len(thing) == 2:

@@ -187,6 +187,8 @@ class Result(ArrayRecord, Drawn):
     straight_bound
         Whether `bound` is the cost of the straight line from start to goal, which tells nothing of what is in its way.
         The line joins the tops of the columns in which a UAV takes off and lands, where there are any.
+    objective
+        The objective of one's own by which `cost`, `terms`, `bound` and `history` are meant; empty: the scenario's.
     """
 
     status: Status
@@ -203,6 +205,7 @@ class Result(ArrayRecord, Drawn):
     provenance: Provenance
     any_angle: Flag = False
     straight_bound: Flag = False
+    objective: str = ""
 
     def __repr__(self) -> str:
         if not len(self.path):

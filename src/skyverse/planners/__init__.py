@@ -1,12 +1,14 @@
 """The planners: frozen parameters with one verb, ``plan(problem, *, stop, rng, on_iteration) -> Result``."""
 
 import importlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from skyverse.errors import InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
     from skyverse.planners.base import Planner
+
+T = TypeVar("T")
 
 _CLASSES = {
     "auto": "auto.Auto",
@@ -39,7 +41,9 @@ def make_planner(name: str, **settings: object) -> "Planner":
         If there is no such planner or setting, or a setting has a value that it cannot have.
     """
     if ":" in name:
-        return _own(name)(**settings)
+        from skyverse.planners.base import Planner
+
+        return own_class(name, Planner)(**settings)
     if name not in _CLASSES:
         near = did_you_mean(name, PLANNER_NAMES) or f"; there are {', '.join(PLANNER_NAMES)}"
         raise InputError(f"there is no planner {name!r}{near}")
@@ -47,23 +51,23 @@ def make_planner(name: str, **settings: object) -> "Planner":
     return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
 
 
-def name_of(planner: "Planner") -> str:
-    """Return the name by which `make_planner` finds a planner's class."""
+def name_of(planner: object) -> str:
+    """Return the name by which `make_planner`, or `own_class`, finds the class of a planner or of an objective."""
     cls = type(planner)
     known = {f"{__name__}.{path}": name for name, path in _CLASSES.items()}
     return known.get(f"{cls.__module__}.{cls.__name__}", f"{cls.__module__}:{cls.__qualname__}")
 
 
-def _own(name: str) -> "type[Planner]":
-    from skyverse.planners.base import Planner
-
+def own_class(name: str, kind: type[T]) -> type[T]:
+    """Return a class of one's own of this kind, given as ``"module:Class"``, or raise `InputError`."""
     module, _, attribute = name.partition(":")
+    asked = f"expected a {kind.__name__} as module:Class"
     try:
         found = getattr(importlib.import_module(module), attribute, None)
     except (ImportError, ValueError) as error:
-        raise InputError(f"expected a planner as module:Class, but {module!r} cannot be imported: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, Planner)):
-        raise InputError(f"expected a planner as module:Class, found {name!r}, which is {shown(found)}")
+        raise InputError(f"{asked}, but {module!r} cannot be imported: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, kind)):
+        raise InputError(f"{asked}, found {name!r}, which is {shown(found)}")
     return found
 
 
