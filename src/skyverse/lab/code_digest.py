@@ -33,7 +33,7 @@ def versions(*made_by: object) -> str:
     from llvmlite.binding import get_host_cpu_name
 
     told = [f"skyverse {__version__} ({_of_skyverse()[:12]})", provenance("", None, None).platform]
-    libraries = [one.library for one in made_by if getattr(one, "library", "")]
+    libraries = filter(None, (getattr(one, "library", "") for one in made_by))
     told += [f"{package} {version(package)}" for package in ("numba", "scipy", *libraries)]
     for module in sorted(_own_modules(made_by)):
         try:
@@ -69,7 +69,7 @@ def _of_module(name: str) -> str:
             f"done; {name} has none",
             field="planner",
         )
-    files = sorted(each for folder in folders for each in Path(folder).rglob("*.py")) or [Path(file)]
+    files = sorted(each for folder in folders for each in Path(folder).rglob("*.py")) or [Path(str(file))]
     stats = ((each, each.stat()) for each in files)
     return _digest(*(_of_file(each, found.st_mtime_ns, found.st_size) for each, found in stats))
 

@@ -69,11 +69,11 @@ def _compare(first: Costs, second: Costs, scenarios: Sequence[str], paired: bool
         return alone[0]
     chance = float(np.mean([one.chance for one in alone]))
     paired = all(one.paired for one in alone)
-    correlation = float(np.mean([one.correlation for one in alone])) if paired else None
-    runs, tested = sum(one.runs for one in alone), [one for one in alone if one.p is not None]
+    correlation = float(np.mean([one.correlation or 0.0 for one in alone])) if paired else None
+    runs, tested = sum(one.runs for one in alone), [(one.p, one.chance - 0.5) for one in alone if one.p is not None]
     if not tested:
         return PairwiseTest(paired, runs, chance, correlation, None)
-    p, heterogeneity = combined([one.p for one in tested], [one.chance - 0.5 for one in tested])
+    p, heterogeneity = combined(*zip(*tested, strict=True))
     return PairwiseTest(paired, runs, chance, correlation, p, heterogeneity)
 
 

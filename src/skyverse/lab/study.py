@@ -63,7 +63,7 @@ def _said(value: Any) -> Any:
     key = "objective" if isinstance(value, PathObjective) else "planner"
     if not isinstance(value, Planner | PathObjective):
         return {key: value} if isinstance(value, str) else value
-    fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
+    fields: tuple[Any, ...] = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
     settings = {f.name: getattr(value, f.name) for f in fields}
     name = name_of(value)
     made = own_class(name, PathObjective)(**settings) if key == "objective" else make_planner(name, **settings)
@@ -84,7 +84,8 @@ class StudyObjective(MadeByName):
 
     def make(self) -> PathObjective:
         """Return the objective."""
-        return own_class(self.objective, PathObjective)(**self.settings)
+        objective: PathObjective = own_class(self.objective, PathObjective)(**self.settings)
+        return objective
 
 
 class Budget(StudyModel):

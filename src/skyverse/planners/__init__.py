@@ -1,14 +1,12 @@
 """The planners: frozen parameters with one verb, ``plan(problem, *, stop, rng, on_iteration) -> Result``."""
 
 import importlib
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError, did_you_mean, shown
 
 if TYPE_CHECKING:
     from skyverse.planners.base import Planner
-
-T = TypeVar("T")
 
 _CLASSES = {
     "auto": "auto.Auto",
@@ -43,7 +41,8 @@ def make_planner(name: str, **settings: object) -> "Planner":
     if ":" in name:
         from skyverse.planners.base import Planner
 
-        return own_class(name, Planner)(**settings)
+        own: Planner = own_class(name, Planner)(**settings)
+        return own
     if name not in _CLASSES:
         near = did_you_mean(name, PLANNER_NAMES) or f"; there are {', '.join(PLANNER_NAMES)}"
         raise InputError(f"there is no planner {name!r}{near}")
@@ -58,7 +57,7 @@ def name_of(planner: object) -> str:
     return known.get(f"{cls.__module__}.{cls.__name__}", f"{cls.__module__}:{cls.__qualname__}")
 
 
-def own_class(name: str, kind: type[T]) -> type[T]:
+def own_class(name: str, kind: Any) -> Any:
     """Return a class of one's own of this kind, given as ``"module:Class"``, or raise `InputError`."""
     module, _, attribute = name.partition(":")
     asked = f"expected a {kind.__name__} as module:Class"

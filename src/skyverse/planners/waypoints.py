@@ -141,8 +141,9 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
         if self.objective is not None:
             if problem.any_angle_refusal is not None:
                 return refused_result(problem, problem.any_angle_refusal, origin)
-            given = {"problem": problem, "objective": self.objective, "best": PricedPath()}
-            return ObjectiveRun(workspace=make_workspace(stop), rng=rng, **given)
+            return ObjectiveRun(
+                workspace=make_workspace(stop), rng=rng, problem=problem, objective=self.objective, best=PricedPath()
+            )
         if self.legs == "lattice":
             return super().open_run(problem, stop, rng, origin)
         return open_straight_run(
