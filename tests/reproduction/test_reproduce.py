@@ -13,9 +13,10 @@ from skyverse.errors import InputError
 from skyverse.lab.report import Table, Text
 from skyverse.lab.rows import Rows
 from skyverse.reproduction import cell_runs as cell_runs_module
-from skyverse.reproduction import claims, cost_claims, effort_claims, published
-from skyverse.reproduction.cell_runs import FORMS, CellRuns, case, cell, optimum, planner, restarts
+from skyverse.reproduction import claims, cost_claims, effort_claims, fleets, published
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, case, cell, mean, optimum, planner, restarts
 from skyverse.reproduction.claim_verdict import ClaimVerdict
+from skyverse.reproduction.lean_runs import run_lean
 from skyverse.reproduction.reproduce import THESIS_PARTS, jobs, named, reproduce
 
 TABLES = Path(__file__).resolve().parents[3] / "shared" / "thesis" / "tables.json"
@@ -213,6 +214,43 @@ def test_the_page_of_claims_judges_each_in_both_forms():
     texts = [claim.text for claim in claims.CLAIMS]
     assert len(set(texts)) == len(texts) >= 20
     assert {re.sub(r"[ ,].*", "", claim.where) for claim in claims.CLAIMS} >= {"abstract", "4.1.1.1", "4.1.3", "4.2"}
+
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
+
+
+def documented_runs():
+    """How many runs each cell has in the documentation, by the command that its page names."""
+    return int(re.search(r"`skyverse reproduce --runs (\d+) --seed 0", (DOCS / "report.md").read_text("utf-8"))[1])
+
+
+@pytest.mark.skipif(not DOCS.exists(), reason="the documentation is not here")
+def test_a_sample_of_the_pages_in_the_documentation_is_what_the_code_makes(tmp_path):
+    reproduce(["fig-4.1", "fig-4.27", "fig-4.28"], tmp_path, runs=documented_runs(), seed=0)
+    checked_in, made = ((folder / "report.md").read_text(encoding="utf-8") for folder in (DOCS, tmp_path))
+    sample = [block for block in made.split("\n\n") if block.startswith(("|", "**Figure"))]
+    assert len(sample) == 5
+    for block in sample:
+        assert block in checked_in
+    for name in ("fig-4.1", "fig-4.28"):
+        drawing = f"figures/{name}.svg"
+        assert (tmp_path / drawing).stat().st_size == pytest.approx((DOCS / drawing).stat().st_size, rel=0.05)
+
+
+@pytest.mark.skipif(not DOCS.exists(), reason="the documentation is not here")
+def test_a_cell_and_a_claim_in_the_documentation_are_what_the_code_finds():
+    report, judged = ((DOCS / f"{page}.md").read_text(encoding="utf-8") for page in ("report", "claims"))
+    given, few, all_seeds = case("map1"), range(20), range(documented_runs())
+    jobs_ = [*cell(given, "BBO", "as run", 20, 25, all_seeds)]
+    for how in ("identity", "euclidean"):
+        jobs_ += cell(fleets.coordinated(how), "MVO", "as described", 25, 40, few)
+    lean = run_lean(jobs_)
+    row = next(line for line in report.splitlines() if line.startswith("| BBO, 20 x 25"))
+    assert str(mean(CellRuns(lean, all_seeds).values("cost", given, "BBO", "as run", 20, 25))) in row
+    found = cost_claims.munkres_lowers(("MVO",), CellRuns(lean, few), "as described")
+    section = judged.split("## Claim 20\n")[1].split("\n## ")[0].split("*As described*")[1]
+    assert found.verdict.value in section
+    assert all(value in section for value in found.comparisons[0].record().values())
 
 
 def test_the_verdicts_of_other_sets_of_seeds_are_counted():
