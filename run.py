@@ -51,6 +51,7 @@ def main() -> int:
     if rest and options.command != "test":
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     os.chdir(ROOT)
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # else each Python that a test starts compiles all it imports
     if options.command == "lock":
         return lock()
     if options.command == "wheel":

@@ -29,8 +29,8 @@ LEFT_OUT = {"seconds", "platform", "skyverse", "message", "note", "format", "str
 FEW = sky.MaxIterations(6)
 SAME = 1e-9
 """The share by which numbers may differ where not all bits are compared."""
-OF_OTHERS = ("CMAES", "LSHADE", "DE", "PSO", "GA", "GWO")
-"""Planners whose optimisers other packages make, which add up by BLAS: only their numbers are compared."""
+OF_OTHERS = ("CMAES", "LSHADE")
+"""Planners whose optimisers, which other packages make, call LAPACK and numpy's tangent: only numbers are compared."""
 
 
 def mixed_shapes() -> sky.Scenario:

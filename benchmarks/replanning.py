@@ -211,7 +211,7 @@ def is_deadlocked(replanner: sky.Replanner, rate: float) -> bool:
     """Tell whether UAVs that have not arrived still do not in a minute in which no mover is seen."""
     uavs = range(len(replanner.mission.scenario.uavs))
     for _ in range(int(60.0 * rate)):
-        replanner.observe(replanner.now + 1.0 / rate)
+        replanner.observe(replanner.now + 1.0 / rate, gone=[mover.name for mover in replanner.predicted()])
         if all((replanner.arrival(uav) or np.inf) <= replanner.now for uav in uavs):
             return False
     return True

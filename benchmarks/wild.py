@@ -91,7 +91,7 @@ def mapped(mission: sky.Mission, rng: np.random.Generator) -> sky.Mission:
             terrain = derived(terrain, clearance=terrain.clearance + below)
     clear = derived(mission.scenario, obstacles=tuple(some), clearance=0.0)
     gap = -depth(clear, flown).max() + float(rng.choice(OFF)) if some else -1.0
-    clearance = gap if gap > 0 and rng.random() < 0.7 else 0.25
+    clearance = gap if 0 < gap < np.inf and rng.random() < 0.7 else 0.25
     update = {"obstacles": (*mission.scenario.obstacles, *some), "clearance": clearance, "terrain": terrain}
     if terrain is not None:
         bounds, (first, last) = mission.scenario.bounds, terrain.extent

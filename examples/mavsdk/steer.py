@@ -53,10 +53,10 @@ class Steering:
         self._run.stdin.flush()
 
     def setpoint(self, t):
-        """Return position, velocity and acceleration, east-north-up, at an instant of the mission."""
+        """Return position, velocity and acceleration, east-north-up, and yaw at an instant of the mission."""
         points = self.answer["setpoints"]
         k = min(max(round((t - points["t"][0]) * RATE), 0), len(points["t"]) - 1)
-        return [points[name][k] for name in ("position", "velocity", "acceleration")]
+        return [points[name][k] for name in ("position", "velocity", "acceleration", "yaw")]
 
     def close(self):
         """End the program."""
@@ -85,9 +85,11 @@ def swinging_ball(hello, middle_at=4.0):
 
 def send(offboard, setpoint):
     """Send one setpoint to the vehicle."""
-    position, velocity, acceleration = map(ned, setpoint)
+    *motion, yaw = setpoint
+    position, velocity, acceleration = map(ned, motion)
+    nose = 90.0 - math.degrees(yaw)  # clockwise from north
     offboard.set_position_velocity_acceleration_ned(
-        PositionNedYaw(*position, 0.0), VelocityNedYaw(*velocity, 0.0), AccelerationNed(*acceleration)
+        PositionNedYaw(*position, nose), VelocityNedYaw(*velocity, nose), AccelerationNed(*acceleration)
     )
 
 

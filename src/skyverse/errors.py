@@ -76,6 +76,18 @@ class Sentence(str):
         return Sentence(self.text.removeprefix(prefix), field=self.field, give=self.give)
 
 
+def in_words(said: str) -> str:
+    """Return a sentence with its parameters in plain words, for those who read neither code nor options."""
+
+    def words(field: str) -> str:
+        return field.replace(".", " ").replace("_", " ").lower()
+
+    def given(field: str, value: str | float | None) -> str:
+        return words(field) if value is None or value is True else f"{words(field)} {value!r}"
+
+    return said.spelt(words, given) if isinstance(said, Sentence) else said
+
+
 def _composed(
     text: str, field: str | None, give: Sequence[Remedy], name: Callable[[str], str], spelling: Spelling
 ) -> str:

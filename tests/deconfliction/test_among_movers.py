@@ -37,7 +37,7 @@ def depth_of(flown, all_movers, departure, scale):
 
 
 @given(st.lists(movers, min_size=1, max_size=3), points, points, st.floats(2, 8), st.sampled_from([1.0, 1.4]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_the_first_clear_departure_is_that_of_dense_samples(all_movers, a, b, seconds, scale):
     flown = straight(a, np.add(b, (0.5, 0, 0)), seconds)
     curves, free = make_curves([flown]), free_departures(LATEST)

@@ -36,7 +36,7 @@ def depth_of(flown, given_zones, departure, scale):
 
 
 @given(st.lists(zones(), min_size=1, max_size=3), points, points, st.floats(2, 8), st.sampled_from([1.0, 1.4]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_the_first_clear_departure_is_that_of_dense_samples(given_zones, a, b, seconds, scale):
     flown = straight(a, np.add(b, (0.5, 0, 0)), seconds)
     curves, free = make_curves([flown]), free_departures(LATEST)

@@ -80,7 +80,7 @@ def ticked(graph, profiles, flights, source, target, separation):
 CELLS = st.sets(st.tuples(st.integers(0, 4), st.integers(0, 2)), min_size=5, max_size=11).map(sorted)
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @drawn(CELLS, st.integers(1, 3), st.integers(0, 2**32 - 1), st.booleans())
 def test_the_search_arrives_when_a_brute_force_search_over_ticks_does(cells, others, seed, as_movers):
     rng = np.random.default_rng(seed)

@@ -19,7 +19,7 @@ DATA = st.recursive(
 
 
 @given(st.lists(st.dictionaries(TEXTS, DATA, max_size=3), min_size=1, max_size=3), TEXTS, st.booleans())
-@settings(max_examples=20)
+@settings(max_examples=8)
 def test_long_lists_read_back_equal_and_as_yaml_says(some, text, zones):
     data = {"name": text, "obstacles": some * LONG_LIST, "zones": some * LONG_LIST if zones else [], "end": [text]}
     written = yaml_text(data)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from browser import new_tab
 from patience import PATIENCE_S
 from skyverse.model.mission import Mission
 from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
@@ -168,11 +169,5 @@ def browser():
 
 @pytest.fixture
 def tab(browser):
-    """A tab, with a session of its own, that notes errors and requests."""
-    tab = browser.new_page(viewport={"width": 1000, "height": 700})
-    tab.errors, tab.requests = [], []
-    tab.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
-    tab.on("pageerror", lambda error: tab.errors.append(str(error)))
-    tab.on("request", lambda request: tab.requests.append(request.url))
-    yield tab
-    tab.close()
+    with new_tab(browser) as tab:
+        yield tab

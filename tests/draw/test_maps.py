@@ -418,6 +418,22 @@ def test_a_page_of_two_thousand_buildings_on_hills_stays_small():
     assert len(numbers(building["i"])) < kinds_module.MAX_TRIANGLES
 
 
+def test_zones_are_named_in_profiles_in_the_middle_of_what_is_seen_of_them():
+    drawn = town(10)
+    (x, y), (_, high) = scene(drawn).profiles[0].points[len(scene(drawn).profiles[0].points) // 2, :2], (0, 1000)
+    zone = sky.Box(min=(x - 20, y - 20, 0), max=(x + 20, y + 20, high), name="Hospital <b>", solid=False)
+    house = sky.Box(min=(x - 9, y - 9, 0), max=(x + 9, y + 9, 5), name="house")
+    named = scene(dataclasses.replace(drawn, scenario=drawn.scenario.model_copy(update={"obstacles": (zone, house)})))
+    side = from_the_side(named)[0]
+    (names,) = (one for one in side["traces"] if one["meta"]["role"] == "names")
+    (crossing,) = (one for one in named.profiles[0].crossings if one.name.startswith("Hospital"))
+    assert len(names["text"]) == 1
+    assert "<b>" not in names["text"][0]
+    assert crossing.distance[0] < names["x"][0] < crossing.distance[-1]
+    assert 0 < names["y"][0] < side["range"][1] < high
+    assert not [one for one in from_the_side(scene(drawn))[0]["traces"] if one["meta"]["role"] == "names"]
+
+
 def test_zones_are_named_on_the_map_and_buildings_are_not():
     drawn = town(10)
     zone = sky.Box(min=(0, 0, 0), max=(2, 2, 5), name="Hospital <b>", solid=False)

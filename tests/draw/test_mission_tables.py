@@ -3,14 +3,17 @@
 import dataclasses
 import re
 
+import numpy as np
 import pytest
 
 import skyverse as sky
 from browser import opened
 from skyverse.cli.report import report
-from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table
+from skyverse.draw.mission_page import page
+from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table, total_cost_sentence
 from skyverse.draw.scene import scene
 from skyverse.model.flight_table import flight_columns, search_columns
+from skyverse.space.nearest_obstacle import nearest_obstacle
 
 
 def cells(columns):
@@ -60,8 +63,24 @@ def test_what_is_missing_is_told_as_missing(troubled):
     assert told["flown"] == ("13 m", "-", "-", "-")
     assert told["target"][3] == "-"
     drawn = scene(troubled)
-    assert "not every UAV has a path" in mission_tiles(drawn)
+    assert words(mission_tiles(drawn))[1] == "1 of 3"
+    assert total_cost_sentence(drawn) == ""
     assert "27" in search_table(drawn)
+
+
+def test_pages_and_plan_tell_the_distance_to_the_nearest_obstacle(mission, capsys):
+    flown = np.concatenate([one.at(np.linspace(one.start, one.end, 5000)).position for one in mission.trajectories])
+    box = sky.Box(min=(6, 0, 0), max=(7, 1, 2))
+    away = np.linalg.norm(flown - np.clip(flown, box.min, box.max), axis=1).min()
+    near = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": (box,)}))
+    shown = words(mission_tiles(scene(near)))
+    assert shown[shown.index("Nearest obstacle") + 1] == f"{away:.1f} m"
+    report(near, [], as_json=False)
+    assert f"nearest obstacle: {away:.1f} m\n" in capsys.readouterr().out
+    assert nearest_obstacle(near) == pytest.approx(away, abs=0.01)
+    assert nearest_obstacle(dataclasses.replace(near, trajectories=(None, None))) is None
+    clear = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": ()}))
+    assert "Nearest obstacle" not in mission_tiles(scene(clear))
 
 
 def test_energy_is_told_only_where_the_power_of_a_vehicle_is_known():
@@ -74,6 +93,8 @@ def test_energy_is_told_only_where_the_power_of_a_vehicle_is_known():
     assert nothing == "-"
     assert told.endswith(" Wh")
     time = mission.trajectories[0].end - mission.trajectories[0].start
+    shown = words(mission_tiles(scene(mission)))
+    assert shown[shown.index("Energy") + 1] == told
     assert 1 <= float(told.removesuffix(" Wh")) / (120 * time / 3600) < 1.3  # a hover, and some acceleration
 
 
@@ -92,10 +113,10 @@ def test_the_page_and_the_command_line_tell_the_same(capsys):
 def test_tiles_sum_the_fleet(mission):
     assert mission.gap == pytest.approx(4 / 57)
     shown = words(mission_tiles(scene(mission)))
-    assert shown[shown.index("Total cost") + 1] == "61 nodes"
-    assert shown[shown.index("Gap at most") + 1 :][:2] == ["7.1 %", "above the exact optimum"]
+    assert shown[shown.index("Altitude") + 1] == "3.0 to 4.0 m"
     assert shown[shown.index("Last arrival") + 1] == "8 s"
     assert shown[shown.index("Paths found") + 1] == "2 of 2"
+    assert total_cost_sentence(scene(mission)) == "Total cost: 61 nodes, at most 7.1 % above the exact optimum."
 
 
 def test_nodes_and_metres_are_told_apart_and_have_no_gap_in_common(mission):
@@ -103,7 +124,7 @@ def test_nodes_and_metres_are_told_apart_and_have_no_gap_in_common(mission):
     mixed = dataclasses.replace(mission, results=(nodes, dataclasses.replace(metres, any_angle=True)))
     assert mixed.gap is None
     drawn = scene(mixed)
-    assert "44 nodes and 17.00 m" in mission_tiles(drawn)
+    assert total_cost_sentence(drawn) == "Total cost: 44 nodes and 17.00 m."
     assert "fuel (nodes or metres)" in search_table(drawn)
 
 
@@ -111,7 +132,7 @@ def test_a_page_opens_with_the_flights_and_hides_the_searches_until_asked(tmp_pa
     mission = sky.plan_mission(sky.read("jacksboro"))
     sky.write_html(mission, tmp_path / "page.html")
     opened(tab, tmp_path / "page.html")
-    assert tab.get_by_text("Above ground", exact=True).is_visible()
+    assert tab.get_by_role("columnheader", name="Above ground").is_visible()
     assert "straight line" in tab.locator(".numbers .hint").text_content()
     assert "+" not in tab.locator(".numbers table").first.text_content()
     searches = tab.locator("details th", has_text="Generated paths")
@@ -119,3 +140,20 @@ def test_a_page_opens_with_the_flights_and_hides_the_searches_until_asked(tmp_pa
     tab.locator("details summary").click()
     assert searches.is_visible()
     assert tab.errors == []
+
+
+def test_an_export_shows_what_to_heed_folds_the_rest_and_fits_a_phone(mission, tmp_path, tab):
+    verdicts = (("UAV", *["apart in flight"] * 6), ("uav-1", *["NOT at every instant of the flight"] * 6))
+    notes = ("uav-1 lands at home.", "BEFORE each flight, look at home.")
+    drawn = dataclasses.replace(scene(mission), export_verdicts=verdicts, export_notes=notes)
+    (tmp_path / "page.html").write_text(page(drawn))
+    tab.set_viewport_size({"width": 390, "height": 844})
+    opened(tab, tmp_path / "page.html")
+    proven, heeded = (tab.get_by_text(note, exact=True) for note in notes)
+    assert heeded.is_visible()
+    assert not proven.is_visible()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    tab.emulate_media(media="print")
+    assert proven.is_visible()  # nobody can open it on paper
+    tab.set_viewport_size({"width": 720, "height": 1000})  # A4 within margins
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 720

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from browser import opened, until
+from browser import new_tab, opened, until
 from skyverse.draw.mission_page import banner, footer, page
 from skyverse.draw.page import slider_step
 from skyverse.draw.page_parts import number
@@ -226,22 +226,27 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     assert tab.requests == [target.as_uri()]
 
 
+@pytest.fixture(scope="module")
+def town_tab(browser, tmp_path_factory):
+    """A large tab with the page of a small town, which no test changes."""
+    with new_tab(browser, 1400, 1600) as tab:
+        opened_page(tab, town(5), tmp_path_factory.mktemp("town"))
+        yield tab
+
+
 @pytest.mark.parametrize("chart", ["map", "profile"])
-def test_the_words_below_a_chart_are_not_written_over_its_axis(tmp_path, tab, chart):
-    tab.set_viewport_size({"width": 1400, "height": 1600})
-    opened_page(tab, town(5), tmp_path)
+def test_the_words_below_a_chart_are_not_written_over_its_axis(town_tab, chart):
     title = f"document.querySelector('#{chart} .xtitle').getBoundingClientRect()"
     words = f"document.getElementById('{'mapped' if chart == 'map' else 'sideways'}').getBoundingClientRect()"
-    assert tab.evaluate(f"{title}.height") > 0
-    until(tab, f"{title}.bottom <= {words}.top + 1")
+    assert town_tab.evaluate(f"{title}.height") > 0
+    until(town_tab, f"{title}.bottom <= {words}.top + 1")
 
 
-def test_plotly_still_has_the_private_interfaces_that_the_page_uses(tmp_path, tab):
-    opened_page(tab, town(5), tmp_path)
+def test_plotly_still_has_the_private_interfaces_that_the_page_uses(town_tab):
     for chart in ("map", "profile"):
-        assert tab.evaluate(f"internals.plane(document.getElementById('{chart}')) !== null")
-    assert tab.evaluate("internals.space(document.getElementById('space')) !== null")
-    assert tab.evaluate("internals.update(document.getElementById('space'), [])")
+        assert town_tab.evaluate(f"internals.plane(document.getElementById('{chart}')) !== null")
+    assert town_tab.evaluate("internals.space(document.getElementById('space')) !== null")
+    assert town_tab.evaluate("internals.update(document.getElementById('space'), [])")
 
 
 def test_without_plotlys_private_interfaces_the_page_is_drawn_without_marks_on_the_map(tmp_path, tab):
@@ -261,8 +266,17 @@ SCENE = "internals.space(document.getElementById('space'))"
 QUICK = f"{SCENE}.glplot.objects.filter((object) => Object.hasOwn(object, 'drawPick')).length"
 
 
-def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned(tmp_path, tab):
-    opened_page(tab, town(20), tmp_path)
+@pytest.fixture(scope="module")
+def flown(browser, tmp_path_factory):
+    """A mission and a tab with its page, for tests that need not be the first to change it."""
+    mission = town(20)
+    with new_tab(browser) as tab:
+        opened_page(tab, mission, tmp_path_factory.mktemp("town"))
+        yield mission, tab
+
+
+def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned(flown):
+    _, tab = flown
     objects = tab.evaluate(f"{SCENE}.glplot.objects.length")
     assert tab.evaluate(QUICK) == 0
     box = tab.locator("#space").bounding_box()
@@ -280,9 +294,8 @@ def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned
     assert tab.errors == []
 
 
-def test_uavs_move_without_anything_else_being_laid_out_anew(tmp_path, tab):
-    mission = town(20)
-    opened_page(tab, mission, tmp_path)
+def test_uavs_move_without_anything_else_being_laid_out_anew(flown):
+    mission, tab = flown
     tab.evaluate("""() => {
       window.laid = 0;
       document.getElementById("space").on("plotly_afterplot", () => { window.laid += 1; });

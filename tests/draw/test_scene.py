@@ -94,7 +94,7 @@ def test_trouble_is_told(troubled):
     assert [finding.severity for finding in drawn.findings] == ["warning", "error"]
     assert drawn.findings[0].uavs == (troubled.scenario.uavs[0].name, troubled.scenario.uavs[1].name)
     assert len(drawn.notes) == 3
-    assert Status.NO_PATH.sentence in drawn.notes[0]
+    assert drawn.notes[0].endswith(f": {Status.NO_PATH.sentence.text}; give lattice step for it")
 
 
 def test_a_path_without_trajectory_is_complete_where_nobody_flies(grounded):

@@ -7,6 +7,7 @@ import handmade_exports as handmade
 import pytest
 
 import skyverse as sky
+from skyverse.errors import in_words
 from skyverse.exports.flight_verdicts import HEADS, verdict_table
 from skyverse.exports.separation import Apart
 from skyverse.model.scenario import Origin
@@ -100,8 +101,10 @@ def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsy
         "WARNING: apart in space up to their last waypoints, but NOT on the returns that end the mission: uav-1 and "
         "uav-2; give end='land' to land below the last waypoints or end='loiter' to stay there"
     )
+    told = in_words(warning)
+    assert told.endswith("; give end 'land' to land below the last waypoints or end 'loiter' to stay there")
     page = unescape((tmp_path / "m.html").read_text("utf-8"))
-    assert page.index("apart when returning") < page.index(f"<li>{warning}</li>") < page.index("straight legs proven")
+    assert page.index("apart when returning") < page.index(f"<li>{told}</li>") < page.index("straight legs proven")
     assert re.search(r'<th scope="row">uav-1</th>.*<td class="doubt">NOT from uav-2</td></tr>', page)
     sky.write(mission, tmp_path / "m.json")
     export(str(tmp_path / "m.json"), tmp_path / "m.plan", end="rtl", allow_close=True, return_altitude=5.0)

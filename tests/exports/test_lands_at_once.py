@@ -95,7 +95,7 @@ STRAYING = {
 }
 
 
-@pytest.mark.parametrize("error", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("error", [0.5, pytest.param(1.0, marks=pytest.mark.slow), 1.5])
 @pytest.mark.parametrize("case", STRAYING)
 def test_where_it_lands_at_once_off_its_flight_it_is_clear_too(tmp_path, case, error):
     """It is anywhere within its tracking error of its path, lands there if home is within 5 m, and strays meanwhile."""

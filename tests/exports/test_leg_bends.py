@@ -110,7 +110,7 @@ def on_the_globe(scenario, points, radius, stops, rng):
 
 @pytest.mark.parametrize("away", [1e3, 1e4, 1e5])
 @pytest.mark.parametrize("bare", [False, True])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_heights_above_ground_are_vertical_far_from_the_origin(seed, bare, away):
     scenario, above, radius, stops, rng = far_case(seed, away)
     if bare:

@@ -87,7 +87,7 @@ def test_files_for_ardupilot_are_clear_as_replayed_over_every_ground(tmp_path, e
 
 @pytest.mark.slow
 @pytest.mark.parametrize("error", [EXACT, GNSS], ids=["exact", "strays"])
-@pytest.mark.parametrize("first", range(100, 200, 20))
+@pytest.mark.parametrize("first", [100])
 def test_many_more_files_for_ardupilot_are_clear_as_replayed(tmp_path, first, error):
     said = [assert_clear_as_replayed(tmp_path, seed, error) for seed in range(first, first + 20)]
     assert said.count("clear") >= 8

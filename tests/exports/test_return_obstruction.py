@@ -62,7 +62,7 @@ def test_a_refused_return_of_many_uavs_tells_a_few_and_counts_the_others(tmp_pat
     said = refused(around_a_wall(5), tmp_path)
     assert "uav-3: at " in said
     assert "uav-4" not in said
-    assert "; and 2 UAVs more. Export for PX4" in said
+    assert "; and 2 more UAVs. Export for PX4" in said
 
 
 def test_the_place_in_the_way_is_that_of_the_obstacle(tmp_path):

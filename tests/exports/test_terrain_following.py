@@ -92,13 +92,13 @@ def assert_clear_as_flown(seed, error):
     assert proven(higher, error, above, radius, stops)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_what_is_proven_with_altitudes_above_ground_is_clear_as_flown(seed):
     assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*range(8, 20), *range(100, 300)])
+@pytest.mark.parametrize("seed", [*range(4, 20), *range(100, 140)])
 def test_what_is_proven_of_many_more_is_clear_as_flown(seed):
     assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])
 

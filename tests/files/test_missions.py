@@ -130,8 +130,8 @@ def dumped(tmp_path):
 @pytest.mark.parametrize(
     ("place", "value", "says"),
     [
-        (("results",), [], ["results: expected one entry for each of 3 UAVs, found 0"]),
-        (("trajectories",), [None] * 4, ["trajectories: expected one entry for each of 3 UAVs, found 4"]),
+        (("results",), [], ["results: expected one entry for each UAV, 3 in all, found 0"]),
+        (("trajectories",), [None] * 4, ["trajectories: expected one entry for each UAV, 3 in all, found 4"]),
         (("assignment",), [0, 1], ["assignment: expected one entry"]),
         (("assignment", 0), "first", ["assignment[0]", "found 'first'"]),
         (("asignment",), [], ["asignment", "there is no such key"]),

@@ -209,10 +209,10 @@ def test_a_replanner_that_is_no_longer_new_is_refused(mission):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda data: data["arrivals"].clear(), "arrivals: expected one entry for each of 1 UAVs, found 0"),
+        (lambda data: data["arrivals"].clear(), "arrivals: expected one entry for each UAV, 1 in all, found 0"),
         (lambda data: data["steps"][3].update(movers=[7]), r"steps\[3\].movers: expected numbers from 0 to 0, found 7"),
         (lambda data: data["steps"][2].update(obstacles=[-1]), r"steps\[2\].obstacles: expected .* found -1"),
-        (lambda data: data["steps"][1]["answers"].clear(), r"steps\[1\].answers: expected one for each of 1 UAVs"),
+        (lambda data: data["steps"][1]["answers"].clear(), r"steps\[1\].answers: expected one for each UAV"),
         (lambda data: data.pop("format"), "format: is missing; expected 'skyverse/replanned-flight/1'"),
     ],
 )

@@ -5,7 +5,8 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, certified, hall
-from skyverse.live.sensor import HiddenObstacles, seen_movers
+from skyverse.live.sensor import HiddenObstacles, out_of_reach, seen_movers
+from skyverse.model.mover import Doubt
 
 CROSSING = sky.Mover(
     name="cart", shape=BALL, motion=sky.WaypointMotion(points=[(10, 0, 1), (10, 10, 1)], times=[0, 20], then="returns")
@@ -42,6 +43,33 @@ def test_errors_fill_a_ball_and_never_leave_it():
     sizes = np.linalg.norm(off, axis=1)
     assert 0.19 < sizes.max() <= 0.2
     assert np.abs(np.mean(off, axis=0)).max() < 0.02
+
+
+@pytest.mark.parametrize("range", [3.0, 6.0, 9.0])
+def test_a_mover_out_of_reach_cannot_meet_a_uav_and_a_nearer_one_could(range):
+    scenario, seconds, sensor = hall(), 1.5, sky.Sensor(range=range)
+    speed, rng = scenario.uavs[0].max_speed, np.random.default_rng(0)
+    stands = sky.WaypointMotion(points=[(10, 0, 1)], times=[0])
+    for top_speed in rng.uniform(0.1, 5.0, 200):
+        doubts = {"turns at once": Doubt(growth=top_speed), "turns": Doubt(acceleration=1, top_speed=top_speed)}
+        held = [sky.Mover(name=name, shape=BALL, motion=stands, doubt=doubt) for name, doubt in doubts.items()]
+        gap = range - seconds * (speed + top_speed)  # of a UAV and a mover that fly towards each other
+        expected = [] if gap < scenario.clearance else [*doubts]
+        assert out_of_reach(sensor, scenario, held, [], seconds) == expected or abs(gap - scenario.clearance) < 1e-4
+        seen = seen_movers(sky.Sensor(), held[:1], 0.0, np.zeros((1, 3)), rng)
+        assert out_of_reach(sky.Sensor(), scenario, held, seen, seconds) == ["turns"]
+
+
+def test_a_mover_that_has_left_the_range_is_in_no_ones_way():
+    mission, answers = sky.plan_mission(hall(uavs=[sky.UAV(start=(1, 5, 1), max_speed=1.0)])), []
+    leaves = sky.WaypointMotion(points=[(4, 9, 1), (60, 9, 1)], times=[0, 28])
+    truth = among(mission.scenario, movers=[sky.Mover(name="fast", shape=BALL, motion=leaves)])
+    replanner = sky.Replanner(mission)
+    assert sky.fly_closed_loop(replanner, truth, sky.Sensor(range=6.0), longest=40.0, on_answers=answers.extend)
+    assert all(answer.proven for answer in answers)
+    assert not any(answer.forgotten for answer in answers)
+    assert replanner.predicted() == ()
+    assert replanner.now < mission.makespan + 0.2
 
 
 def test_a_hidden_obstacle_is_seen_once():

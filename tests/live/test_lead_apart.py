@@ -1,35 +1,98 @@
 """UAVs that keep each other from going on, off the mission that would have led them past each other."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import skyverse as sky
+from skyverse.live import lead_apart
 
 MEETING = (3, 4, 6, 8)
 """Of the UAVs of a maze, some from either hall, which meet in a passage and then waited there for ever."""
 GUST = np.array((0.0, 0.0, 0.05))
 """Metres by which all of them are moved at the beginning, so that they leave the mission's flights."""
+LONGEST = 350
+"""Observations, ten a second, in which they arrive."""
 
 
-def mission_in_a_maze():
+@pytest.fixture(scope="module")
+def mission():
     maze = sky.random_maze(10, seed=0)
     uavs = [sky.UAV(name=f"uav-{k}", start=maze.uavs[k].start, max_speed=1.0, separation=0.4) for k in MEETING]
     fields = {"uavs": uavs, "targets": [maze.targets[k] for k in MEETING]}
-    return sky.plan_mission(sky.Scenario(**{**dict(maze), **fields}), assignment="identity")
+    planned = sky.plan_mission(sky.Scenario(**{**dict(maze), **fields}), assignment="identity")
+    assert not planned.violations
+    return planned
 
 
-def test_uavs_that_meet_in_a_passage_are_led_apart():
-    mission = mission_in_a_maze()
-    assert not mission.violations
-    replanner, answers, uavs = sky.Replanner(mission), [], range(len(MEETING))
-    for k in range(1, 300):
-        gust = {uav: (one.start + GUST, np.zeros(3)) for uav, one in enumerate(mission.scenario.uavs)}
-        answers += replanner.observe(k / 10, states=gust if k == 1 else None)
+def observations(replanner, **more):
+    """Observe until all have arrived, and yield the answers."""
+    uavs = range(len(MEETING))
+    for k in range(1, LONGEST):
+        gust = {uav: (replanner.mission.scenario.uavs[uav].start + GUST, np.zeros(3)) for uav in uavs}
+        yield replanner.observe(k / 10, states=gust if k == 1 else None, **more)
         if all((replanner.arrival(uav) or np.inf) <= replanner.now for uav in uavs):
-            break
-    else:
-        raise AssertionError("they have not arrived after 30 s")
+            return
+
+
+def require_arrived(replanner, answers):
+    """Require that all have arrived, that each answer was proven, and that they kept apart."""
+    mission, uavs = replanner.mission, range(len(MEETING))
+    assert all((replanner.arrival(uav) or np.inf) <= replanner.now for uav in uavs)
     assert all(answer.proven for answer in answers)
     flown = tuple(replanner.flown(uav) for uav in uavs)
     assert sky.certify(mission.scenario, replace(mission, trajectories=flown)).apart.verdict is sky.Verdict.PROVEN
+
+
+def test_uavs_that_meet_in_a_passage_are_led_apart(mission):
+    replanner = sky.Replanner(mission)
+    answers = [answer for told in observations(replanner) for answer in told]
+    require_arrived(replanner, answers)
+
+
+def test_no_answer_with_a_deadline_waits_for_the_mission_that_leads_them_apart(mission, monkeypatch):
+    begun, go_on, plan = threading.Event(), threading.Event(), lead_apart.plan_mission
+
+    def plan_when_told(*given, **more):
+        begun.set()
+        assert go_on.wait(60.0)
+        return plan(*given, **more)
+
+    monkeypatch.setattr(lead_apart, "plan_mission", plan_when_told)
+    replanner, answers, waited = sky.Replanner(mission), [], 0.0
+    for told in observations(replanner, deadline_ms=1e6):
+        answers += told
+        if begun.is_set() and not go_on.is_set():
+            waited = waited or replanner.now
+            assert all(answer.kept for answer in told) or replanner.now < waited + 0.2
+            if replanner.now > waited + 2.0 * lead_apart.PLANNED_IN:
+                go_on.set()
+    assert go_on.is_set()
+    require_arrived(replanner, answers)
+
+
+def test_a_uav_that_has_arrived_in_a_corridor_makes_way_and_returns():
+    z, walls = 0.25, [((2, 0, 0), (6, 1.75, 0.5)), ((2, 2.25, 0), (12, 4, 0.5)), ((7, 0, 0), (12, 1.75, 0.5))]
+    places = [(4, 2, z), (1, 2, z)]
+    corridor = sky.Scenario(
+        name="corridor",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(14, 4, 0.5)),
+        obstacles=[sky.Box(min=low, max=high) for low, high in walls],
+        clearance=0.1,
+        lattice=sky.Lattice(step=(0.25, 0.25, 0.25), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[sky.UAV(start=place, max_speed=1.0, separation=0.4) for place in places],
+        targets=[sky.Target(position=(4, 2, z)), sky.Target(position=(13, 2, z))],
+    )
+    replanner = sky.Replanner(sky.plan_mission(corridor, assignment="identity", keep_apart=False))
+    for k in range(1, 300):
+        assert all(answer.proven for answer in replanner.observe(k / 10))
+        if (replanner.arrival(1) or np.inf) <= replanner.now:
+            break
+    assert all((replanner.arrival(uav) or np.inf) <= replanner.now for uav in (0, 1))
+    flown = tuple(replanner.flown(uav) for uav in (0, 1))
+    away = np.linalg.norm(flown[0].at(np.arange(0.0, flown[0].end, 0.1)).position - places[0], axis=1)
+    assert away.max() > 2.0  # metres: the way to the only recess
+    assert sky.certify(corridor, replace(replanner.mission, trajectories=flown)).apart.verdict is sky.Verdict.PROVEN

@@ -59,6 +59,14 @@ def test_answers_hold_what_the_replanner_answers():
             assert uav[field] == getattr(replan, field)
         motion = sky.Trajectory(uav["motion"]["knots"], uav["motion"]["coefficients"])
         assert motion == sky.Trajectory(twin.motion(0).knots, twin.motion(0).coefficients)
+        nose = uav["motion"]["yaw"]
+        assert np.diff(nose["t"]).min(initial=1.0) > 0.0
+        ahead = np.linspace(nose["t"][0], motion.end, 50)
+        rates = np.interp(ahead, nose["t"], nose["yaw_rate"])
+        yaw, rate, _ = twin.motion(0).heading(ahead)
+        assert rates == pytest.approx(rate, abs=1e-9)
+        turned = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(ahead))])
+        assert nose["yaw"][0] + turned == pytest.approx(yaw, abs=0.02)
     assert live.summary().startswith("20 observations answered, ")
 
 
@@ -72,6 +80,8 @@ def test_setpoints_are_the_motion_sampled_up_to_the_horizon():
     assert points["t"][-1] == pytest.approx(0.1 + live.replanner.horizon, abs=0.02)
     for name, rows in zip(("position", "velocity", "acceleration"), motion.at(points["t"]), strict=True):
         assert points[name] == rows.tolist()
+    for name, row in zip(("yaw", "yaw_rate"), motion.heading(points["t"]), strict=False):
+        assert points[name] == row.tolist()
     assert points["wgs84"] is None
 
 

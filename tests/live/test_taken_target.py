@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from replanned import BALL, hall
+from replanned import BALL, certified, hall
 
 WAYS = {
     "rests": lambda t: (0.0, 0.0, 0.0),
@@ -41,3 +41,22 @@ def test_it_rests_near_its_target_until_the_mover_leaves(where, way, acceleratio
         t += 0.2
         flight.observe(t, gone=["ball"])
     assert flight.arrival(0) is not None
+
+
+def test_it_arrives_beside_a_mover_that_may_be_at_its_target_before_it_would_have_come_to_rest_from_full_speed():
+    uav = sky.UAV(start=(1, 5, 1), max_speed=3.0, max_acceleration=3.0)
+    mission = sky.plan_mission(hall(uavs=[uav], targets=[sky.Target(position=(15, 5, 1))]))
+    circle = sky.CircularMotion(centre=(15, 5, 3), radius=2, period=4 / 3 * math.pi)
+    truth = sky.Scenario(**{**dict(mission.scenario), "movers": [sky.Mover(name="fast", shape=BALL, motion=circle)]})
+    flight, looked_ahead = sky.Replanner(mission), []
+
+    def take_note(answers):
+        (answer,) = answers
+        if answer.proven:
+            assert flight.motion(0).end <= answer.clear_until + 1e-9
+            looked_ahead.append(answer.clear_until - answer.time)
+
+    assert sky.fly_closed_loop(flight, truth, sky.Sensor(), longest=30.0, on_answers=take_note)
+    assert certified(flight, truth.movers).trajectories[0].verdict is sky.Verdict.PROVEN
+    assert max(looked_ahead) == pytest.approx(flight.horizon)
+    assert min(looked_ahead) == pytest.approx(flight.lead + 3 / 50 + 0.5)  # s: from rest, at a jerk of 50 m/s^3

@@ -155,7 +155,7 @@ def test_nothing_that_is_planned_is_ever_refused_by_the_referee(scenario, planne
 
 
 @given(scenarios(uavs=3, targets=3, most_nodes=6), st.integers(0, 2**32))
-@settings(max_examples=20)
+@settings(max_examples=8)
 def test_a_seed_gives_one_mission(scenario, seed):
     how = {"stop": sky.MaxIterations(4), "rng": seed, "shape": "stop-and-go"}
     first, again = (sky.plan_mission(scenario, sky.MVO(universes=4), **how) for _ in range(2))

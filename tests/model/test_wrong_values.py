@@ -65,7 +65,7 @@ CASES = [
         "east",
         "movers[0].motion.bearing: expected a number of degrees, found 'east'",
     ),
-    (("movers", 0, "motion", "period"), 0, "movers[0].motion.period: expected 0.001 or more, found 0"),
+    (("movers", 0, "motion", "period"), 0, "movers[0].motion.period: expected 0.01 or more, found 0"),
     (("movers", 0, "motion", "centre"), [1, 2], "movers[0].motion.centre[2]: is missing"),
     (("movers", 0, "motion"), {"motion": "circle", "radius": 1, "period": 9}, "movers[0].motion.centre: is missing"),
     (

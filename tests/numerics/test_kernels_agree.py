@@ -1,6 +1,8 @@
 """Each kernel, compiled, does what its plain Python does: the same numbers, the same branches, the same random draws.
 
-The calls are those that planning in small random worlds makes. CI runs this file again with numba's bounds checks on.
+The calls are those that planning in small random worlds makes. A kernel that only kernels call runs within those that
+Python calls; to be called alone, too, it is compiled anew, which takes minutes for all of them: only CI does.
+CI runs this file again with numba's bounds checks on.
 """
 
 import copy
@@ -16,6 +18,7 @@ from numba import config
 
 from kernel_calls import all_kernels, record
 from kernel_workloads import WORKLOADS
+from skyverse.numerics.compiling.numba_internals import Inner
 from skyverse.numerics.kernel import in_plain_python
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
@@ -44,18 +47,30 @@ DIFFERENT = {
 }
 """Kernels that are called, but whose outcomes are not compared, and why; other tests judge what they return."""
 
-CANCELLING = {
-    "skyverse.deconfliction.space_time.leg_profiles:_ramp_way": "at seconds that no ramp has its terms cancel",
-}
-"""Kernels that not any numbers are tried with, since rounding grows outside their domain, and why."""
+
+@st.composite
+def ramps(draw):
+    """Seconds since the beginning of a ramp that lasts as long at least, its speed, and how long it rises and holds."""
+    peak, rise = draw(st.floats(0.01, 20.0)), draw(st.floats(0.01, 5.0))
+    hold = draw(st.just(0.0) | st.floats(0.0, 5.0))
+    return draw(st.floats(0.0, 1.0)) * (2.0 * rise + hold), peak, rise, hold
+
+
+DOMAINS = {"skyverse.deconfliction.space_time.leg_profiles:_ramp_way": ramps()}
+"""What kernels of numbers are tried with that lose digits outside their domain."""
 
 NUMBERS = [
     name
     for name, kernel in KERNELS.items()
-    if name not in CANCELLING
-    and all(kind is float for kind in inspect.get_annotations(kernel.py_func, eval_str=True).values())
+    if all(kind is float for kind in inspect.get_annotations(kernel.py_func, eval_str=True).values())
 ]
 """The kernels of which all arguments, and the result, are floats: these can be drawn from the signature alone."""
+
+ALONE = [
+    pytest.param(name, marks=pytest.mark.slow) if isinstance(kernel, Inner) else name
+    for name, kernel in sorted(KERNELS.items())
+]
+"""All kernels; those that only kernels call are slow to try."""
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +139,7 @@ def test_every_kernel_is_called_by_a_workload(calls):
     assert set(DIFFERENT) <= set(KERNELS)
 
 
-@pytest.mark.parametrize("name", sorted(KERNELS))
+@pytest.mark.parametrize("name", ALONE)
 def test_a_compiled_kernel_does_what_its_plain_python_does(name, calls):
     for arguments in calls.get(name, ()):
         found = tuple(outcomes(KERNELS[name], arguments))
@@ -136,7 +151,7 @@ def test_a_compiled_kernel_does_what_its_plain_python_does(name, calls):
 def test_a_kernel_of_numbers_does_so_for_any_numbers(name, data):
     some = st.one_of(st.integers(-4, 4).map(float), st.floats(-1e3, 1e3, allow_subnormal=False))
     count = len(inspect.signature(KERNELS[name].py_func).parameters)
-    arguments = tuple(data.draw(some) for _ in range(count))
+    arguments = data.draw(DOMAINS.get(name, st.tuples(*[some] * count)))
     try:
         found = tuple(outcomes(KERNELS[name], arguments))
     except (ArithmeticError, ValueError):  # outside its domain, where only plain Python complains

@@ -116,7 +116,7 @@ def test_among_high_boxes_no_path_over_their_corners_is_cheaper(seed, count, tur
     assert planned(scenario, legs=200_000).cost <= exact * 1.001
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=8)
 @given(seed=st.integers(0, 10**6), threats=st.sampled_from([5, 15, 30]))
 def test_it_is_never_dearer_than_the_paths_that_it_begins_with(seed, threats):
     scenario = sky.random_threats(threats, seed=seed)

@@ -203,8 +203,8 @@ def test_on_the_movingai_benchmark_no_path_is_longer_than_the_published_optimum(
         pytest.skip(f"the MovingAI benchmark is not at {DATA}; set SKYVERSE_DATA to where it is")
     header, *rows = (DATA / "Simple.3dmap").read_text().splitlines()
     voxels = [[int(n) for n in row.split()] for row in rows if row.strip()]
-    problems = [row.split() for row in (DATA / "Simple.3dmap.3dscen").read_text().splitlines()[2:]][::33]
-    assert len(problems) >= 300
+    problems = [row.split() for row in (DATA / "Simple.3dmap.3dscen").read_text().splitlines()[2:]][::99]
+    assert len(problems) >= 100
     ways = [[tuple(float(n) for n in row[i : i + 3]) for i in (0, 3)] for row in problems]
     scenario = sky.Scenario(
         name="Simple",

@@ -24,7 +24,7 @@ def said(**changes):
     ("changes", "words"),
     [
         ({"clearance": 0.1}, "clearance is 0.1 in the mission, not 0.25"),
-        ({"obstacles": SCENARIO.obstacles[1:]}, "obstacles has 1 entries in the mission, not 2"),
+        ({"obstacles": SCENARIO.obstacles[1:]}, "obstacles has 1 entry in the mission, not 2"),
         (
             {"obstacles": (SCENARIO.obstacles[0], Box(min=(0, 0, 3.6), max=(1, 1, 4)))},
             "obstacles[1].min is (0.0, 0.0, 3.6) in the mission, not (0.0, 0.0, 3.5)",

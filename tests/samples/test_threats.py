@@ -46,3 +46,10 @@ def test_every_term_of_the_objective_matters():
 def test_what_cannot_be_is_refused_in_one_sentence(threats, seed):
     with pytest.raises(sky.InputError, match="is a whole number from 0 on"):
         sky.random_threats(threats, seed=seed)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_descriptions_count_in_words(count):
+    told = sky.random_threats(count).description, sky.forest_swap(2, trees=count).description
+    for said, thing in zip(told, ("random threat", "tree"), strict=True):
+        assert f"{('no', '1', '2')[count]} {thing}{'' if count == 1 else 's'}" in said

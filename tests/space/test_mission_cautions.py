@@ -1,12 +1,14 @@
 """What a mission leaves out or assumes is one list of records, which all that print, draw or export it show."""
 
 import dataclasses
+import io
 import json
 
 import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.draw.mission_page import banner
 from skyverse.draw.scene import scene
 from skyverse.model.altitude import AboveGround, AboveSea
 from skyverse.space.mission_cautions import mission_cautions
@@ -83,18 +85,27 @@ def test_flights_lower_than_both_their_ends_are_told_where_nobody_knows_of_trees
     assert "low" not in kinds(planned(50, terrain=ground, frame=sky.Frame()))
 
 
-def test_check_page_and_json_tell_what_plan_tells(tmp_path, capsys):
+def test_check_page_export_and_live_tell_what_plan_tells(tmp_path, capsys, monkeypatch):
     from skyverse.cli import main
 
     mission = planned(130, targets=2, obstacles=SHAPES[:1])
     told = [caution.sentence for caution in mission_cautions(mission)]
     assert len(told) == 3
     assert list(scene(mission).cautions) == told
+    assert not [word for word in banner(scene(mission)).split() if word.isidentifier() and "_" in word]
     sky.write(mission, tmp_path / "m.json")
     with pytest.raises(SystemExit):
         main(["check", str(tmp_path / "m.json")])
     printed = capsys.readouterr().out
     assert printed.count("WARNING: ") == 3
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
+    with pytest.raises(SystemExit):
+        main(["live", str(tmp_path / "m.json")])
+    sent, said = capsys.readouterr()
+    assert json.loads(sent.splitlines()[0])["cautions"] == told
+    assert [line for line in said.splitlines() if "WARNING" in line] == [
+        line for line in printed.splitlines() if "WARNING" in line
+    ]
     notes = []
     sky.export(mission, tmp_path / "m.gpx", on_note=notes.append)
     assert [note for note in notes if "WARNING" in note] == told

@@ -1,10 +1,23 @@
 """Pages opened in a browser, and waiting for what they show."""
 
 import time
+from contextlib import contextmanager
 
 import pytest
 
 from patience import PATIENCE_S
+
+
+@contextmanager
+def new_tab(browser, width=1000, height=700):
+    """A tab, with a session of its own, that notes errors and requests."""
+    tab = browser.new_page(viewport={"width": width, "height": height})
+    tab.errors, tab.requests = [], []
+    tab.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
+    tab.on("pageerror", lambda error: tab.errors.append(str(error)))
+    tab.on("request", lambda request: tab.requests.append(request.url))
+    yield tab
+    tab.close()
 
 
 def opened(tab, page):

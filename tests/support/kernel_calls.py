@@ -35,7 +35,8 @@ class Recorder:
     """Keeps copies of the arguments of each kernel's first calls, and of later ones that take the place of some.
 
     The n-th call is kept where n is a power of two, so that calls early and late in a search are among those kept. Of
-    the calls that Python makes in a workload, too, only these run as plain Python, so that kernels see what they do.
+    the calls that Python makes in a workload, those whose n is a power of four run as plain Python, which takes long,
+    so that kernels see what they do.
     """
 
     def __init__(self):
@@ -51,7 +52,7 @@ class Recorder:
     def chosen(self, kernel):
         """Return whether this call, made by Python, is to run as plain Python."""
         self._made[kernel] += 1
-        return _is_power_of_two(self._made[kernel])
+        return _is_power_of_two(self._made[kernel]) and self._made[kernel].bit_length() % 2 == 1
 
     def report(self, kernel, arguments):
         """Take note of a call that is about to be made."""

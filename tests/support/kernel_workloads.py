@@ -137,7 +137,7 @@ def searches_for_other_ways_round():
         uavs=(sky.UAV(start=(1, 6.1, 2.6)),),
         targets=(sky.Target(position=(9, 5.2, 2.4)),),
     )
-    sky.Taut(proof=40).plan(sky.Problem(scenario))
+    sky.Taut(proof=5).plan(sky.Problem(scenario))
 
 
 def searches_for_the_whole_objective():
@@ -156,15 +156,14 @@ def searches_for_the_whole_objective():
     sky.Cheapest(legs=12_000, proof=60).plan(sky.Problem(scenario))
 
 
-def trajectories():
-    among_boxes = world(7, ("box", "box"))
+def trajectories_among_boxes():
+    sky.plan_mission(world(7, ("box", "box")), sky.Taut(), rng=7, shape="minimum-jerk")
+
+
+def trajectories_over_hills():
     over_hills = world(8, ("cylinder", "prism", "voxels"), terrain=True, altitude=2.6)
-    for scenario, planner, form in (
-        (among_boxes, sky.Taut(), "minimum-jerk"),
-        (over_hills, sky.Taut(), "minimum-snap"),
-        (over_hills, sky.AStar(), "stop-and-go"),
-    ):
-        sky.plan_mission(scenario, planner, rng=7, shape=form)
+    sky.plan_mission(over_hills, sky.Taut(), rng=7, shape="minimum-snap")
+    sky.plan_mission(over_hills, sky.AStar(), rng=7, shape="stop-and-go")
 
 
 def fleets():
@@ -332,7 +331,8 @@ WORKLOADS = (
     searches_of_any_angle,
     searches_for_other_ways_round,
     searches_for_the_whole_objective,
-    trajectories,
+    trajectories_among_boxes,
+    trajectories_over_hills,
     fleets,
     waits_on_the_way,
     flights_among_movers,

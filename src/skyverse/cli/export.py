@@ -11,6 +11,7 @@ from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
 from skyverse.cli.report import table
 from skyverse.errors import InputError
+from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from skyverse.exports.waypoint_files import ExportCertificate
@@ -128,6 +129,6 @@ def export(
     for path in files:
         print(path, flush=True)
     if proven and not details:
-        rest = [f"--details tells all that is proven: {len(rest)} lines."] if rest else []
+        rest = [f"--details tells all that is proven: {counted(len(rest), 'line')}."] if rest else []
     for note in [*rest, judged_by]:
         print(for_command_line(note), file=sys.stderr)

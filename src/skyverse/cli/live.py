@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from skyverse.cli.given_scenario import without_way
+from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import FLAG, WHOLE, GivenMission
 from skyverse.cli.report import json_text
 from skyverse.errors import InputError
@@ -73,6 +74,7 @@ def live(
     from skyverse.live.serve_sockets import serve_sockets
     from skyverse.live.serve_streams import serve_streams
     from skyverse.live.session import LiveSession, load_kernels
+    from skyverse.space.mission_cautions import mission_cautions
 
     if schema:
         if mission is not None:
@@ -88,6 +90,8 @@ def live(
     given = sky.read_mission(mission)
     if not given.complete:
         print(without_way(given), file=sys.stderr)
+    for caution in mission_cautions(given):
+        print(for_command_line(caution.sentence), file=sys.stderr)
     replanner = sky.Replanner(given, horizon=horizon, lead=lead, memory=memory, candidates=candidates)
     session = LiveSession(replanner, setpoints=setpoints, wgs84=wgs84)
     load_kernels(given)

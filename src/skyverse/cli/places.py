@@ -54,7 +54,10 @@ def _end_of(option: str, text: str, scenario: "Scenario") -> tuple[float, float,
         raise InputError(f"{option}: expected an altitude as agl or amsl, found {text!r}")
     named = named_places({f"{option} {text}": place}, "")
     low, high = scenario.bounds.min, scenario.bounds.max
-    refuse_outside([*named], [place], origin, (*low[:2], *high[:2]), "the scenario's area")
+    try:
+        refuse_outside([*named], [place], origin, (*low[:2], *high[:2]), "the scenario's area")
+    except InputError as error:
+        raise InputError(f"{error}; skyverse scenario build --from builds it anew around other places") from None
     (point,) = local_points(named, {}, origin, scenario.terrain, {}).values()
     return point
 

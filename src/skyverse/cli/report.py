@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skyverse.cli.option_names import for_command_line, option_of
+from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from skyverse.mission.closed_ways import ClosedWay
@@ -44,6 +45,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions
     from skyverse.space.named_columns import named_columns
+    from skyverse.space.nearest_obstacle import nearest_obstacle
 
     if as_json:
         print(json_text(_summary(mission, written)), end="")
@@ -63,6 +65,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         measured = [measure_flight(one, mission.scenario.terrain) for one in mission.trajectories if one is not None]
         low, high = min(one.lowest for one in measured), max(one.highest for one in measured)
         print(f"above ground: {low:.1f} m at least, {high:.1f} m at most")
+    near = nearest_obstacle(mission)
+    if near is not None:
+        print(f"nearest obstacle: {near:.1f} m")
     for told in filter(None, (unit_sentence(mission), gaps_sentence(mission), unknown_gaps_sentence(mission))):
         print(told)
     _report_conflicts(mission)
@@ -165,10 +170,9 @@ def _report_conflicts(mission: "Mission") -> None:
     if done is None or not done.found:
         return
     before, after = f"{done.total_before:.1f} s", f"{done.total_after:.1f} s"
-    many = "1 conflict" if len(done.found) == 1 else f"{len(done.found)} conflicts"
     print(
-        f"{many} between UAVs found, {len(done.left)} left: total time {before} -> {after}, "
-        f"makespan {done.makespan_before:.1f} s -> {done.makespan_after:.1f} s"
+        f"{counted(len(done.found), 'conflict')} between UAVs found, {len(done.left)} left: "
+        f"total time {before} -> {after}, makespan {done.makespan_before:.1f} s -> {done.makespan_after:.1f} s"
     )
     for action in done.actions:
         print(f"{action.kind}: {action.sentence}")

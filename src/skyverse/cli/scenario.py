@@ -307,8 +307,8 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
         f"{counted(len(scenario.obstacles) - len(zones), 'solid obstacle')}, {counted(len(zones), 'no-fly zone')}, "
         f"{counted(len(scenario.zones), 'zone')} that may be entered, "
         f"{counted(len(scenario.uavs), 'UAV')}, {counted(len(scenario.targets), 'target')}; "
-        f"{_kept(scenario)}; lattice of {nodes:,} nodes, {TIMES.join(f'{step:g}' for step in scenario.lattice.step)} m "
-        "apart"
+        f"{_kept(scenario)}; lattice of {counted(nodes, 'node')}, "
+        f"{TIMES.join(f'{step:g}' for step in scenario.lattice.step)} m apart"
     )
     print(output)
     if heed:

@@ -28,7 +28,7 @@ MIN_CONTOUR_RANGE = 1.0
 """Metres: there are contour lines only where the ground's heights differ by more."""
 
 MAX_NAMES = 30
-"""Zones at most whose names are written on the map."""
+"""Names at most that are written in one picture."""
 _PLACE_ON_MAP = "x %{x:.1f}, y %{y:.1f} m<extra></extra>"
 
 

@@ -166,11 +166,12 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at, live }) => 
       const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
       Object.assign(trace, { fillcolor: faded(paint, solid ? 0.75 : 0.22), line: { color: paint, width: 1, dash: hard ? "solid" : "dash" } });
     }
+    if (role === "names") trace.textfont.color = colour("ink");
     if (role === "ends") trace.marker.line.color = colour("card");
     return trace;
   };
   const tellSide = (drawn) => {
-    const told = drawn.filter(({ name, meta }, k) => meta.role !== "ends" && drawn.findIndex((trace) => trace.name === name) === k);
+    const told = drawn.filter(({ name, meta }, k) => !["ends", "names"].includes(meta.role) && drawn.findIndex((trace) => trace.name === name) === k);
     $("beside").replaceChildren(...told.map(({ name, fill, fillcolor, line }) => {
       const label = document.createElement("span"), mark = document.createElement("i");
       mark.style.cssText = fill ? `background: ${fillcolor}; border: 1px ${line.dash === "solid" || !line.dash ? "solid" : "dashed"} ${line.color}`

@@ -4,12 +4,13 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from skyverse.draw.margin_traces import told
-from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table
+from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table, total_cost_sentence
 from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, finding_line
 from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
 from skyverse.draw.shape_geometry import below
+from skyverse.errors import in_words
 from skyverse.model.caution import stands_out, urgency
 from skyverse.model.digest import short
 from skyverse.model.flight_table import gaps_sentence, unit_sentence
@@ -57,7 +58,8 @@ def page(scene: MissionScene) -> str:
 
 def details(scene: MissionScene) -> str:
     """Return what costs and gaps are counted in and from, and a table of the searches that opens when asked for."""
-    told = " ".join(filter(None, (unit_sentence(scene.mission), gaps_sentence(scene.mission))))
+    sentences = (total_cost_sentence(scene), unit_sentence(scene.mission), gaps_sentence(scene.mission))
+    told = " ".join(filter(None, sentences))
     said = f'<p class="hint">{escape(told)}</p>' if told else ""
     heading = "How the paths were searched for: bounds, terms of the cost and effort"
     region = '<div class="scroll" tabindex="0" role="region" aria-label="Table: searches">'
@@ -122,7 +124,7 @@ def banner(scene: MissionScene) -> str:
 
 
 def _list(sentences: Iterable[str]) -> str:
-    return f"<ul>{''.join(f'<li>{escape(one)}</li>' for one in sentences)}</ul>"
+    return f"<ul>{''.join(f'<li>{escape(in_words(one))}</li>' for one in sentences)}</ul>"
 
 
 def _export_table(lines: Sequence[tuple[str, ...]]) -> str:

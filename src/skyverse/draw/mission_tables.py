@@ -5,12 +5,15 @@ from html import escape
 
 from skyverse.draw.page_parts import NO_VALUE, table, tiles, uav_row
 from skyverse.draw.scene import MissionScene
-from skyverse.model.flight_table import Column, flight_columns, search_columns, told_costs
+from skyverse.errors import in_words
+from skyverse.model.flight_measures import measure_flight
+from skyverse.model.flight_table import Column, flight_columns, search_columns, told_costs, told_energy
 from skyverse.model.gaps import told_gap
 from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.result import Status
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import counted, told_metres
+from skyverse.space.nearest_obstacle import nearest_obstacle
 
 
 def mission_tiles(scene: MissionScene) -> str:
@@ -19,20 +22,32 @@ def mission_tiles(scene: MissionScene) -> str:
     targeted = [one for one in flights if one.target is not None]
     reached = [one for one in targeted if one.result is not None and one.result.status.reached]
     flown = [one.summary.length for one in flights if one.summary is not None and one.trajectory is not None]
-    solved = len(reached) == len(targeted)
-    gap = scene.mission.gap
+    measures = [measure_flight(one, scene.scenario.terrain) for one in scene.mission.trajectories if one is not None]
+    energies = [one.summary.energy for one in flights if one.summary is not None and one.summary.energy is not None]
+    near = nearest_obstacle(scene.mission)
     shown = [
         ("Paths found", f"{len(reached)} of {len(targeted)}", counted(len(flights), "UAV")),
         ("Flown", told_metres(sum(flown)) if flown else NO_VALUE, "all UAVs together"),
         ("Last arrival", NO_VALUE if scene.makespan is None else told_seconds(scene.makespan), "into the mission"),
-        (
-            "Total cost",
-            told_costs(scene.mission.costs) if solved else NO_VALUE,
-            "what the objective counts" if solved else "not every UAV has a path",
-        ),
-        ("Gap at most", NO_VALUE if gap is None else told_gap(gap), f"above the {scene.bound}"),
     ]
+    if measures:
+        low, high = min(one.lowest for one in measures), max(one.highest for one in measures)
+        name = "Altitude" if scene.scenario.terrain is None else "Above ground"
+        shown.append((name, f"{low:,.1f} to {high:,.1f} m", "at least and at most"))
+    if near is not None:
+        shown.append(("Nearest obstacle", f"{near:,.1f} m", "of what stands still"))
+    if energies:
+        shown.append(("Energy", told_energy(max(energies)), "of the UAV that needs most"))
     return tiles(shown)
+
+
+def total_cost_sentence(scene: MissionScene) -> str:
+    """Return what all paths cost together, and how far that is from the least at most; nothing where a path lacks."""
+    if not scene.mission.complete:
+        return ""
+    gap = scene.mission.gap
+    above = "" if gap is None else f", at most {told_gap(gap)} above the {scene.bound}"
+    return f"Total cost: {told_costs(scene.mission.costs)}{above}."
 
 
 def flight_table(scene: MissionScene) -> str:
@@ -71,7 +86,7 @@ def _pill(flight: PlannedFlight) -> str:
         return f'<span class="pill">{flight.status}</span>'
     status = flight.result.status
     tone = "good" if status.reached else "warn" if status is Status.INCOMPLETE else "bad"
-    return f'<span class="pill {tone}" title="{escape(status.sentence)}">{status.value}</span>'
+    return f'<span class="pill {tone}" title="{escape(in_words(status.sentence))}">{status.value}</span>'
 
 
 def _caption(scene: MissionScene) -> str:

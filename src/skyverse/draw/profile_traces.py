@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.map_traces import closed
+from skyverse.draw.map_traces import MAX_NAMES, closed
 from skyverse.draw.margin_traces import MIN_DEVIATION
 from skyverse.draw.plotly_values import Trace, packed, plain, round_step, trace
 from skyverse.draw.profile import Crossing, Profile
@@ -48,6 +48,7 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
         points = {"x": packed(profile.distance), "y": packed(profile.ceiling)}
         traces.append(trace("scatter", "lines", "Ceiling above ground", points, None, {"role": "ceiling"}))
     traces += _movers(profile, floor, top)
+    traces += _names(profile, scene, floor, top)
     traces += _tube(track)
     traces += _flight(track, profile)
     return {"uav": uav, "traces": traces, "range": [floor, top], "seconds": _seconds(profile)}
@@ -94,6 +95,21 @@ def _movers(profile: Profile, floor: float, top: float) -> list[Trace]:
     if not profile.movers:
         return []
     return [_area("Movers as they are passed", _filled(profile.movers, floor, top), {"role": "mover"})]
+
+
+def _names(profile: Profile, scene: Scene, floor: float, top: float) -> list[Trace]:
+    """Return the names of airspace below, above and around a UAV, each in the middle of what is seen of it."""
+    named = {}
+    for crossing in profile.crossings:
+        low, high = (float(np.clip(edge(crossing.levels), floor, top)) for edge in (np.min, np.max))
+        kind = scene.world.kinds[crossing.kind]
+        if crossing.name != kind.name and not kind.shapes[0].solid and low < high:
+            named[float(crossing.distance.mean()), (low + high) / 2] = plain(crossing.name)
+    if not 0 < len(named) <= MAX_NAMES:
+        return []
+    points = dict(zip("xy", map(list, zip(*named, strict=True)), strict=True))
+    font = {"size": 11}
+    return [trace("scatter", "text", "Names", points, None, {"role": "names"}, text=[*named.values()], textfont=font)]
 
 
 def _filled(crossings: Sequence[Crossing], floor: float, top: float) -> Floats:

@@ -23,6 +23,7 @@ from skyverse.draw.track import Point
 from skyverse.model.digest import short
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
 from skyverse.model.temporary_zones import temporary_zones
 
 _WORDS = {"layers": {}, "iterations": "", "value": "", "log": False}
@@ -54,7 +55,7 @@ def _tiles(scenario: Scenario) -> str:
     nodes = math.prod(int(size / one + 1e-9) + 1 for size, one in zip(sizes, step, strict=True))
     ground = "no terrain" if scenario.terrain is None else "over a terrain"
     shown = [
-        ("UAVs", f"{len(scenario.uavs):,}", f"{len(scenario.targets):,} targets"),
+        ("UAVs", f"{len(scenario.uavs):,}", counted(len(scenario.targets), "target")),
         ("Obstacles", f"{len(scenario.obstacles):,}", f"kept away from by {scenario.clearance:g} m"),
         ("Zones", f"{len(scenario.zones):,}", "may be entered, at a risk, slowly or at times"),
         ("Bounds", TIMES.join(f"{size:,.6g}" for size in sizes), f"metres, {ground}"),

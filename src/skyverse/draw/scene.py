@@ -9,6 +9,7 @@ from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.palette import TARGET_TO_REACH, TARGET_TO_SPARE
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
+from skyverse.errors import in_words
 from skyverse.model.flight_table import BoundKind, bound_kind
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
@@ -163,5 +164,5 @@ def _note(flight: PlannedFlight, flies: bool) -> str:
     if flight.result is None:
         return " has a target but was not planned."
     if not flight.result.status.reached:
-        return f": {flight.result.status.sentence}"
+        return f": {in_words(flight.result.status.sentence)}"
     return " has a path but no trajectory along it." if flies and flight.trajectory is None else ""

@@ -18,6 +18,7 @@ from skyverse.exports.return_lines import CLEARANCE_SHARE, Ground, ReturnSpace
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.space.tube import steepest_within
 from skyverse.space.world import BESIDE
@@ -92,7 +93,7 @@ def _refuse(scenario: Scenario, asked: list[tuple[FlightPlan, str | None]]) -> N
                 f"{name}: it cannot land below its last waypoint, at {latitude:.5f}, {longitude:.5f}, as {why}"
             )
     if refused:
-        more = f"; and {len(refused) - MAX_TOLD} UAVs more" if len(refused) > MAX_TOLD else ""
+        more = f"; and {counted(len(refused) - MAX_TOLD, 'more UAV')}" if len(refused) > MAX_TOLD else ""
         stay = Remedy("end", "loiter", "to stay at the target")
         raise InputError(f"{'; '.join(refused[:MAX_TOLD])}{more}. Choose other targets", field="end", give=[stay])
 

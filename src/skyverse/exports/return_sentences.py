@@ -137,7 +137,7 @@ def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None
     if not lost:
         return
     reasons = [_reason(scenario, back) for back in lost]
-    more = f"; and {len(lost) - MAX_TOLD} UAVs more" if len(lost) > MAX_TOLD else ""
+    more = f"; and {counted(len(lost) - MAX_TOLD, 'more UAV')}" if len(lost) > MAX_TOLD else ""
     raise InputError(
         f"no way home is proven from the last waypoint: {'; '.join(reasons[:MAX_TOLD])}{more}. {_advice(lost)}",
         field="end",

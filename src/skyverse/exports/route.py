@@ -14,6 +14,7 @@ from skyverse.exports.ground_under_legs import ground_allowance
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 
@@ -109,9 +110,8 @@ class Route:
 
     def sentence(self, scenario: Scenario, corners: str | None = None) -> str:
         """Return a sentence on what is proven; how corners are flown may be said in other words."""
-        waypoints = (
-            f"{len(self.points)} waypoints, {corners or self.corners}, at most {self.off:.3g} m off the trajectory"
-        )
+        count = counted(len(self.points), "waypoint")
+        waypoints = f"{count}, {corners or self.corners}, at most {self.off:.3g} m off the trajectory"
         return f"{scenario.uavs[self.uav].name}: {waypoints}; {self.proof(scenario)}"
 
     @property

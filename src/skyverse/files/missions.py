@@ -42,7 +42,7 @@ def mission_from_data(source: str | Path, data: Any) -> Mission:
     for name in ("assignment", "results", "trajectories"):
         if len(getattr(mission, name)) != fleet:
             found = len(getattr(mission, name))
-            raise InputError(f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {found}")
+            raise InputError(f"{source}: {name}: expected one entry for each UAV, {fleet} in all, found {found}")
     return mission
 
 
@@ -54,11 +54,11 @@ def replanned_flight_from_data(source: str | Path, data: Any) -> ReplannedFlight
     fleet, movers, obstacles = (len(part) for part in (flight.truth.uavs, flight.truth.movers, flight.truth.obstacles))
     for name, rows in (("arrivals", flight.arrivals), ("flight.flown", flight.flown)):
         if len(rows) != fleet:
-            raise InputError(f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {len(rows)}")
+            raise InputError(f"{source}: {name}: expected one entry for each UAV, {fleet} in all, found {len(rows)}")
     for number, step in enumerate(flight.steps):
         place = f"{source}: steps[{number}]"
         if [answer.uav for answer in step.answers] != list(range(fleet)):
-            raise InputError(f"{place}.answers: expected one for each of {fleet} UAVs, in their order")
+            raise InputError(f"{place}.answers: expected one for each UAV, in their order")
         named = (
             ("movers", step.movers, movers),
             ("predictions", tuple(one.mover for one in step.predictions), movers),

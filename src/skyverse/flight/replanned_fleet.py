@@ -19,7 +19,7 @@ from skyverse.flight.vehicle import Vehicle
 from skyverse.flight.weather import Weather
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
-from skyverse.live.sensor import HiddenObstacles, seen_movers
+from skyverse.live.sensor import HiddenObstacles, out_of_reach, seen_movers
 from skyverse.live.sighting import Sighting
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt, Mover
@@ -176,7 +176,8 @@ class ReplannedFleet:
             if max(errors[uav].horizontal, errors[uav].vertical) > 0.0
             or np.linalg.norm(state[0] - before[uav]) > self._margin
         }
-        answers = replanner.observe(look.time, movers=look.movers, obstacles=look.obstacles, states=far)
+        gone = out_of_reach(self._sensor, self.truth, replanner.predicted(), look.movers, replanner.horizon)
+        answers = replanner.observe(look.time, movers=look.movers, obstacles=look.obstacles, states=far, gone=gone)
         return ReplanStep(
             time=look.time,
             arrival=k / COMMAND_RATE,

@@ -13,14 +13,14 @@ from skyverse.errors import InputError
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
 from skyverse.lab.curves import band, expected_run_length, grid, run_lengths, spread
-from skyverse.lab.formatting import counted, literal, whole_numbers
+from skyverse.lab.formatting import literal, whole_numbers
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.planner_differences import best_mean, difference_section, matrix
 from skyverse.lab.report import Block, Cell, Figure, Heading, Report, Table, Text, decimals
 from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
 from skyverse.lab.statistics import summary, wilson
-from skyverse.model.short_lines import listed
+from skyverse.model.short_lines import counted, listed
 
 EQUAL_EFFORT_FACTOR = 1.05
 """Mean efforts within this factor count as equal."""

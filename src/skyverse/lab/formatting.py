@@ -34,8 +34,3 @@ def whole_numbers(numbers: Iterable[int]) -> str:
 def named(labels: Sequence[str], indices: Iterable[int]) -> str:
     """Return the labels at `indices`, in Markdown, separated by commas."""
     return ", ".join(literal(labels[index]) for index in indices)
-
-
-def counted(count: int, noun: str) -> str:
-    """Return a count and its noun, in the plural unless the count is 1."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"

@@ -5,11 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from skyverse.lab.flight_costs import flight_costs
-from skyverse.lab.formatting import counted, literal, p_value
+from skyverse.lab.formatting import literal, p_value
 from skyverse.lab.moving_row import MovingRows
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.report import Block, Cell, Table, Text
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, bootstrap, holm, magnitude
+from skyverse.model.short_lines import counted
 
 KEPT, RESTARTED = "KeptPopulation", "FromScratch"
 """The classes of the policies that are compared where all of their settings are the same."""

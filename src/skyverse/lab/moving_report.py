@@ -9,13 +9,14 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.lab import figures
 from skyverse.lab.flight_costs import flight_costs, flown_among
-from skyverse.lab.formatting import counted, literal, whole_numbers
+from skyverse.lab.formatting import literal, whole_numbers
 from skyverse.lab.kept_population import kept_population_section
 from skyverse.lab.moving_row import MovingRows
 from skyverse.lab.pairwise_tests import compare_pairs
 from skyverse.lab.planner_differences import matrix
 from skyverse.lab.report import Block, Cell, Figure, Heading, Report, Table, Text
 from skyverse.lab.report_files import write_report_files
+from skyverse.model.short_lines import counted
 
 _COLUMNS = ("seed", "arrived", "safe", "contacts", "least_gap", "time_ratio", "length_ratio", "replans", "unproven")
 _EFFORT_COLUMNS = ("milliseconds", "milliseconds_99", "milliseconds_worst", "generated_paths", "evaluations")
@@ -88,8 +89,12 @@ def moving_report(rows: MovingRows, *, title: str = "Replanning") -> Report:
 
 def _made(rows: MovingRows) -> Iterator[Block]:
     told, policies = rows.select(("seed", "versions")), rows.labels("policy")
-    counts = [counted(len(rows), "flight"), counted(len(rows.labels("scenario")), "scenario")]
-    lines = [f"{', '.join(counts)}, {len(policies)} policies. Seeds: {whole_numbers(told['seed'].tolist())}."]
+    counts = [
+        counted(len(rows), "flight"),
+        counted(len(rows.labels("scenario")), "scenario"),
+        counted(len(policies), "policy", "policies"),
+    ]
+    lines = [f"{', '.join(counts)}. Seeds: {whole_numbers(told['seed'].tolist())}."]
     lines += [f"Made with {literal(version)}." for version in sorted(set(told["versions"].tolist()))]
     yield Text("\n\n".join(lines))
 

@@ -8,10 +8,11 @@ import numpy as np
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns
 from skyverse.lab.curves import profile
-from skyverse.lab.formatting import counted, literal, named, p_value
+from skyverse.lab.formatting import literal, named, p_value
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.report import Block, Cell, Figure, Table, Text
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, magnitude, ranking
+from skyverse.model.short_lines import counted
 
 
 def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int, int], PairwiseTest]) -> Iterator[str]:

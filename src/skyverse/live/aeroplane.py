@@ -28,6 +28,7 @@ from skyverse.numerics.tolerances import MIN_FLOWN
 from skyverse.problem import Airspace
 from skyverse.space.world import World
 from skyverse.trajectory.aeroplane import agility_of, fixed_wing, fly_aeroplane
+from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.path_to_trajectory import needed_waypoints
 from skyverse.trajectory.proof import clear_pieces, prove
 
@@ -80,11 +81,15 @@ class Aeroplane(Pilot):
     @property
     def motion(self) -> Trajectory:
         """What it flies from now on, to the end of a full turn, or of its mission."""
-        return self.course.motion
+        return with_heading(self.course.motion, self.uav)
 
     @property
     def flown(self) -> Trajectory:
         """What it has flown since it departed, and will fly if nothing is observed any more, up to its target."""
+        return with_heading(self._flown, self.uav)
+
+    @property
+    def _flown(self) -> Trajectory:
         whole, arrival = joined([*self.course.flown, self.course.motion]), self.arrival
         return whole if arrival is None else part_of(whole, whole.start, arrival)
 
@@ -97,8 +102,8 @@ class Aeroplane(Pilot):
     def occupied(self) -> tuple[Trajectory, ...]:
         """Motions that other UAVs keep clear of: once it has arrived it counts as staying at its target, too."""
         if self.arrival is None or self.course.lands or self.course.stands:
-            return (self.motion,)
-        return self.motion, self.flown
+            return (self.course.motion,)
+        return self.course.motion, self._flown
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration at an instant, (3, 3)."""

@@ -9,9 +9,10 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.live.replan import Replan
-from skyverse.live.sensor import HiddenObstacles, seen_movers
+from skyverse.live.sensor import HiddenObstacles, out_of_reach, seen_movers
 from skyverse.live.sighting import Sighting
 from skyverse.model.mission import Mission
+from skyverse.model.mover import Mover
 from skyverse.model.quantities import MAX_INSTANT
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
@@ -43,8 +44,17 @@ class InFlight(Protocol):
     def lead(self) -> float:
         """Seconds from an observation at which a new motion begins."""
 
-    def observe(self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape]) -> tuple[Replan, ...]:
+    @property
+    def horizon(self) -> float:
+        """Seconds from an observation up to which motions are proven."""
+
+    def observe(
+        self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape], gone: Sequence[str]
+    ) -> tuple[Replan, ...]:
         """Take in what was seen at an instant, and replan all UAVs."""
+
+    def predicted(self) -> tuple[Mover, ...]:
+        """Return the movers that are kept in mind."""
 
     def motion(self, uav: int) -> Trajectory:
         """Return what a UAV flies from now on."""
@@ -109,7 +119,8 @@ def fly_closed_loop(
         waiting.append(Observation(t, tuple(seen), tuple(hidden.seen(sensor, places))))
         while waiting and waiting[0].time + sensor.delay <= t:
             one = waiting.popleft()
-            answers = replanner.observe(one.time, movers=one.movers, obstacles=one.obstacles)
+            gone = out_of_reach(sensor, known, replanner.predicted(), one.movers, replanner.horizon)
+            answers = replanner.observe(one.time, movers=one.movers, obstacles=one.obstacles, gone=gone)
             if on_answers is not None:
                 on_answers(answers)
         arrivals = [replanner.arrival(uav) for uav in uavs]

@@ -109,6 +109,22 @@ class Hello(Model):
     cautions: tuple[str, ...] = ()
 
 
+class YawMessage(Model):
+    """Where a UAV's nose points, counterclockwise from east; before the first instant and after the last it stays.
+
+    Attributes
+    ----------
+    t
+        n seconds into the mission, rising; one at least.
+    yaw, yaw_rate
+        n rad, without leaps of whole turns, and n rad/s; between two instants the yaw rate is linear.
+    """
+
+    t: tuple[float, ...]
+    yaw: tuple[float, ...]
+    yaw_rate: tuple[float, ...]
+
+
 class MotionMessage(Model):
     """What a UAV flies from now on; after the last knot it stays where it is.
 
@@ -119,10 +135,13 @@ class MotionMessage(Model):
     coefficients
         n pieces of rows of x, y, z, metres: in piece k the UAV is at the sum over j of ``coefficients[k][j]`` times
         ``(t - knots[k])`` to the power j.
+    yaw
+        Where its nose points meanwhile.
     """
 
     knots: tuple[float, ...]
     coefficients: tuple[Points, ...]
+    yaw: YawMessage
 
 
 class Setpoints(Model):
@@ -134,6 +153,8 @@ class Setpoints(Model):
         n seconds into the mission.
     position, velocity, acceleration
         n rows of x, y, z: local metres, m/s, m/s^2.
+    yaw, yaw_rate
+        n rad, counterclockwise from east, and n rad/s.
     wgs84
         n rows of latitude and longitude, degrees, and altitude above mean sea level, metres, where these were asked
         for.
@@ -143,6 +164,8 @@ class Setpoints(Model):
     position: Points
     velocity: Points
     acceleration: Points
+    yaw: tuple[float, ...]
+    yaw_rate: tuple[float, ...]
     wgs84: Points | None = None
 
 

@@ -12,23 +12,26 @@ from skyverse.live.choice import Choice, Span
 from skyverse.live.choose_course import choose_course
 from skyverse.live.course import Course
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
-from skyverse.live.pilot import LOST, Pilot
+from skyverse.live.pilot import LOST, SPARE, Pilot
 from skyverse.live.planned_motion import Planned, followed, planned_motion
+from skyverse.live.steered_heading import steered_heading, still
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
+from skyverse.model.pointing import Pointing
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PIECE
 from skyverse.problem import Airspace
 from skyverse.space.world import World
+from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.limits import Limits, limits_of
 from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 NEARER = 0.1
 """Metres by which a UAV comes nearer to its target if it comes nearer at all."""
 STUCK = 3.0
-"""Seconds for which it comes no nearer because of other UAVs until they are led apart."""
+"""Seconds for which it comes no nearer until all are led apart, if UAVs are in its way, or else it looks less far."""
 
 
 @dataclass(frozen=True)
@@ -41,18 +44,27 @@ class Multirotor(Pilot):
         What it flies.
     guidance, own
         The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
+    pointing
+        Where its nose points, from 0 s on.
     nearest, since
         How near to its target it has been, metres along its way, and the instant since which it has come no nearer.
     held_up
         Whether another UAV is in its way.
+    waited
+        Whether movers have kept it from coming nearer for long.
+    waits
+        Whether it comes to rest and stays there, as far as that is proven, while a mission is planned for all.
     """
 
     course: Course
     guidance: Way
     own: Planned | None
+    pointing: Pointing
     nearest: float = math.inf
     since: float = 0.0
     held_up: bool = False
+    waited: bool = False
+    waits: bool = False
     turns: ClassVar[str] = "can stop"
 
     @classmethod
@@ -62,12 +74,26 @@ class Multirotor(Pilot):
         guidance = mission_guidance(airspace, mission, number)
         motion = rest_to_rest(np.array([uav.start]), uav)
         course = Course((), motion, guidance.after(1), np.full(len(guidance.points) - 1, np.inf), 1, leaves=0.0)
-        return cls(number, uav, 0.0, course, guidance, planned_motion(mission.trajectories[number], guidance))
+        flight = mission.trajectories[number]
+        if flight is not None and flight.pointing is None:
+            flight = with_heading(flight, uav)
+        (yaw,), _, _ = with_heading(motion, uav).heading([0.0]) if flight is None else flight.heading([0.0])
+        return cls(number, uav, 0.0, course, guidance, planned_motion(flight, guidance), still(float(yaw), uav))
 
     @staticmethod
     def seconds_of_way_out(uav: UAV) -> float:
         """Return the seconds in which a multirotor comes to rest from its top speed."""
-        return uav.max_speed / uav.max_acceleration + uav.max_acceleration / uav.max_jerk
+        return _seconds_to_rest(uav, uav.max_speed)
+
+    def horizon(self, now: float, longest: float, lead: float) -> float:
+        """Return the seconds up to which its motion is proven.
+
+        The longer is looked ahead, the farther a mover may be from where it was seen, in the end anywhere. So a UAV
+        that movers have kept from coming nearer for long looks ahead only as far as it has to at its present speed.
+        """
+        if not self.waited:
+            return longest
+        return min(longest, _seconds_to_rest(self.uav, math.hypot(*self.state(now)[1])) + lead + SPARE)
 
     @property
     def way_out(self) -> str:
@@ -81,12 +107,18 @@ class Multirotor(Pilot):
     @property
     def motion(self) -> Trajectory:
         """What it flies from now on, to rest."""
-        return self.course.motion
+        motion = self.course.motion
+        return replace(motion, pointing=self.pointing.since(motion.start))
+
+    @property
+    def occupied(self) -> tuple[Trajectory, ...]:
+        """The motion that other UAVs keep clear of, and then where it stays."""
+        return (self.course.motion,)
 
     @property
     def flown(self) -> Trajectory:
         """What it has flown since the mission began, and will fly if nothing is observed any more."""
-        return joined([*self.course.flown, self.course.motion])
+        return replace(joined([*self.course.flown, self.course.motion]), pointing=self.pointing)
 
     @property
     def arrival(self) -> float | None:
@@ -108,7 +140,13 @@ class Multirotor(Pilot):
 
     def restarted(self, t: float, state: Floats) -> Self:
         """Return the pilot of the UAV that brakes from a state (3, 3), where it was found at an instant."""
-        return replace(self, course=self.course.restarted(t, state, self._limits))
+        return self.flying(self.course.restarted(t, state, self._limits), t)
+
+    def flying(self, course: Course, begin: float) -> Self:
+        """Return the pilot that flies another course from an instant on."""
+        planned = None if self.own is None else self.own.motion
+        pointing = steered_heading(self.pointing, begin, course.motion, self.uav, planned, course.leaves)
+        return replace(self, course=course, pointing=pointing)
 
     def led_to(self, scenario: Scenario, target: int | None, now: float, join: float) -> Self | None:
         """Return the pilot that follows a new way from where it can come to rest; ``None`` if there is none."""
@@ -127,17 +165,23 @@ class Multirotor(Pilot):
     def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen."""
         now = self.course.since(span.now)
-        course, choice = choose_course(now, self.guidance, self.own, around, span, most_tried, deadline)
-        return replace(self, course=course)._watched(span, choice.held_up), choice
+        for tries in (0, most_tried) if self.waits else (most_tried,):
+            course, choice = choose_course(now, self.guidance, self.own, around, span, tries, deadline)
+            if choice.proven:
+                break
+        pilot = replace(self, course=course) if choice.kept else self.flying(course, span.join)
+        return pilot._watched(span, choice.held_up), choice
 
     def _watched(self, span: Span, held_up: bool) -> Self:
         """Return the pilot that knows since when the UAV has come no nearer to its target, unless that is planned."""
         points = self.guidance.after(min(self.course.next_mark(span.now), len(self.guidance.points) - 1)).points
         ends = [self.course.state(span.now)[0], *points]
         left = sum(math.dist(a, b) for a, b in pairwise(ends))
-        if left < self.nearest - NEARER or self.course.leaves >= span.join:
+        arrived = left < NEARER
+        if left < self.nearest - NEARER or arrived or self.course.leaves >= span.join:
             return replace(self, nearest=left, since=span.now, held_up=held_up)
-        return replace(self, held_up=held_up)
+        by_movers = span.now - self.since >= STUCK and not held_up and not self.waits
+        return replace(self, held_up=held_up, waited=self.waited or by_movers)
 
     def is_stuck(self, now: float) -> bool:
         """Tell whether another UAV has kept it from coming nearer to its target for long."""
@@ -155,5 +199,11 @@ class Multirotor(Pilot):
         course, planned = self.course.guided_by(way), planned_motion(flight.retimed(begin + flight.start), way)
         assert planned is not None
         whole = course.joined(begin, *followed(flight, 0.0, flight.end), course.way, course.passed).motion
-        own, course = planned._replace(motion=whole), replace(course, leaves=begin)
+        own = planned._replace(motion=replace(whole, pointing=planned.motion.pointing))
+        course = replace(course, leaves=begin)
         return replace(self, planned=begin, course=course, guidance=way, own=own, nearest=math.inf, held_up=False)
+
+
+def _seconds_to_rest(uav: UAV, speed: float) -> float:
+    """Return the seconds in which a multirotor comes to rest."""
+    return speed / uav.max_acceleration + uav.max_acceleration / uav.max_jerk

@@ -33,7 +33,7 @@ def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int)
     _require_mapping(given, "states")
     for uav, known in given.items():
         if uav not in range(count):
-            raise InputError(f"expected the index of one of {count} UAVs, but it is {uav!r}", field="states")
+            raise InputError(f"expected a UAV's index below {count}, but it is {uav!r}", field="states")
         try:
             state = np.array([*known, np.zeros(3)], dtype=np.float64)
         except (TypeError, ValueError):
@@ -130,7 +130,7 @@ def with_targets(
     _require_mapping(given, "targets")
     for uav, place in given.items():
         if uav not in range(len(assigned)):
-            raise InputError(f"expected the index of one of {len(assigned)} UAVs, but it is {uav!r}", field="targets")
+            raise InputError(f"expected a UAV's index below {len(assigned)}, but it is {uav!r}", field="targets")
         name = f"target of {scenario.uavs[uav].name}"
         try:
             target = Target.model_validate({"name": name, "position": place})

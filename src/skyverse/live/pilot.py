@@ -18,6 +18,8 @@ from skyverse.space.world import World
 
 LOST = 1.0
 """Seconds after which another way is planned at the earliest for a UAV that cannot follow the one before."""
+SPARE = 0.5
+"""Seconds of the default horizon beyond those that the way out takes."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,10 @@ class Pilot(ABC):
     def seconds_of_way_out(uav: UAV) -> float:
         """Return the seconds that its way out takes at most."""
 
+    def horizon(self, now: float, longest: float, lead: float) -> float:
+        """Return the seconds up to which its motion is proven, no more than are given."""
+        return longest
+
     @property
     @abstractmethod
     def way_out(self) -> str:
@@ -70,9 +76,9 @@ class Pilot(ABC):
         """The instant at which its motion reaches its target, seconds; ``None`` if it does not."""
 
     @property
+    @abstractmethod
     def occupied(self) -> tuple[Trajectory, ...]:
         """Motions that other UAVs keep clear of; each stays where it ends."""
-        return (self.motion,)
 
     @abstractmethod
     def state(self, t: float) -> Floats:

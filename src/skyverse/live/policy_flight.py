@@ -82,7 +82,9 @@ class PolicyFlight:
         self._pilots = [Multirotor.at_start(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
         self._memories: list[object] = [None] * len(scenario.uavs)
 
-    def observe(self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape] = ()) -> tuple[Replan, ...]:
+    def observe(
+        self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape] = (), gone: Sequence[str] = ()
+    ) -> tuple[Replan, ...]:
         """Take in what was seen at an instant, and replan all UAVs, those of higher priority first.
 
         Parameters
@@ -91,10 +93,12 @@ class PolicyFlight:
             Seconds into the mission, later than at the last observation.
         movers, obstacles
             Those that were seen.
+        gone
+            Names of movers that are known to be far away.
         """
         self.now = t
         self._tracks.add(t, movers)
-        forgotten = self._tracks.forget(t, (), [one.reached(t, self.horizon, self.scenario) for one in self._pilots])
+        forgotten = self._tracks.forget(t, gone, [one.reached(t, self.horizon, self.scenario) for one in self._pilots])
         self._take_in(obstacles)
         seen, uavs = self.predicted(), self.scenario.uavs
         span = Span(t, t + self.lead, t + self.horizon, t + self.horizon)
@@ -154,7 +158,8 @@ class PolicyFlight:
             ways = [found.way, found.way.through(0, stop, 0.0)]
         shares = [share * found.share for share in SHARES]
         course, choice = first_proven(course, around, span, ways, shares, self.policy.needs_proof)
-        self._pilots[uav] = replace(self._pilots[uav], course=course)
+        pilot = self._pilots[uav]
+        self._pilots[uav] = replace(pilot, course=course) if choice.kept else pilot.flying(course, span.join)
         met = "" if choice.mover < 0 else f": {around.moving.names[choice.mover]} may come too near"
         name = self.scenario.uavs[uav].name
         told = f"{name} has a way out." if choice.proven else f"{name} has no proven way out{met}."
@@ -209,7 +214,7 @@ class PolicyFlight:
         for other, pilot in enumerate(self._pilots):
             across, above = kept_ellipsoid(self.scenario.uavs[uav], self.scenario.uavs[other])
             if other != uav and across > 0.0:
-                motion = pilot.motion
+                motion = pilot.course.motion
                 moves = PolynomialMotion(knots=tuple(motion.knots), coefficients=motion.coefficients.tolist())
                 shape = Ellipsoid(centre=(0, 0, 0), semi_axis_xy=across, semi_axis_z=above)
                 known.append(TimedShape(shape, moves, Doubt(), 0.0))

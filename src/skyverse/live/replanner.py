@@ -12,10 +12,10 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.choice import Choice, Span
-from skyverse.live.lead_apart import lead_apart
+from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
-from skyverse.live.pilot import Pilot
+from skyverse.live.pilot import SPARE, Pilot
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
@@ -32,8 +32,6 @@ from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
 from skyverse.trajectory.limits import limits_of
 
-SPARE = 0.5
-"""Seconds of the default horizon beyond those that the way out of the UAV takes whose way out takes longest."""
 LONGEST_LEAP = 5.0
 """Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
 LEAST_MEMORY = 3.0
@@ -118,6 +116,7 @@ class Replanner:
         self._astray: set[int] = set()
         self._entered: tuple[Shape, ...] = ()
         self._assignment = tuple(mission.assignment)
+        self._lead_apart = LeadApart()
         self._pilots = [_pilot(self._airspace, mission, number) for number in range(len(scenario.uavs))]
         self._replan_all(0.0)
 
@@ -155,8 +154,8 @@ class Replanner:
         gone
             Names of movers whose places were seen empty; nothing more is expected of them.
         deadline_ms
-            Milliseconds after which no further motions are tried; the answers then depend on the clock. Multirotors
-            that keep each other from going on are not led apart then, since that takes as long as planning a mission.
+            Milliseconds after which no further motions are tried; the answers then depend on the clock. Without it, an
+            answer may wait for the mission that leads multirotors apart, if that takes more than 2 s to plan.
 
         Returns
         -------
@@ -189,8 +188,8 @@ class Replanner:
         forgotten = self._tracks.forget(now, gone, reached)
         self._entered, self._assignment = known.entered, assignment
         self._find_ways(scenario, new=known.scenario is not before)
-        if deadline_ms is None:
-            self._pilots = lead_apart(self._pilots, self.scenario, self.now, self.now + self.lead)
+        join, may_wait = self.now + self.lead, deadline_ms is None
+        self._pilots = self._lead_apart.led(self._pilots, self.scenario, self.now, join, may_wait)
         answers = self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
         return tuple(replace(answer, forgotten=forgotten) for answer in answers)
 
@@ -219,7 +218,9 @@ class Replanner:
 
     def _replan_all(self, lead: float, deadline: float = math.inf) -> tuple[Replan, ...]:
         """Choose what all UAVs fly from `lead` seconds after now on, those of higher priority first."""
-        spans = [Span(self.now, self.now + lead, self.now + h, self.now + self.horizon) for h in self._horizons]
+        pilots = zip(self._pilots, self._horizons, strict=True)
+        horizons = [self.now + pilot.horizon(self.now, longest, self.lead) for pilot, longest in pilots]
+        spans = [Span(self.now, self.now + lead, until, self.now + self.horizon) for until in horizons]
         kinds = {(uav.tracking_error, span) for uav, span in zip(self.scenario.uavs, spans, strict=True)}
         moving = {
             (error, span): all_moving(self.scenario, self._predicted(span.until), self._entered, error, span)
@@ -280,7 +281,7 @@ class Replanner:
 
     def _pilot(self, uav: int) -> Pilot:
         if not isinstance(uav, int | np.integer) or uav not in range(len(self._pilots)):
-            raise InputError(f"expected the index of one of {len(self._pilots)} UAVs, but it is {uav!r}", field="uav")
+            raise InputError(f"expected a UAV's index below {len(self._pilots)}, but it is {uav!r}", field="uav")
         return self._pilots[uav]
 
     def predicted(self) -> tuple[Mover, ...]:

@@ -14,6 +14,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Shape, Sphere
+from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.space.world import World
 
 LEAST_TOP_SPEED = 1e-3
@@ -60,6 +61,35 @@ def seen_movers(
             )
         )
     return found
+
+
+def out_of_reach(
+    sensor: Sensor, scenario: Scenario, held: Sequence[Mover], seen: Sequence[Sighting], seconds: float
+) -> list[str]:
+    """Return the names of movers that no UAV can come too near to within some seconds, since they are out of range.
+
+    Parameters
+    ----------
+    sensor, scenario
+        What UAVs see with, and the UAVs.
+    held
+        Movers that are kept in mind.
+    seen
+        What was seen at an instant: all others are farther away from every UAV than the sensor's range.
+    seconds
+        From that instant on.
+    """
+    names = {one.name for one in seen}
+    errors = [uav.tracking_error for uav in scenario.uavs]
+    kept = scenario.clearance + max(math.hypot(error.horizontal, error.vertical) for error in errors)
+    fastest = max(uav.max_speed for uav in scenario.uavs) * (1.0 + LIMIT_EASE)
+    far = []
+    for mover in held:
+        doubt = mover.doubt
+        speed = fastest + (doubt.growth if doubt.top_speed is None else doubt.top_speed)
+        if mover.name not in names and sensor.reach > kept + seconds * speed:
+            far.append(mover.name)
+    return far
 
 
 def _distances(shape: MoverShape, places: Floats) -> Floats:

@@ -17,6 +17,7 @@ from skyverse.live.messages import (
     Refusal,
     Setpoints,
     UAVAnswer,
+    YawMessage,
 )
 from skyverse.live.observation_lines import read_observation
 from skyverse.live.replan import Replan
@@ -164,7 +165,7 @@ class LiveSession:
             sentence=replan.sentence,
             arrival=replanner.arrival(replan.uav),
             milliseconds=round(1e3 * replan.seconds, 3),
-            motion=MotionMessage(knots=motion.knots.tolist(), coefficients=motion.coefficients.tolist()),
+            motion=motion_message(motion),
             setpoints=sampled,
         )
 
@@ -179,14 +180,30 @@ def load_kernels(mission: Mission) -> None:
         replanner.observe(t, movers=seen)
 
 
+def motion_message(motion: Trajectory) -> MotionMessage:
+    """Return what a message tells of a motion."""
+    assert motion.pointing is not None
+    t = np.unique(np.r_[motion.start, motion.pointing.corners[0]])
+    t = t[t >= motion.start]
+    yaw, yaw_rate, _ = motion.heading(t)
+    return MotionMessage(
+        knots=motion.knots.tolist(),
+        coefficients=motion.coefficients.tolist(),
+        yaw=YawMessage(t=t.tolist(), yaw=yaw.tolist(), yaw_rate=yaw_rate.tolist()),
+    )
+
+
 def sampled_motion(motion: Trajectory, begin: float, end: float, rate: float, origin: Origin | None) -> Setpoints:
     """Return a motion at instants between two, `rate` times a second; with an origin, in degrees too."""
     t = begin + np.arange(int(np.floor((end - begin) * rate)) + 1) / rate
     position, velocity, acceleration = motion.at(t)
+    yaw, yaw_rate, _ = motion.heading(t)
     return Setpoints(
         t=t.tolist(),
         position=position.tolist(),
         velocity=velocity.tolist(),
         acceleration=acceleration.tolist(),
+        yaw=yaw.tolist(),
+        yaw_rate=yaw_rate.tolist(),
         wgs84=None if origin is None else to_wgs84(origin, position).tolist(),
     )

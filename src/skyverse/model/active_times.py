@@ -34,9 +34,15 @@ def active_spans(active: Spans | None) -> tuple[tuple[float, float], ...]:
     return tuple((-math.inf if a is None else a, math.inf if b is None else b) for a, b in active)
 
 
+MAX_TOLD = 3
+"""Active times that are told in one sentence; of more it is told how many there are."""
+
+
 def told_spans(active: Spans) -> str:
     """Return when a zone is active, as sentences tell it: ``from 60 s to 120 s and from 300 s on``."""
-    return " and ".join(map(_told, active_spans(active)))
+    told = active if len(active) <= MAX_TOLD else active[: MAX_TOLD - 1]
+    more = [f"{len(active) - len(told):,} times more"] if len(active) > len(told) else []
+    return " and ".join([*map(_told, active_spans(told)), *more])
 
 
 def _told(span: tuple[float, float]) -> str:

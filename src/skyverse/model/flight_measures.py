@@ -14,6 +14,10 @@ SAMPLES = 16
 """Samples of each piece of a trajectory at least."""
 MAX_SAMPLES = 100_000
 """Samples of a trajectory at most, unless its pieces alone need more, which bounds time and memory."""
+APART = 1.0
+"""Metres, about, between the places along a flight."""
+MIN_PLACES, MAX_PLACES = 1000, 20_000
+"""Places along a flight at least and at most."""
 LEAST_STEP = 1e-3
 """Metres between two samples at least, for the slope from one to the next to count."""
 
@@ -59,6 +63,17 @@ def measure_flight(trajectory: Trajectory, terrain: Terrain | None = None) -> Fl
         lowest=float(lowest.min()),
         highest=float(highest.max()),
     )
+
+
+def places_along(trajectory: Trajectory) -> Floats:
+    """Return places (n, 3) along a trajectory, metres, at equal times, about `APART` metres from one another."""
+
+    def places(count: int) -> Floats:
+        return trajectory.at(np.linspace(trajectory.start, trajectory.end, count)).position
+
+    rough = places(MIN_PLACES)
+    wanted = int(min(float(np.linalg.norm(np.diff(rough, axis=0), axis=1).sum()) / APART, MAX_PLACES))
+    return rough if wanted <= MIN_PLACES else places(wanted)
 
 
 def _instants(trajectory: Trajectory, apart: float) -> Floats:

@@ -170,8 +170,8 @@ class FlightRuns(ArrayRecord):
         if held is None:
             return "No tracking error is stated, so there is none to hold."
         if all(held):
-            return f"The stated tracking error held in all of {self.runs} runs."
-        return f"The stated tracking error was exceeded in {held.count(False)} of {self.runs} runs."
+            return f"The stated tracking error held in all of {counted(self.runs, 'run')}."
+        return f"The stated tracking error was exceeded in {held.count(False)} of {counted(self.runs, 'run')}."
 
     @property
     def sentence(self) -> str:
@@ -185,6 +185,6 @@ class FlightRuns(ArrayRecord):
             return f"Not safe: {wrong}."
         bound = 1.0 - 0.05 ** (1.0 / self.runs)
         return (
-            f"Safe: nothing was touched in any of {self.runs} runs, so that with 95 % confidence fewer than "
+            f"Safe: nothing was touched in any of {counted(self.runs, 'run')}, so that with 95 % confidence fewer than "
             f"{100 * bound:.2g} % of such flights touch anything.{not_judged_as_flown(self.mission.scenario)}"
         )

@@ -49,7 +49,7 @@ def flight_columns(mission: Mission) -> list[Column]:
         return tuple(NO_VALUE if one is None else told(one) for one in measures)
 
     energies = [None if one.summary is None else one.summary.energy for one in flights]
-    energy = tuple(NO_VALUE if value is None else f"{value / JOULES_OF_WATT_HOUR:.3g} Wh" for value in energies)
+    energy = tuple(NO_VALUE if value is None else told_energy(value) for value in energies)
     columns = [
         Column("UAV", "", tuple(one.uav.name for one in flights)),
         Column("target", "", tuple(NO_VALUE if one.target is None else one.target.name for one in flights)),
@@ -135,6 +135,11 @@ def unit_sentence(mission: Mission) -> str:
         lengths = 'in metres; "flown" compares it with others'
         return f"{counted}; a path of any angle leaves the lattice, so that its cost is {lengths}."
     return f"{counted}; paths of any angle, as of Taut, leave the lattice and cost metres."
+
+
+def told_energy(joules: float) -> str:
+    """Return an energy as batteries are labelled: ``3.27 Wh``."""
+    return f"{joules / JOULES_OF_WATT_HOUR:.3g} Wh"
 
 
 def told_costs(costs: dict[str, float]) -> str:

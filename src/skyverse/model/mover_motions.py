@@ -16,8 +16,10 @@ from skyverse._typing import Floats
 from skyverse.model.arrays import instants_of
 from skyverse.model.quantities import MAX_INSTANT, Instant, Model, Number, Point, Positive, named_type
 
-Seconds = Annotated[Positive, Field(ge=1e-3, le=MAX_INSTANT)]
-"""A duration; no mover turns back, or round, in less than a millisecond."""
+LEAST_PERIOD = 0.01
+"""Seconds: no mover turns back, or round, in less."""
+Seconds = Annotated[Positive, Field(ge=LEAST_PERIOD, le=MAX_INSTANT)]
+"""The period of a motion."""
 
 
 def _require_rising(name: str, instants: tuple[float, ...]) -> None:
@@ -52,6 +54,9 @@ class WaypointMotion(Model):
         _require_rising("times", self.times)
         if self.then != "stays" and len(self.points) < 2:
             raise ValueError(f"a motion that {self.then} needs two points or more")
+        if self.then != "stays" and self.times[-1] - self.times[0] < LEAST_PERIOD:
+            span = f"{LEAST_PERIOD:g} s or more, but they span {self.times[-1] - self.times[0]:.3g} s"
+            raise ValueError(f"times of a motion that {self.then} must span {span}")
         if self.then == "repeats" and self.points[0] != self.points[-1]:
             raise ValueError("a motion that repeats must end where it begins, but the last point is not the first one")
         return self

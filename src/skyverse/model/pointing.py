@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -55,20 +56,43 @@ class Pointing(ArrayRecord):
         instants = start + (self.instants - begin) * factor
         return replace(self, instants=instants, spread=self.spread * factor, rise=self.rise * factor)
 
+    def since(self, t: float) -> "Pointing":
+        """Return the same yaw from an instant on, without the turns that have ended by then."""
+        ended = self.instants + 0.5 * (self.spread + self.rise) <= t
+        yaw = self.yaw + float(np.sum(self.turns[ended]))
+        return replace(self, yaw=yaw, instants=self.instants[~ended], turns=self.turns[~ended])
+
+    @cached_property
+    def corners(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Instants between which the yaw rate is linear, (4 n,) seconds, rising; yaw, its rate, and the slope of that.
+
+        Each turn adds a trapezoid to the yaw rate: up in `rise` seconds, level, and down in `rise` seconds.
+        """
+        half, flat = 0.5 * (self.spread + self.rise), 0.5 * (self.spread - self.rise)
+        corners = (self.instants[:, None] + np.array([-half, -flat, flat, half])).ravel()
+        bends = ((self.turns / (self.spread * self.rise))[:, None] * np.array([1.0, -1.0, -1.0, 1.0])).ravel()
+        order = np.argsort(corners, kind="stable")
+        t, slopes = corners[order], np.cumsum(bends[order])
+        gaps = np.diff(t, prepend=t[:1])
+        before = np.r_[0.0, slopes[:-1]][: len(t)]
+        rates = np.cumsum(before * gaps)
+        yaws = self.yaw + np.cumsum((rates - 0.5 * before * gaps) * gaps)
+        return t, yaws, rates, slopes
+
     def at(self, t: Floats, position: Floats) -> Heading:
         """Return where nose and camera point at instants (m,), seconds, from positions (m, 3), metres."""
-        half, flat = 0.5 * (self.spread + self.rise), 0.5 * (self.spread - self.rise)
-        x = np.clip(t[:, None] - self.instants, -half, half)
-        ends = [np.maximum(x + shift, 0.0) for shift in (half, flat, -flat, -half)]
-        area = self.spread * self.rise
-        signs = (1.0, -1.0, -1.0, 1.0)
-        shares = sum(sign * end**2 for sign, end in zip(signs, ends, strict=True)) / (2.0 * area)
-        rates = sum(sign * end for sign, end in zip(signs, ends, strict=True)) / area
-        pitch = np.zeros(len(t))
+        yaw, rate, pitch = np.full(len(t), self.yaw), np.zeros(len(t)), np.zeros(len(t))
+        corners, yaws, rates, slopes = self.corners
+        last = np.searchsorted(corners, t, side="right") - 1
+        begun = last >= 0
+        last = last[begun]
+        later = np.where(last < len(corners) - 1, t[begun] - corners[last], 0.0)  # after the last turn it stays
+        yaw[begun] = yaws[last] + (rates[last] + 0.5 * slopes[last] * later) * later
+        rate[begun] = np.where(last < len(corners) - 1, rates[last] + slopes[last] * later, 0.0)
         if self.look_at is not None:
             way = np.array(self.look_at) - position
             pitch = arctan2(way[:, 2], np.hypot(way[:, 0], way[:, 1]))
-        return Heading(self.yaw + np.sum(shares * self.turns, axis=1), np.sum(rates * self.turns, axis=1), pitch)
+        return Heading(yaw, rate, pitch)
 
 
 def spread_turns(

@@ -300,7 +300,7 @@ class Scenario(Model, Drawn):
             self.description,
             f"bounds {TIMES.join(f'{size:,.6g}' for size in sizes)} m, from {told_point(low)} to {told_point(high)}",
             f"UAVs keep {', '.join(kept)}" if kept else "",
-            f"lattice of {nodes:,} nodes, {TIMES.join(f'{one:g}' for one in step)} m apart, "
+            f"lattice of {counted(nodes, 'node')}, {TIMES.join(f'{one:g}' for one in step)} m apart, "
             f"{self.lattice.connectivity}-connected",
             "" if origin is None else f"origin at latitude {origin.latitude:.6f}, longitude {origin.longitude:.6f}",
         )

@@ -147,7 +147,7 @@ class Trajectory(ArrayRecord, Drawn):
 
     def heading(self, t: ArrayLike) -> Heading:
         """Return where the UAV's nose and camera point at instants `t`, (m,) seconds."""
-        instants = np.clip(instants_of(t), self.start, self.end)
+        instants = instants_of(t)
         if self.pointing is None:
             return Heading(*np.zeros((3, len(instants))))
         return self.pointing.at(instants, self.at(instants).position)

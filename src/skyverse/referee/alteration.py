@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from skyverse.errors import InputError
 from skyverse.model.digest import short
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
 from skyverse.referee.world import require_sound
 
 MAX_NAMED = 6
@@ -47,7 +48,7 @@ def _differences(place: str, ours: object, theirs: object) -> Iterator[str]:
             yield f"{place} differs in {np.count_nonzero(ours != theirs):,} of {ours.size:,} numbers"
     elif _has_models(ours) and _has_models(theirs):
         if len(ours) != len(theirs):
-            yield f"{place} has {len(theirs)} entries in the mission, not {len(ours)}"
+            yield f"{place} has {counted(len(theirs), 'entry', 'entries')} in the mission, not {len(ours)}"
         for k, (one, other) in enumerate(zip(ours, theirs, strict=False)):
             yield from _differences(f"{place}[{k}]", one, other)
     elif isinstance(ours, np.ndarray) or isinstance(theirs, np.ndarray):

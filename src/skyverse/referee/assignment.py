@@ -3,6 +3,7 @@
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.alteration import alteration
@@ -13,15 +14,19 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
     """Return what is wrong with who is sent where, and with which results and trajectories there are."""
     found = []
     count = len(scenario.uavs)
+    fleet = counted(count, "UAV")
     if mission.scenario != scenario:
         found.append(Violation(Fault.SCENARIO, (), alteration(scenario, mission.scenario)))
     columns = {noun: getattr(mission, noun) for noun in ("assignment", "results", "trajectories")}
     for noun, values in columns.items():
         if len(values) != count:
-            message = f"The mission's {noun} has {len(values)} entries, but the scenario has {count} UAVs."
+            message = (
+                f"The mission's {noun} has {counted(len(values), 'entry', 'entries')}, but the scenario has {fleet}."
+            )
             found.append(Violation(Fault.ASSIGNMENT, (), message))
     if mission.flights and len(mission.flights) != count:
-        message = f"The mission's flights have {len(mission.flights)} entries, but the scenario has {count} UAVs."
+        entries = counted(len(mission.flights), "entry", "entries")
+        message = f"The mission's flights have {entries}, but the scenario has {fleet}."
         found.append(Violation(Fault.ASSIGNMENT, (), message))
     takers: dict[int, int] = {}
     for uav in range(min(count, *(len(values) for values in columns.values()))):
@@ -48,6 +53,6 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
     wanted = min(count, len(scenario.targets))
     if len(takers) < wanted and not found:
         targets = len(scenario.targets)
-        message = f"{len(takers)} UAVs have a target, but {count} UAVs and {targets} targets make {wanted}."
+        message = f"{len(takers)} of {fleet} have a target, but with {counted(targets, 'target')} {wanted} must."
         found.append(Violation(Fault.ASSIGNMENT, (), message))
     return found

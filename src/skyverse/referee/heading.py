@@ -8,7 +8,7 @@ import numpy as np
 from skyverse.model.pointing import Pointing
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.tolerances import LIMIT_LET_PASS
+from skyverse.referee.tolerances import LIMIT_LET_PASS, YAW_RATE_ROUNDING
 
 
 def judge_heading(vehicle: UAV, uav: int, pointing: Pointing | None) -> Iterator[Violation]:
@@ -34,8 +34,10 @@ def judge_heading(vehicle: UAV, uav: int, pointing: Pointing | None) -> Iterator
         corners = (pointing.instants[:, None] + [-half, -flat, flat, half]).ravel()
         bends = ((pointing.turns / pointing.spread / pointing.rise)[:, None] * [1.0, -1.0, -1.0, 1.0]).ravel()
         order = np.argsort(corners, kind="stable")
-        times, accelerations = corners[order], np.cumsum(bends[order])
-        rates = np.r_[0.0, np.cumsum(accelerations[:-1] * np.diff(times))]
+        times, accelerations = corners[order], np.cumsum(bends[order])[:-1]
+        changes = accelerations * np.diff(times)
+        rates = np.r_[0.0, np.cumsum(changes)]
+        accelerations[np.abs(changes) <= YAW_RATE_ROUNDING] = 0.0  # between corners that are one but for rounding
     for noun, unit, values, top in (
         ("yaw rate", "degrees/s", rates, vehicle.max_yaw_rate),
         ("yaw acceleration", "degrees/s^2", accelerations, vehicle.max_yaw_acceleration),

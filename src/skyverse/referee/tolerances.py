@@ -20,6 +20,12 @@ JUMP_ROUNDING = 8 * MACHINE_EPSILON
 WORST_INSTANT = 1e-9
 """Metres, or shares of a limit: the search for the worst instant ends when no other can be worse by more than this."""
 
+YAW_RATE_ROUNDING = 1e-9
+"""Rad/s: a yaw acceleration that changes the yaw rate by no more than this has lasted for as long as rounding makes it.
+
+Turns that follow one another begin where others end, at instants that are equal but for rounding.
+"""
+
 STRAIGHT = 1e-9
 """The sine of an angle: two consecutive steps of a path that turn by less make no turn."""
 

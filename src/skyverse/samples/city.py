@@ -9,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
+from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
 from skyverse.samples.given_numbers import require_whole
 
@@ -71,7 +72,7 @@ def random_city(
     low, high = _footprints(rng, buildings, side, (10.0, 40.0))
     height = np.exp(rng.normal(math.log(25.0), 0.6, buildings))
     boxes = _buildings(low, high, height)
-    described = f"{buildings} random buildings on {side:g} m x {side:g} m under {ceiling:g} m (seed {seed})."
+    described = f"{counted(buildings, 'random building')} on {side:g} m x {side:g} m under {ceiling:g} m (seed {seed})."
     return _to_cross(f"city-{buildings}-{seed}", described, boxes, side, ceiling, clearance, uavs, rng)
 
 
@@ -121,7 +122,9 @@ def random_downtown(
     tall = rng.random(buildings) < TALL_SHARE
     height = ceiling * np.where(tall, rng.uniform(1.0, 2.0, buildings), rng.uniform(0.1, 0.9, buildings))
     boxes = _buildings(low, high, height)
-    described = f"{buildings} random buildings downtown, {side:g} m x {side:g} m under {ceiling:g} m (seed {seed})."
+    described = (
+        f"{counted(buildings, 'random building')} downtown, {side:g} m x {side:g} m under {ceiling:g} m (seed {seed})."
+    )
     return _to_cross(f"downtown-{buildings}-{seed}", described, boxes, side, ceiling, clearance, uavs, rng)
 
 

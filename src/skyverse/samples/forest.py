@@ -7,6 +7,7 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Cylinder
+from skyverse.model.short_lines import counted
 from skyverse.samples.given_numbers import require_whole
 from skyverse.samples.small_uavs import TRIES, WALL, scattered_places, scenario_of_swap
 
@@ -57,7 +58,7 @@ def forest_swap(uavs: int = 10, *, trees: int = 25, seed: int = 0) -> Scenario:
     )
     return scenario_of_swap(
         name=f"forest-{uavs}-{seed}",
-        description=f"{uavs} UAVs exchange the sides of a forest of {trees} trees.",
+        description=f"{uavs} UAVs exchange the sides of a forest of {counted(trees, 'tree')}.",
         size=(length, SIDE, HEIGHT),
         walls=_trees(rng, trees),
         near=near,
@@ -77,5 +78,5 @@ def _trees(rng: np.random.Generator, count: int) -> tuple[Cylinder, ...]:
         if all(math.hypot(x - other[0], y - other[1]) >= radius + other[2] + GAP for other in found):
             found.append((x, y, radius))
     if len(found) < count:
-        raise InputError(f"there is no space for {count} trees that are {GAP:g} m apart")
+        raise InputError(f"there is no space for {counted(count, 'tree')} that are {GAP:g} m apart")
     return tuple(Cylinder(centre=(x, y), radius=radius, low=0, high=HEIGHT) for x, y, radius in found)

@@ -6,6 +6,7 @@ import numpy as np
 
 from skyverse.model.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Prism
+from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
 from skyverse.samples.given_numbers import require_whole
 
@@ -62,8 +63,8 @@ def random_threats(threats: int = 15, *, seed: int = 0) -> Scenario:
             zones.append(Prism(vertices=_star(rng, centre), low=low, high=top, risk=risk))
     return Scenario(
         name=f"threats-{threats}-{seed}",
-        description=f"{threats} random threats on {FIELD_SIDE:g} m x {FIELD_SIDE:g} m under {FIELD_CEILING:g} m "
-        f"(seed {seed}).",
+        description=f"{counted(threats, 'random threat')} on {FIELD_SIDE:g} m x {FIELD_SIDE:g} m "
+        f"under {FIELD_CEILING:g} m (seed {seed}).",
         bounds=Bounds(min=(0, 0, 0), max=(FIELD_SIDE, FIELD_SIDE, FIELD_CEILING)),
         obstacles=tuple(boxes),
         zones=tuple(zones),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.errors import Remedy, Sentence
 from skyverse.model.caution import Caution, MissionCaution
-from skyverse.model.flight_measures import FlightMeasures, measure_flight
+from skyverse.model.flight_measures import FlightMeasures, measure_flight, places_along
 from skyverse.model.mission import Mission
 from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.quantities import derived
@@ -31,10 +31,6 @@ USUAL_CEILING = 120.0
 those of the United States."""
 LOWER = 1.0
 """Metres by which a flight is lower than both of its ends before that is told."""
-APART = 1.0
-"""Metres, about, between the places of a flight at which it is asked what is below."""
-MAX_PLACES = 20_000
-"""Places of a flight at most at which it is asked what is below."""
 KINDS_OF_TREES = ("tree", "vegetation")
 
 _Flown = tuple[str, Trajectory, FlightMeasures]
@@ -78,7 +74,7 @@ def _left_out(scenario: Scenario) -> Iterator[MissionCaution]:
 
 def _flown_over(scenario: Scenario, flown: Sequence[_Flown]) -> Iterator[MissionCaution]:
     """Yield a caution for each obstacle that is airspace, and not closed above, over which UAVs fly."""
-    tracks = [(name, _places(flight)) for name, flight, _ in flown]
+    tracks = [(name, places_along(flight)) for name, flight, _ in flown]
     for number, zone in enumerate(scenario.obstacles):
         if zone.solid or zone.closed_above:
             continue
@@ -110,14 +106,6 @@ def _least_above(scenario: Scenario, zone: AnyShape, places: Floats) -> float | 
     over = near[free(False) & ~free(True)]
     heights = [z - roof_z(zone, (x, y, z), 0.0) for x, y, z in over.tolist()]
     return max(0.0, min(heights)) if heights else None
-
-
-def _places(flight: Trajectory) -> Floats:
-    """Return places (n, 3) along a flight, about `APART` metres from one another."""
-    rough = flight.at(np.linspace(flight.start, flight.end, 1000)).position
-    length = float(np.linalg.norm(np.diff(rough, axis=0), axis=1).sum())
-    count = int(min(max(length / APART, 100), MAX_PLACES))
-    return flight.at(np.linspace(flight.start, flight.end, count)).position
 
 
 def _high(scenario: Scenario, flown: Sequence[_Flown]) -> Iterator[MissionCaution]:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
 from skyverse.model.uav import TrackingError
 from skyverse.space.column import column_top
 from skyverse.space.tube import NO_ERROR
@@ -71,7 +72,7 @@ def columns_sentence(scenario: Scenario, columns: Sequence[NamedColumn]) -> str:
     if not told:
         return ""
     rest = len(told) - MAX_NAMED
-    more = f"; and of {rest} more UAV{'s' * (rest > 1)}" if rest > 0 else ""
+    more = f"; and of {counted(rest, 'more UAV')}" if rest > 0 else ""
     return (
         "In the columns over starts and targets the tracking error does not count for the ground and roofs below: "
         f"of {'; of '.join(told[:MAX_NAMED])}{more}."

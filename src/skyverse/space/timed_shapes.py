@@ -42,6 +42,8 @@ class TimedShape(NamedTuple):
 
 STANDING = WaypointMotion(points=((0.0, 0.0, 0.0),), times=(0.0,))
 """The motion of zones: none, about the zero of the frame."""
+CERTAIN = Doubt()
+"""The doubt of zones: none."""
 
 
 def timed_shapes(scenario: Scenario, kept: Collection[int] = ()) -> list[TimedShape]:
@@ -55,5 +57,5 @@ def timed_shapes(scenario: Scenario, kept: Collection[int] = ()) -> list[TimedSh
         keep = scenario.clearance if is_closed_at_times(zone) else 0.0
         parts = boxes_of(zone) if isinstance(zone, Voxels) else (zone,)
         spans = () if number in kept else active_spans(zone.active)
-        found += [TimedShape(part, STANDING, Doubt(), keep, span, number) for span in spans for part in parts]
+        found += [TimedShape(part, STANDING, CERTAIN, keep, span, number) for span in spans for part in parts]
     return found

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyverse._typing import Floats
+from skyverse._typing import Bools, Floats
 from skyverse.model.elementary import arctan2
 from skyverse.model.pointing import Pointing, spread_turns, wrapped
 from skyverse.model.trajectory import Trajectory
@@ -38,12 +38,8 @@ def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
     instants = np.r_[
         (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), trajectory.end
     ]
-    motion = trajectory.at(instants)
-    way, least = motion.velocity, MIN_COURSE_SPEED
-    if uav.look_at is not None:
-        way, least = np.array(uav.look_at) - motion.position, MIN_SIGHT
-    known = np.hypot(way[:, 0], way[:, 1]) > least
-    courses, at = arctan2(way[known, 1], way[known, 0]), instants[known]
+    known, courses = wanted_yaws(trajectory, instants, uav)
+    at = instants[known]
     when, turns = _gathered(at, wrapped(np.diff(courses)))
     rate, acceleration = math.radians(uav.max_yaw_rate), math.radians(uav.max_yaw_acceleration)
     if uav.fixed_wing is not None:  # its course is its heading
@@ -58,6 +54,16 @@ def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
         return told
     note = f"Its limits on the yaw keep its nose up to {math.degrees(off):.0f} degrees off the place to look at."
     return replace(told, note=f"{trajectory.note} {note}".strip())
+
+
+def wanted_yaws(trajectory: Trajectory, instants: Floats, uav: UAV) -> tuple[Bools, Floats]:
+    """Return at which of m instants there is a direction for the nose, (m,), and the yaw at these k, (k,) rad."""
+    motion = trajectory.at(instants)
+    way, least = motion.velocity, MIN_COURSE_SPEED
+    if uav.look_at is not None:
+        way, least = np.array(uav.look_at) - motion.position, MIN_SIGHT
+    known = np.hypot(way[:, 0], way[:, 1]) > least
+    return known, arctan2(way[known, 1], way[known, 0])
 
 
 def _gathered(at: Floats, changes: Floats) -> tuple[Floats, Floats]:

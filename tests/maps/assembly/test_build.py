@@ -552,6 +552,14 @@ def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, m
     assert not (tmp_path / "x.yaml").exists()
 
 
+@pytest.mark.parametrize("margin", [250, 280, 300, 340])
+def test_what_is_given_at_the_least_height_above_ground_is_free_whatever_rounding_does(margin):
+    place = (50.0, 10.0, AboveGround(30)), (50.0, 10.01, AboveGround(60))
+    scenario = build_scenario("level", ground=AboveSea(300), uavs=place[:1], targets=place[1:], margin=margin)
+    for point, metres in ((scenario.uavs[0].start, 30), (scenario.targets[0].position, 60)):
+        assert point[2] - scenario.terrain.height(point[:2]) == pytest.approx(metres, abs=1e-12)
+
+
 def test_an_origin_has_a_geoid_that_there_is():
     with pytest.raises(ValueError, match="at most 150"):
         sky.Origin(latitude=46.8, longitude=9.8, altitude=0, geoid=470)
@@ -564,8 +572,13 @@ def test_a_raster_that_says_no_unit_is_told_unless_the_user_says_one(valley):
         build_scenario("v", terrain=[raster], uavs=[START], on_note=notes.append)
         return [note.text for note in notes if note.file == str(valley) and "unit" in note.text]
 
-    assert told(valley) == ["heights without a unit taken as metres; give Raster(unit='ft') to take them as feet"]
+    give = "give Raster(unit='m') if they are or Raster(unit='ft') to take them as feet"
+    assert told(valley) == [f"WARNING: heights without a unit are taken as metres; {give}"]
     assert told(Raster(valley, unit="m")) == []
+    for raster, kept in ((valley, 1), (Raster(valley, unit="m"), 0)):
+        (source,) = build_scenario("v", terrain=[raster], uavs=[START]).sources
+        assert len(source.cautions) == kept
+        assert not [said for said in source.cautions if "Raster(" in said]
 
 
 @pytest.mark.skipif(not (DATA / "delft.city.json").is_file(), reason="the Delft buildings are not here")

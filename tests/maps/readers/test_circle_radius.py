@@ -32,7 +32,6 @@ RADII = [
     ({"radiusInMeters": 250, "radius": "250 m"}, 250),
     ({"radius": 1.5, "unit": "km"}, 1500),
     ({"radius": 500, "unit": "m", **ZONE}, 500),
-    ({"radius": 500, "unit": "ft", "upper": 400, "reference": "AGL"}, 500),
 ]
 
 
@@ -58,6 +57,7 @@ def test_a_radius_is_in_the_unit_that_stands_beside_it(read, fields, metres):
         ({"radius": -3, "radiusUnit": "m"}, "'radius': expected metres above zero"),
         ({"radius": 3}, "'radius': could be metres or feet, as the file does not say; give Reading(unit='m') or"),
         ({"radius": "3", **ZONE}, "'radius': could be metres or feet"),
+        ({"radius": 500, "unit": "ft", "upper": 400, "reference": "AGL"}, "'radius': could be metres or feet"),
     ],
 )
 def test_a_radius_in_no_unit_that_is_known_is_refused(read, fields, words):
@@ -68,6 +68,10 @@ def test_a_radius_without_a_unit_is_in_the_unit_that_is_given_or_that_of_its_for
     for unit, metres in (("m", 300), ("ft", 91.44)):
         (disc,) = read(collection(feature([7.0, 47.0], "Point", radius=300, **ZONE)), unit=unit)
         assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(2 * metres, rel=0.01)
+        limits = {"unit": "ft", "upper": 400, "reference": "AGL"}
+        (disc,) = read(collection(feature([7.0, 47.0], "Point", radius=300, **limits)), unit=unit)
+        assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(2 * metres, rel=0.01)
+        assert disc.high == AboveGround(pytest.approx(121.92))
     part = {"type": "Point", "coordinates": [7.0, 47.0], "extent": {"subType": "Circle", "radius": 300}}
     (disc,) = read(collection({"type": "Feature", "properties": ZONE, "geometry": part}))
     assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(600, rel=0.01)
@@ -82,8 +86,7 @@ def test_the_unit_of_a_circle_is_not_that_of_the_limits_of_its_zone(read):
     assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(3000, rel=0.01)
     volume = {"uomDimensions": "FT", "upperLimit": 400, "upperVerticalReference": "AGL"}
     flat = {"type": "Circle", "center": [7.0, 47.0], "radius": 500}
-    told = []
     zone = {"identifier": "A1", "geometry": [{**volume, "horizontalProjection": flat}]}
-    (disc,) = read({"features": [zone]}, name="zones.json", tell=told.append)
+    (disc,) = read({"features": [zone]}, name="zones.json")
     assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(1000, rel=0.01)
-    assert "1 with a radius taken as metres, though limits are in feet" in told[0]
+    assert disc.high == AboveGround(pytest.approx(121.92))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyverse.errors import InputError
-from skyverse.model.altitude import AboveGround
+from skyverse.model.altitude import AboveGround, AboveSea
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
@@ -68,3 +68,50 @@ def test_a_shapefile_cut_off_anywhere_is_refused(tmp_path):
         path.write_bytes(whole[:cut])
         with pytest.raises(InputError, match=r"zones\.shp"):
             read_features(path)
+
+
+CALIFORNIA, UTM = "EPSG:2230", "EPSG:26911"  # in US survey feet, and in metres
+NAVD88_FT, NAVD88_M = "EPSG:6360", "EPSG:5703"
+
+
+def roofs(path, crs, z=100.0):
+    """A zone in San Diego whose corners have altitudes, in a coordinate system."""
+    from pyogrio.raw import write
+
+    there = pyproj.Transformer.from_crs("OGC:CRS84", pyproj.CRS(crs).to_2d(), always_xy=True)
+    flat = shapely.transform(shapely.box(-117.01, 32.8, -117.0, 32.81), there.transform, interleaved=False)
+    write(path, shapely.to_wkb(np.array([shapely.force_3d(flat, z)])), [], [], geometry_type="Polygon Z", crs=crs)
+
+
+@pytest.mark.parametrize("suffix", [".shp", ".gpkg", ".fgb"])
+@pytest.mark.parametrize(
+    ("crs", "unit", "metres"),
+    [
+        (CALIFORNIA, None, None),
+        ("EPSG:4326", None, None),
+        (CALIFORNIA, "ft", 30.48),
+        (CALIFORNIA, "m", 100),
+        (UTM, None, 100),
+        (UTM, "ft", 30.48),
+        (f"{CALIFORNIA}+{NAVD88_FT[5:]}", None, 1200 / 3937 * 100),
+        (f"{UTM}+{NAVD88_FT[5:]}", "m", 1200 / 3937 * 100),  # the file says it
+        (f"{CALIFORNIA}+{NAVD88_M[5:]}", None, 100),
+    ],
+)
+def test_altitudes_of_corners_are_in_the_unit_that_is_said_or_refused(tmp_path, suffix, crs, unit, metres):
+    path = tmp_path / f"roofs{suffix}"
+    roofs(path, crs)
+    if metres is None:
+        with pytest.raises(InputError, match=r"feature 1: its corners' altitudes have no unit.*Reading\(unit='m'\)"):
+            read_features(path, Choices(altitudes="amsl"))
+        return
+    (zone,) = read_features(path, Choices(altitudes="amsl", unit=unit))
+    assert zone.high == AboveSea(pytest.approx(metres))
+    if "+" in crs:  # its heights are those above the sea
+        assert read_features(path, Choices(unit=unit))[0].high == zone.high
+
+
+def test_altitudes_of_corners_above_the_ellipsoid_are_refused(tmp_path):
+    roofs(tmp_path / "roofs.gpkg", "EPSG:4979")
+    with pytest.raises(InputError, match="ellipsoidal"):
+        read_features(tmp_path / "roofs.gpkg", Choices(altitudes="amsl", unit="m"))

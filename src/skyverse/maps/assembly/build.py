@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.errors import InputError, Remedy, Sentence, in_words
 from skyverse.maps.assembly import extent, frame
 from skyverse.maps.assembly.bad_points import refuse_bad_points
 from skyverse.maps.assembly.ground import level_ground, z_at_altitude
@@ -53,8 +53,10 @@ from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
 
-NO_UNIT = Sentence("heights without a unit taken as metres", give=[Remedy("Raster.unit", "ft", "to take them as feet")])
-
+NO_UNIT = Sentence(
+    f"{Caution.WARNING}: heights without a unit are taken as metres",
+    give=[Remedy("Raster.unit", "m", "if they are"), Remedy("Raster.unit", "ft", "to take them as feet")],
+)
 
 OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0, tracking_error=(1.6, 3.0))
 """Limits of outdoor flight, where none are given.
@@ -179,7 +181,7 @@ def _kept_too(on_note: Callable[[Note], object], told: list[Note]) -> Callable[[
 def _with_cautions(path: Path, source: Source, told: Sequence[Note]) -> tuple[Path, Source]:
     """Return a source with what was told of its file that a pilot must heed."""
     cautions = [note.text for note in told if note.file and Path(note.file) == path and stands_out(note.text)]
-    return path, source.model_copy(update={"cautions": tuple(dict.fromkeys(map(str, cautions)))})
+    return path, source.model_copy(update={"cautions": tuple(dict.fromkeys(map(in_words, cautions)))})
 
 
 def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: str) -> list[Prism]:

@@ -191,8 +191,8 @@ def _above_ground(
     for _ in range(4):  # the vertical there differs a little from the frame's
         point = to_local(origin, [latitude, longitude, altitude])
         altitude += float(terrain.height(point[0, :2])) + metres - float(point[0, 2])
-    x, y, z = to_local(origin, [latitude, longitude, altitude])[0].tolist()
-    return x, y, z
+    x, y, _ = to_local(origin, [latitude, longitude, altitude])[0].tolist()
+    return x, y, float(terrain.height((x, y))) + metres  # as high as asked, where that is the least that is allowed
 
 
 def low_points(

@@ -27,7 +27,7 @@ class Raster:
         The number of the band that holds the heights, counted from 1; needed where the file has several bands.
     unit
         The unit of the heights, ``"m"``, ``"ft"`` or ``"us-ft"``, in place of the file's own. When left out, heights of
-        a file that names no unit are metres.
+        a file that names no unit are metres, which a caution says, unless its coordinate system is in feet.
     nodata
         The number that stands for no data, in addition to the file's own; ``nan`` says that there is none, and that
         every number is a height.

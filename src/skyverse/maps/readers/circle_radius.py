@@ -35,7 +35,8 @@ def circle_radius(fields: Fields, where: str, choices: Choices) -> float | None:
     """Return a circle's radius in metres, or ``None`` where its file gives none.
 
     Its unit stands in the field itself, in the field's name, or in a field beside it, or is the user's. The unit of
-    limits counts for the radius only where it is one that limits are not given in, such as kilometres.
+    limits counts for the radius where it is metres, or one that limits are not given in, such as kilometres. It does
+    not where it is feet: radii beside limits in feet may be in either.
 
     Raises
     ------
@@ -64,8 +65,9 @@ def fields_of_standard_circle(circle: Mapping[str, Any], beside: Mapping[str, An
 
     Fields `beside` may hold a unit of limits.
     """
-    said = Fields({**beside, **circle}).of(*UNIT_FIELDS, *_RADIUS_UNIT_FIELDS)
-    return fields_of_circle(circle, *left_out) | ({} if any(said) else {"radius unit": "m"})
+    own = any(Fields({**beside, **circle}).of(*_RADIUS_UNIT_FIELDS)) or any(Fields(circle).of(*UNIT_FIELDS))
+    shared = (plain(str(said)) not in METRES_PER_LIMIT_UNIT for _, said in Fields(beside).of(*UNIT_FIELDS))
+    return fields_of_circle(circle, *left_out) | ({} if own or any(shared) else {"radius unit": "m"})
 
 
 def _metres(value: object, field: str, fields: Fields, where: str, choices: Choices) -> float:
@@ -81,16 +83,12 @@ def _metres(value: object, field: str, fields: Fields, where: str, choices: Choi
         raise InputError(f"{where}: fields {beside[0][0]!r} and {beside[-1][0]!r} say different units; keep one")
     if beside:
         return _number(value if written is None else float(written[1]), beside[0][1], place)
-    shared_units = list(fields.of(*UNIT_FIELDS))
-    if not shared_units and choices.unit is None and length_in_metres(value) is not None:
+    shared = max((_scale(said, f"{where}: {name!r}") for name, said in fields.of(*UNIT_FIELDS)), default=0.0)
+    if shared >= 1:
+        return _number(value, shared, place)
+    if choices.unit is None and length_in_metres(value) is not None:
         raise InputError(f"{place}: could be metres or feet, as the file does not say", give=GIVE_UNIT)
-    scale = 1.0 if shared_units or choices.unit is None else METRES_PER_LIMIT_UNIT[choices.unit]
-    for name, said in shared_units:
-        shared = _scale(said, f"{where}: {name!r}")
-        scale = max(scale, shared)
-        if shared < 1:
-            choices.count("with a radius taken as metres, though limits are in feet; a field radiusUnit decides")
-    return _number(value, scale, place)
+    return _number(value, METRES_PER_LIMIT_UNIT[choices.unit or "m"], place)
 
 
 def _scale(said: object, place: str) -> float:

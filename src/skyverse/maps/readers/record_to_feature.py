@@ -10,7 +10,14 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError, Remedy, printable, shown
-from skyverse.maps.georeference.altitude_limits import GIVE_ALTITUDES, altitude_limits, from_the_ground
+from skyverse.maps.georeference import datum
+from skyverse.maps.georeference.altitude_limits import (
+    GIVE_ALTITUDES,
+    GIVE_UNIT,
+    METRES_PER_LIMIT_UNIT,
+    altitude_limits,
+    from_the_ground,
+)
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.fields import Fields, number_of, plain
@@ -45,6 +52,8 @@ class GeometryRecord:
         What the third coordinate is counted from, if the file says so.
     sheet
         Whether it is a sheet at that height, rather than a body from the ground up to it.
+    metric
+        Whether the format has altitudes in metres beside degrees.
     """
 
     geometry: BaseGeometry | None
@@ -52,6 +61,7 @@ class GeometryRecord:
     where: str
     z: Literal["agl", "amsl"] | None = None
     sheet: bool = False
+    metric: bool = True
 
 
 def features_of(records: list[GeometryRecord], crs: pyproj.CRS, file: str, choices: Choices) -> list[Feature]:
@@ -71,14 +81,16 @@ def features_of(records: list[GeometryRecord], crs: pyproj.CRS, file: str, choic
     geometries = np.array([record.geometry for record in present], dtype=object)
     moved = to_globe(geometries, crs, file, lambda k: present[k].where, choices.tell)
     found = [
-        feature for record, place in zip(present, moved, strict=True) for feature in _features(record, place, choices)
+        feature
+        for record, place in zip(present, moved, strict=True)
+        for feature in _features(record, place, crs, choices)
     ]
     if not found:
         raise InputError(f"{file}: expected polygons of zones or buildings, found none")
     return found
 
 
-def _features(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) -> Iterator[Feature]:
+def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, choices: Choices) -> Iterator[Feature]:
     fields, where = Fields(record.fields), record.where
     said = [plain(value) for _, value in fields.of("restriction", "type") if isinstance(value, str)]
     if NO_RESTRICTION in said and choices.kind is None:
@@ -93,7 +105,7 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) 
         buffer=choices.buffer,
         lenient=kind == "building",
     )
-    low, high = _limits(record, geometry, fields, kind, choices)
+    low, high = _limits(record, geometry, crs, fields, kind, choices)
     name = _name(fields)
     risk = _risk(fields, where, choices)
     for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
@@ -137,7 +149,7 @@ def _risk(fields: Fields, where: str, choices: Choices) -> float | None:
 
 
 def _limits(
-    record: GeometryRecord, geometry: BaseGeometry, fields: Fields, kind: str, choices: Choices
+    record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, fields: Fields, kind: str, choices: Choices
 ) -> tuple[Altitude | None, Altitude | None]:
     """Return the altitudes at which a record begins and ends, from its limits, its height or its corners."""
     has_height = any(True for _ in fields.of(*HEIGHT_FIELDS)) or (
@@ -152,7 +164,7 @@ def _limits(
         return low, high
     if has_height:
         return building_limits(fields, record.where, choices)
-    top = _highest_corner(record, geometry, choices)
+    top = _highest_corner(record, geometry, crs, choices)
     if top is None and kind == "building":
         return building_limits(fields, record.where, choices)
     if top is None:
@@ -164,7 +176,9 @@ def _limits(
     return from_the_ground(None, top, choices)
 
 
-def _highest_corner(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) -> Altitude | None:
+def _highest_corner(
+    record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, choices: Choices
+) -> Altitude | None:
     """Return the altitude of the highest corner, if the corners have altitudes."""
     if not geometry.has_z:
         return None
@@ -172,7 +186,8 @@ def _highest_corner(record: GeometryRecord, geometry: BaseGeometry, choices: Cho
     z = z[~np.isnan(z)]
     if not z.any():
         return None
-    reference = record.z or choices.altitudes
+    unit, of_crs = _unit_and_reference_of_z(record, crs, choices)
+    reference = record.z or choices.altitudes or of_crs
     if record.sheet:
         raise InputError(
             f"{record.where}: expected a body, found a sheet at {z.max():g} m; extrude it, or give it limits"
@@ -183,5 +198,27 @@ def _highest_corner(record: GeometryRecord, geometry: BaseGeometry, choices: Cho
             "file does not say",
             give=GIVE_ALTITUDES,
         )
-    highest = number_of(float(z.max()), f"{record.where}: altitude")
+    highest = number_of(float(z.max()), f"{record.where}: altitude") * unit
     return (AboveGround if reference == "agl" else AboveSea)(highest)
+
+
+def _unit_and_reference_of_z(
+    record: GeometryRecord, crs: pyproj.CRS, choices: Choices
+) -> tuple[float, Literal["amsl"] | None]:
+    """Return the metres in a unit of the corners' altitudes, and what their coordinate system counts them from."""
+    vertical = datum.vertical(crs, record.where)
+    if vertical is not None:
+        unit, above_ellipsoid = vertical
+        if above_ellipsoid:
+            raise InputError(
+                f"{record.where}: expected corners above ground or mean sea level, but altitudes in {crs.name} are "
+                "ellipsoidal; convert them, or give limits as fields"
+            )
+        return unit, "amsl"
+    if record.metric and crs.is_geographic:
+        return 1.0, None
+    if choices.unit is not None:
+        return METRES_PER_LIMIT_UNIT[choices.unit], None
+    if crs.is_projected and crs.axis_info[0].unit_conversion_factor == 1:
+        return 1.0, None
+    raise InputError(f"{record.where}: its corners' altitudes have no unit, as {crs.name} has none", give=GIVE_UNIT)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from skyverse.errors import InputError, did_you_mean, shown, unreadable
 from skyverse.maps.readers.track_fixes import Fixes, Reference, Unit, number, time
+from skyverse.model.short_lines import counted
 
 TIMES = ("t", "time", "timestamp", "seconds")
 EAST, NORTH, UP = ("x",), ("y",), ("z",)
@@ -95,11 +96,13 @@ def _table(path: Path) -> tuple[list[str], dict[int, list[str]]]:
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected a text file in UTF-8, found something else at byte {error.start}") from None
     if len(rows) < 2:
-        raise InputError(f"{path}: expected a line of names and one of numbers or more, found {len(rows)} lines")
+        raise InputError(
+            f"{path}: expected a line of names and one of numbers or more, found {counted(len(rows), 'line')}"
+        )
     names = [name.strip().lower() for name in rows.pop(min(rows))]
     for line, row in rows.items():
         if len(row) != len(names):
-            raise InputError(f"{path}: line {line}: expected {len(names)} columns, found {len(row)}")
+            raise InputError(f"{path}: line {line}: expected {counted(len(names), 'column')}, found {len(row)}")
     return names, rows
 
 

@@ -28,7 +28,9 @@ def layers(path: Path, choices: Choices) -> Iterator[tuple[list[GeometryRecord],
     for name in names:
         meta, rows = table(path, name, choices)
         where = f"{path}: layer {name!r}, feature" if len(names) > 1 else f"{path}: feature"
-        records = [GeometryRecord(shape, fields, f"{where} {n}") for n, (shape, fields) in enumerate(rows, 1)]
+        records = [
+            GeometryRecord(shape, fields, f"{where} {n}", metric=False) for n, (shape, fields) in enumerate(rows, 1)
+        ]
         if records:
             yield records, _system(meta["crs"], path, choices)
 
