@@ -119,6 +119,7 @@ from .planners.hybrid import HybridMVO as HybridMVO
 from .planners.lattice import LatticeSearch as LatticeSearch
 from .planners.metaheuristic import Metaheuristic as Metaheuristic
 from .planners.mvo import MVO as MVO
+from .planners.objective import PathObjective as PathObjective
 from .planners.own_path import result_of_path as result_of_path
 from .planners.restart import RandomRestart as RandomRestart
 from .planners.taut import Taut as Taut
@@ -132,6 +133,9 @@ from .planners.waypoint_methods import LSHADE as LSHADE
 from .planners.waypoint_methods import MFO as MFO
 from .planners.waypoint_methods import PSO as PSO
 from .planners.waypoint_methods import WOA as WOA
+from .planners.waypoint_methods import WaypointBBO as WaypointBBO
+from .planners.waypoint_methods import WaypointGSO as WaypointGSO
+from .planners.waypoint_methods import WaypointMVO as WaypointMVO
 from .planners.waypoints import WaypointSearch as WaypointSearch
 from .problem import Airspace as Airspace
 from .problem import Problem as Problem

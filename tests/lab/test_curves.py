@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skyverse.lab.curves import band, best_so_far, grid, profile, ratios, spread
+from skyverse.lab.curves import band, best_so_far, expected_run_length, grid, profile, ratios, run_lengths, spread
 from skyverse.model.result import History
 
 INF = np.inf
@@ -40,7 +40,7 @@ def test_failures_never_enter_a_profile():
 @given(steps)
 def test_the_best_so_far_equals_looking_at_every_step(rows):
     h = history(rows)
-    spent = h.generated_paths
+    spent = h.evaluations
     at = np.arange(0, 40, 3)
     expected = [min((c for c, e in zip(h.cost, spent, strict=True) if e <= x), default=INF) for x in at]
     np.testing.assert_array_equal(best_so_far(h, at), expected)
@@ -48,11 +48,30 @@ def test_the_best_so_far_equals_looking_at_every_step(rows):
 
 def test_a_band_is_the_quartiles_of_the_runs_and_infinite_where_there_are_no_paths():
     runs = [history([(1, c), (10, c - 50)]) for c in (300, 310, 320, 330)] + [history([(5, 400)])]
-    found = band(iter(runs), np.array([1.0, 5.0, 10.0, 99.0]))
+    found = band(iter(runs), np.array([2.0, 10.0, 20.0, 99.0]))
     np.testing.assert_array_equal(found.median, [320, 320, 270, 270])
     np.testing.assert_array_equal(found.low, [310, 310, 260, 260])
     np.testing.assert_array_equal(found.high, [330, 330, 280, 280])
     assert np.isinf(band([], np.array([1.0])).median).all()
+
+
+@settings(deadline=None)
+@given(steps, st.lists(st.integers(200, 400), min_size=1, max_size=3))
+def test_a_run_length_is_that_of_the_first_row_that_reaches_the_target(rows, targets):
+    h = history(rows)
+    expected = [min((e for c, e in zip(h.cost, h.evaluations, strict=True) if c <= t), default=INF) for t in targets]
+    np.testing.assert_array_equal(run_lengths([h], targets), [expected])
+
+
+def test_the_expected_run_length_counts_what_failures_spent():
+    assert expected_run_length([100.0, INF, 300.0], [1000, 1000, 1000]) == 1400 / 2
+    assert expected_run_length([INF, INF], [10, 10]) == INF
+    rng = np.random.default_rng(0)  # restarts until one of 30 % succeeds, after 50 evaluations, others spend 200
+    won = rng.random(200_000) < 0.3
+    ends = np.flatnonzero(won)
+    taken = np.where(won, 50.0, 200.0)[: ends[-1] + 1].sum() / len(ends)
+    lengths = np.where(won[: ends[-1] + 1], 50.0, INF)
+    assert expected_run_length(lengths, np.full(len(lengths), 200.0)) == pytest.approx(taken)
 
 
 @pytest.mark.parametrize("most", [0, 1, 7, 1388, 10**6])

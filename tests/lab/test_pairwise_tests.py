@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from skyverse.lab.pairwise_tests import compare_pairs
-from skyverse.lab.statistics import holm
+from skyverse.lab.statistics import combined, holm
 
 some = st.dictionaries(
     st.sampled_from(["map1", "map2"]),
@@ -18,12 +18,38 @@ def costs(mean, seeds, scenarios=("map1", "map2")):
     return {scenario: {seed: float(rng.normal(mean, 4)) for seed in seeds} for scenario in scenarios}
 
 
-def test_runs_are_paired_by_scenario_and_seed():
+@pytest.mark.parametrize("paired", [True, False])
+def test_the_tests_of_the_scenarios_are_combined(paired):
     a, b = costs(270, range(12)), costs(275, range(11, -1, -1))
+    found = compare_pairs([a, b], paired=paired)[0, 1]
+    alone = [compare_pairs([{s: a[s]}, {s: b[s]}], paired=paired)[0, 1] for s in a]
+    for scenario, one in zip(a, alone, strict=True):
+        first, second = ([costs[scenario][k] for k in range(12)] for costs in (a, b))
+        judge = stats.wilcoxon if paired else stats.mannwhitneyu
+        assert one.p == pytest.approx(judge(first, second).pvalue)
+        assert one.heterogeneity is None
+    assert (found.paired, found.runs) == (paired, 24 if paired else 48)
+    assert all(one.chance > 0.5 for one in alone)
+    assert found.p == pytest.approx(stats.combine_pvalues([one.p / 2 for one in alone], "stouffer").pvalue * 2)
+
+
+def test_opposite_effects_are_not_averaged_away():
+    rng = np.random.default_rng(0)
+    shifts = {"map1": -8, "map2": -7, "map3": -8, "map4": 30}
+    a = {name: dict(enumerate(rng.normal(300 + shift, 5, 20))) for name, shift in shifts.items()}
+    b = {name: dict(enumerate(rng.normal(300, 5, 20))) for name in shifts}
     found = compare_pairs([a, b])[0, 1]
-    pairs = [(a[s][k], b[s][k]) for s in a for k in range(12)]
-    assert (found.paired, found.runs) == (True, 24)
-    assert found.p == pytest.approx(stats.wilcoxon(*np.array(pairs).T).pvalue)
+    assert found.scenarios_disagree
+    alike = compare_pairs([{s: a[s] for s in ("map1", "map2", "map3")}, b])[0, 1]
+    assert not alike.scenarios_disagree
+    assert alike.p < 1e-6
+
+
+def test_scenarios_that_agree_are_found_to_disagree_as_often_as_the_level_says():
+    rng = np.random.default_rng(1)
+    found = [combined(rng.random(5), rng.choice([-1, 1], 5)) for _ in range(4000)]
+    for p in np.array(found).T:
+        assert abs((p < 0.05).mean() - 0.05) < 0.012
 
 
 def test_runs_without_common_seeds_are_not_paired():
@@ -36,7 +62,7 @@ def test_runs_without_common_seeds_are_not_paired():
 def test_the_chance_to_be_cheaper_is_taken_within_scenarios():
     a = {"near": {0: 1.0, 1: 2.0}, "far": {0: 100.0, 1: 101.0}}
     b = {"near": {0: 3.0, 1: 4.0}, "far": {0: 102.0, 1: 103.0}}
-    found = compare_pairs([a, b])[0, 1]
+    found = compare_pairs([a, b], paired=True)[0, 1]
     assert found.chance == 1.0
     assert found.p is None
     assert found.correlation == 1.0
@@ -52,15 +78,15 @@ def test_all_contrasts_are_adjusted_together():
 @pytest.mark.parametrize(("runs", "told"), [(5, False), (6, True)])
 def test_five_pairs_cannot_be_significant_and_are_not_tested(runs, told):
     a, b = ({"map1": {seed: cost + seed for seed in range(runs)}} for cost in (200.0, 300.0))
-    found = compare_pairs([a, b])[0, 1]
+    found = compare_pairs([a, b], paired=True)[0, 1]
     assert (found.p is not None) == told
     assert stats.wilcoxon(list(a["map1"].values()), list(b["map1"].values())).pvalue == pytest.approx(2 / 2**runs)
 
 
 @settings(deadline=None)
-@given(some, some)
-def test_both_sides_tell_the_same(a, b):
-    one, other = compare_pairs([a, b]), compare_pairs([b, a])
+@given(some, some, st.booleans())
+def test_both_sides_tell_the_same(a, b, paired):
+    one, other = compare_pairs([a, b], paired=paired), compare_pairs([b, a], paired=paired)
     assert one.keys() == other.keys()
     for pair, found in one.items():
         assert found.chance + other[pair].chance == pytest.approx(1.0)

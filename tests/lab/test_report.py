@@ -1,3 +1,4 @@
+import csv
 import re
 from html.parser import HTMLParser
 
@@ -9,7 +10,7 @@ from markdown_it import MarkdownIt
 from skyverse.errors import InputError
 from skyverse.lab.formatting import literal
 from skyverse.lab.report import Figure, Heading, Report, Table, Text, cells
-from skyverse.lab.report_files import html, markdown, write_report_files
+from skyverse.lab.report_files import html, latex, markdown, write_report_files
 
 NAMES = (
     "<script>alert(1)</script>",
@@ -177,3 +178,30 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"file.*cannot be made"):
         write_report_files(EVERYTHING, tmp_path / "file" / "folder")
+
+
+def test_tables_are_files_for_a_paper_and_figures_have_truetype_fonts(tmp_path):
+    written = write_report_files(EVERYTHING, tmp_path, formats=("csv", "tex"), figures=("pdf",))
+    tables = [block for block in EVERYTHING.blocks if isinstance(block, Table)]
+    assert len([path for path in written if path.suffix == ".csv"]) == len(tables)
+    for table, path in zip(tables, sorted(path for path in written if path.suffix == ".csv"), strict=True):
+        with path.open(newline="", encoding="utf-8") as file:
+            head, *rows = csv.reader(file)
+        assert head == list(table.head)
+        assert rows == [["" if cell is None else str(cell) for cell in row] for row in table.rows]
+        tex = path.with_suffix(".tex").read_text("utf-8")
+        body = [line for line in tex.splitlines() if line.endswith(r"\\")]
+        assert len(body) == 1 + len(rows)
+        assert all(len(re.findall(r"(?<!\\)&", line)) == len(head) - 1 for line in body)
+        assert not re.search(r"(?<!\\)[#_%]", "\n".join(body))
+    (pdf,) = [path for path in written if path.suffix == ".pdf"]
+    assert b"/Type3" not in pdf.read_bytes()
+    assert b"/CIDFontType2" in pdf.read_bytes()
+
+
+def test_signs_that_latex_reads_otherwise_are_escaped():
+    tex = latex(Table(["a & b", "50 %"], [["x_1 ± ∞", "\u22125"], ["#~^\\{}$", "<2>"]], "A\n\\end caption"))
+    assert tex.splitlines()[0] == r"% A \end caption"
+    assert r"a \& b & 50 \% \\" in tex
+    assert r"x\_1 $\pm$ $\infty$ & $-$5 \\" in tex
+    assert r"\#\textasciitilde{}\textasciicircum{}\textbackslash{}\{\}\$ & $<$2$>$ \\" in tex

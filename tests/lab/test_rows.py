@@ -58,10 +58,10 @@ number = st.floats(allow_nan=False)
 count = st.integers(0, 2**62)
 
 
-@given(number, number, st.none() | number, count, st.text(), st.lists(st.tuples(number, count, count, count)))
+@given(number, number, st.none() | number, count, st.text(), st.lists(st.tuples(number, count, count, count, count)))
 def test_whatever_a_row_holds_comes_back(cost, end, gap, paths, verdict, history):
-    columns = zip(*history, strict=True) if history else ([], [], [], [])
-    kept = History(*(np.array(c, dtype=t) for c, t in zip(columns, (float, int, int, int), strict=True)))
+    columns = zip(*history, strict=True) if history else ([], [], [], [], [])
+    kept = History(*(np.array(c, dtype=t) for c, t in zip(columns, (float, int, int, int, int), strict=True)))
     row = replace(ROW, cost=cost, end=end, gap=gap, generated_paths=paths, verdict=verdict, history=kept)
     with Rows(":memory:") as rows:
         rows.add(row, "k")

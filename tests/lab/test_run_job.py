@@ -19,7 +19,7 @@ def test_a_row_of_one_uav_says_what_planning_it_says():
     assert (row.fuel, row.divergence, row.end) == tuple(result.terms[t] for t in ("fuel", "divergence", "end"))
     assert row.generated_paths == result.effort.generated_paths == 200
     assert (row.generated_nodes, row.evaluations) == (result.effort.generated_nodes, result.effort.evaluations)
-    assert row.iterations == len(result.history.cost) - 1
+    assert row.iterations == result.history.iteration[-1]
     assert row.history == result.history
     assert (row.success, row.verdict, row.stopped_by, row.settings) == (True, "", "MaxPaths", repr(sky.MVO()))
     for version in (sky.__version__, np.__version__, "Python", "numba"):
@@ -34,16 +34,17 @@ def test_a_row_of_a_fleet_sums_the_mission_up(assignment):
     row = run_job(asked)
     mission = sky.plan_mission(fleet, sky.MVO(), stop=sky.MaxPaths(60), rng=3, assignment=assignment, keep_apart=False)
     results = mission.results
+    histories = [result.history.by_iteration() for result in results]
     assert row.cost == mission.cost
     assert row.bound == sum(result.bound for result in results) == {"identity": 732, "path-cost": 538}[assignment]
     assert row.gap == pytest.approx(mission.cost / row.bound - 1)
     assert row.generated_paths == sum(result.effort.generated_paths for result in results)
-    assert row.history.cost[0] == sum(result.history.cost[0] for result in results)
+    assert row.history.cost[0] == sum(history.cost[0] for history in histories)
     assert row.history.cost[-1] == mission.cost
     assert row.history.generated_paths[-1] == row.generated_paths
-    assert len(row.history.cost) == max(len(result.history.cost) for result in results)
-    middle = min(len(result.history.cost) for result in results)  # a UAV that is done keeps its last row
-    at = [result.history.evaluations[min(middle, len(result.history.cost) - 1)] for result in results]
+    assert len(row.history.cost) == max(len(history.cost) for history in histories)
+    middle = min(len(history.cost) for history in histories)  # a UAV that is done keeps its last row
+    at = [history.evaluations[min(middle, len(history.cost) - 1)] for history in histories]
     assert row.history.evaluations[min(middle, len(row.history.cost) - 1)] == sum(at)
 
 

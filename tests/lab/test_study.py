@@ -144,7 +144,7 @@ def test_the_documentations_study_file_is_one(tmp_path):
 
 def test_the_documentations_study_among_movers_is_one(tmp_path):
     page = (Path(__file__).parents[2] / "docs/studies.md").read_text(encoding="utf-8")
-    (tmp_path / "study.yaml").write_text(page.split("```yaml\n")[2].split("```")[0])
+    (tmp_path / "study.yaml").write_text("name: Crossing" + page.split("```yaml\nname: Crossing")[1].split("```")[0])
     study = read_moving_study(tmp_path / "study.yaml")
     assert (len(study.seeds), len(study.movers), len(study.policies)) == (20, 2, 8)
     section = page.split("## Replanning among movers")[1].split("\n## ")[0]

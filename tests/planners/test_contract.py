@@ -151,15 +151,30 @@ def test_effort_is_counted_and_the_history_never_gets_worse(planner):
 @every_metaheuristic
 def test_the_history_has_a_row_for_the_start_and_one_an_iteration(planner):
     result = plan(planner, stop=sky.MaxIterations(5))
-    assert len(result.history.cost) == 6
-    assert result.history.evaluations[0] == planner.population
+    history = result.history.by_iteration()
+    np.testing.assert_array_equal(history.iteration, range(6))
+    assert history.evaluations[0] == planner.population
     assert result.stopped_by == "MaxIterations"
     most = planner.samples if isinstance(planner, sky.RandomRestart) else planner.population
     if isinstance(planner, sky.HybridMVO):
         most *= 2 + planner.straighten
-    assert (np.diff(result.history.evaluations) <= most).all()
+    assert (np.diff(history.evaluations) <= most).all()
     if isinstance(planner, sky.MVO):
-        np.testing.assert_array_equal(np.diff(result.history.evaluations), planner.universes - 1)
+        np.testing.assert_array_equal(np.diff(history.evaluations), planner.universes - 1)
+
+
+@every_metaheuristic
+def test_the_history_has_a_row_for_each_improvement_when_it_was_found(planner):
+    history = plan(planner).history
+    assert (np.diff(history.iteration) >= 0).all()
+    for limit in (1, 2, 3, 5, 8, 13, 21, 34):  # the run with so small a budget has found just what the history says
+        short = plan(planner, stop=sky.MaxEvaluations(limit) | STOP)
+        if isinstance(planner, sky.GSO | sky.BBO | sky.RandomRestart):  # the budget steers no schedule of theirs
+            row = np.searchsorted(history.evaluations, short.effort.evaluations, side="right") - 1
+            assert short.cost == pytest.approx(history.cost[row])
+    improved = np.diff(history.cost) < 0
+    moved = np.diff(history.evaluations) > 0
+    assert (moved | ~improved).all()
 
 
 def rerouted(planner):
@@ -206,8 +221,8 @@ def test_a_budget_of_nodes_is_kept_but_for_the_candidate_under_way(planner, most
     result = plan(planner, stop=sky.MaxNodes(most))
     assert result.stopped_by == "MaxNodes"
     assert most <= result.effort.generated_nodes
-    before = result.history.generated_nodes[result.history.generated_nodes < most]
-    assert len(before) >= len(result.history.cost) - 1
+    history = result.history.by_iteration()
+    assert (history.generated_nodes[:-1] < most).all()
 
 
 @every_metaheuristic
@@ -325,23 +340,24 @@ def test_setting_the_event_ends_the_run_with_the_best_so_far(planner):
 
     result = plan(planner, stop=sky.MaxIterations(50) | sky.Cancelled(event), on_iteration=watch)
     assert result.stopped_by == "Cancelled"
-    assert len(result.history.cost) == 4
+    history = result.history.by_iteration()
+    np.testing.assert_array_equal(history.iteration, range(4))
     assert len(result.path)
     assert [p.iterations for p in seen] == [1, 2, 3]
-    assert [p.cost for p in seen] == result.history.cost[1:].tolist()
-    assert [p.generated_paths for p in seen] == result.history.generated_paths[1:].tolist()
+    assert [p.cost for p in seen] == history.cost[1:].tolist()
+    assert [p.generated_paths for p in seen] == history.generated_paths[1:].tolist()
     assert seen[-1].cost == pytest.approx(result.cost)
 
 
 @every_metaheuristic
 def test_a_target_cost_ends_the_run_as_soon_as_it_is_reached(planner):
-    aim = plan(planner).history.cost[3]
+    aim = plan(planner).history.by_iteration().cost[3]
     result = plan(planner, stop=STOP | sky.TargetCost(aim))
     assert result.stopped_by == "TargetCost"
     assert result.cost <= aim
-    assert (result.history.cost[:-1] > aim).all()
+    assert (result.history.by_iteration().cost[:-1] > aim).all()
 
 
 def test_without_a_stop_a_metaheuristic_takes_forty_iterations():
-    assert len(plan(sky.RandomRestart(samples=1), stop=None).history.cost) == 41
+    assert plan(sky.RandomRestart(samples=1), stop=None).history.iteration[-1] == 40
     assert plan(sky.AStar(), stop=None).status is sky.Status.OPTIMAL

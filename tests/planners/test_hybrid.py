@@ -122,9 +122,11 @@ def test_its_engine_has_its_settings_and_its_results_bear_its_name():
 def test_seeds_on_the_lattice_are_the_first_universes_and_their_effort_counts():
     exact = sky.AStar().plan(problem("map2"))
     seeded = sky.HybridMVO(seeds=(sky.AStar(), sky.ThetaStar())).plan(problem("map2"), stop=sky.MaxIterations(2), rng=1)
-    assert seeded.history.cost[0] == 229
+    assert seeded.history.by_iteration().cost[0] == 229
     assert seeded.status is sky.Status.OPTIMAL
     alone = sky.HybridMVO().plan(problem("map2"), stop=sky.MaxIterations(2), rng=1)
-    assert alone.history.cost[0] > 229
-    assert seeded.effort.generated_nodes > alone.history.generated_nodes[0] + exact.effort.generated_nodes
+    assert alone.history.by_iteration().cost[0] > 229
+    assert (
+        seeded.effort.generated_nodes > alone.history.by_iteration().generated_nodes[0] + exact.effort.generated_nodes
+    )
     assert "seeds=(AStar()" in seeded.provenance.planner

@@ -43,10 +43,10 @@ def test_what_a_seed_knows_is_never_lost_and_its_effort_and_seconds_count():
         problem = sky.Problem(sky.random_threats(threats, seed=seed))
         taut = sky.Taut().plan(problem)
         result = sky.HybridMVO(seeds=(sky.Taut(),)).plan(problem, stop=sky.MaxIterations(3), rng=1)
-        assert result.history.cost[0] <= taut.cost * (1 + 1e-12)
+        assert result.history.by_iteration().cost[0] <= taut.cost * (1 + 1e-12)
         assert result.cost < taut.cost
-        assert result.history.evaluations[0] == 25 + taut.effort.evaluations
-        assert result.history.generated_nodes[0] > taut.effort.generated_nodes
+        assert result.history.by_iteration().evaluations[0] == 25 + taut.effort.evaluations
+        assert result.history.by_iteration().generated_nodes[0] > taut.effort.generated_nodes
         assert "seeds=(Taut(" in result.provenance.planner
 
 

@@ -66,7 +66,7 @@ def test_a_search_that_goes_on_is_never_worse_than_where_it_ended_and_the_same_s
     assert first.status.reached
     later, after = planner.evolve(problem, kept, stop=STOP, rng=6)
     again, same = planner.evolve(problem, kept, stop=STOP, rng=6)
-    assert later.history.cost[0] <= first.cost
+    assert later.history.by_iteration().cost[0] <= first.cost
     assert later.cost <= first.cost
     assert dataclasses.replace(later, seconds=0.0) == dataclasses.replace(again, seconds=0.0)
     assert all(map(np.array_equal, after, same))
@@ -80,7 +80,7 @@ def test_a_uav_that_is_under_way_goes_on_along_its_best_path(planner):
     problem = sky.Problem(moved(ROOM, start=first.path[there]))
     later, _ = planner.evolve(problem, kept, stop=sky.MaxIterations(1), rng=6)
     np.testing.assert_array_equal(later.path[0], first.path[there])
-    assert later.history.cost[0] <= len(first.path) - there
+    assert later.history.by_iteration().cost[0] <= len(first.path) - there
     assert not violations(problem, later)
 
 
@@ -108,12 +108,12 @@ def test_work_on_given_paths_is_counted_and_what_needs_no_walk_generates_nothing
     complete = [path for path in kept if np.array_equal(path[-1], first.goal)]
     eight = [complete[k % len(complete)] for k in range(8)]
     result, _ = planner.evolve(problem, eight, stop=sky.MaxIterations(1), rng=6)
-    assert result.history.generated_paths[0] == 0
-    assert result.history.evaluations[0] == 8
+    assert result.history.by_iteration().generated_paths[0] == 0
+    assert result.history.by_iteration().evaluations[0] == 8
     result, _ = planner.evolve(problem, eight[:5], stop=sky.MaxIterations(1), rng=6)
-    assert result.history.generated_paths[0] == 3
+    assert result.history.by_iteration().generated_paths[0] == 3
     result, _ = planner.evolve(problem, [path[:3] for path in eight], stop=sky.MaxIterations(1), rng=6)
-    assert result.history.generated_paths[0] >= 8  # walks lead on to the goal
+    assert result.history.by_iteration().generated_paths[0] >= 8  # walks lead on to the goal
 
 
 def test_a_budget_that_is_spent_ends_the_taking_up_of_paths():

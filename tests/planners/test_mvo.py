@@ -74,7 +74,7 @@ def test_the_described_form_does_at_least_as_well_as_the_best_published_means(na
 def restarts(name):
     """The best costs of 50 runs after 182, 500 and 1000 paths through a random point."""
     planner, stop = sky.RandomRestart(samples=2), sky.MaxIterations(500)
-    runs = [planner.plan(problem(name), stop=stop, rng=seed).history.cost for seed in range(SEEDS)]
+    runs = [planner.plan(problem(name), stop=stop, rng=seed).history.by_iteration().cost for seed in range(SEEDS)]
     return np.array(runs)[:, [91, 250, 500]]
 
 
@@ -113,7 +113,7 @@ def test_a_budget_of_paths_steers_the_schedules_too(monkeypatch):
     kernel, seen = mvo._described, []
     monkeypatch.setattr(mvo, "_described", lambda *args: (seen.append(args[5]), kernel(*args))[1])
     result = sky.MVO(universes=5).plan(sky.Problem(ROOM), stop=sky.MaxPaths(400), rng=0)
-    spent = result.history.generated_paths[:-1] / 400
+    spent = result.history.by_iteration().generated_paths[:-1] / 400
     np.testing.assert_allclose(seen, 0.2 + 0.8 * np.minimum(spent, 1))
     assert (np.diff(seen) > 0).all()
 

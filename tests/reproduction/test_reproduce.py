@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,13 @@ import pytest
 
 import skyverse as sky
 from skyverse.errors import InputError
+from skyverse.lab.report import Table, Text
 from skyverse.lab.rows import Rows
 from skyverse.reproduction import cell_runs as cell_runs_module
-from skyverse.reproduction import claims, cost_claims, effort_claims, published
-from skyverse.reproduction.cell_runs import FORMS, CellRuns, case, cell, optimum, planner, restarts
+from skyverse.reproduction import claims, cost_claims, effort_claims, fleets, published
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, case, cell, mean, optimum, planner, restarts
 from skyverse.reproduction.claim_verdict import ClaimVerdict
+from skyverse.reproduction.lean_runs import run_lean
 from skyverse.reproduction.reproduce import THESIS_PARTS, jobs, named, reproduce
 
 TABLES = Path(__file__).resolve().parents[3] / "shared" / "thesis" / "tables.json"
@@ -21,7 +24,7 @@ TABLES = Path(__file__).resolve().parents[3] / "shared" / "thesis" / "tables.jso
 
 def test_every_table_and_figure_is_a_part():
     wanted = {f"table-4.{k}" for k in (2, 3, 4, 5, 6, 7, 10)} | {f"fig-4.{k}" for k in range(1, 32)}
-    assert wanted | {"cells", "claims"} == set(THESIS_PARTS)
+    assert wanted | {"cells", "acceptance", "claims"} == set(THESIS_PARTS)
 
 
 def test_a_part_that_does_not_exist_is_refused_with_the_list_of_those_that_do():
@@ -161,7 +164,7 @@ class Fake:
 
     def __init__(self, means, equal=None, runs=50, deviation=5.0):
         self.means, self.at_equal, self.runs, self.deviation = means, equal or means, runs, deviation
-        self.rng = np.random.default_rng(0)
+        self.rng, self.work, self.unit = np.random.default_rng(0), "generated_nodes", "nodes"
 
     def values(self, column, given, method, form, population, iterations):
         return self.rng.normal(self.means[method], self.deviation, self.runs)
@@ -182,7 +185,7 @@ class Fake:
 def test_an_order_of_methods_gets_the_verdict_that_it_deserves(means, equal, verdict):
     found = cost_claims.order((("MVO", "GSO"), ("GSO", "BBO")), ("map1",), Fake(means, equal), "as run")
     assert found.verdict is verdict
-    assert "Map 1, 20 x 25" in found.evidence
+    assert found.comparisons[0].where == "Map 1, 20 x 25"
 
 
 @pytest.mark.parametrize(
@@ -213,17 +216,50 @@ def test_the_page_of_claims_judges_each_in_both_forms():
     assert {re.sub(r"[ ,].*", "", claim.where) for claim in claims.CLAIMS} >= {"abstract", "4.1.1.1", "4.1.3", "4.2"}
 
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "reproduction" / "report.md"
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
+
+
+def documented_runs():
+    """How many runs each cell has in the documentation, by the command that its page names."""
+    return int(re.search(r"`skyverse reproduce --runs (\d+) --seed 0", (DOCS / "report.md").read_text("utf-8"))[1])
 
 
 @pytest.mark.skipif(not DOCS.exists(), reason="the documentation is not here")
-def test_the_report_in_the_documentation_is_what_the_code_makes(tmp_path):
-    reproduce(["table-4.2", "fig-4.1", "fig-4.10"], tmp_path, runs=50, seed=0, workers=2)
-    checked_in = DOCS.read_text(encoding="utf-8")
-    made = (tmp_path / "report.md").read_text(encoding="utf-8")
-    tables = [block for block in made.split("\n\n") if block.startswith("|")]
-    assert len(tables) == 2
-    for table in tables:
-        assert table in checked_in
-    drawing = "figures/fig-4.1.svg"
-    assert (tmp_path / drawing).stat().st_size == pytest.approx((DOCS.parent / drawing).stat().st_size, rel=0.2)
+def test_a_sample_of_the_pages_in_the_documentation_is_what_the_code_makes(tmp_path):
+    reproduce(["fig-4.1", "fig-4.27", "fig-4.28"], tmp_path, runs=documented_runs(), seed=0)
+    checked_in, made = ((folder / "report.md").read_text(encoding="utf-8") for folder in (DOCS, tmp_path))
+    sample = [block for block in made.split("\n\n") if block.startswith(("|", "**Figure"))]
+    assert len(sample) == 5
+    for block in sample:
+        assert block in checked_in
+    for name in ("fig-4.1", "fig-4.28"):
+        drawing = f"figures/{name}.svg"
+        assert (tmp_path / drawing).stat().st_size == pytest.approx((DOCS / drawing).stat().st_size, rel=0.05)
+
+
+@pytest.mark.skipif(not DOCS.exists(), reason="the documentation is not here")
+def test_a_cell_and_a_claim_in_the_documentation_are_what_the_code_finds():
+    report, judged = ((DOCS / f"{page}.md").read_text(encoding="utf-8") for page in ("report", "claims"))
+    given, few, all_seeds = case("map1"), range(20), range(documented_runs())
+    jobs_ = [*cell(given, "BBO", "as run", 20, 25, all_seeds)]
+    for how in ("identity", "euclidean"):
+        jobs_ += cell(fleets.coordinated(how), "MVO", "as described", 25, 40, few)
+    lean = run_lean(jobs_)
+    row = next(line for line in report.splitlines() if line.startswith("| BBO, 20 x 25"))
+    assert str(mean(CellRuns(lean, all_seeds).values("cost", given, "BBO", "as run", 20, 25))) in row
+    found = cost_claims.munkres_lowers(("MVO",), CellRuns(lean, few), "as described")
+    section = judged.split("## Claim 20\n")[1].split("\n## ")[0].split("*As described*")[1]
+    assert found.verdict.value in section
+    assert all(value in section for value in found.comparisons[0].record().values())
+
+
+def test_the_verdicts_of_other_sets_of_seeds_are_counted():
+    fake = Fake({"MVO": 270, "GSO": 280, "BBO": 290})
+    claim = claims.Claim("MVO is best.", "4", partial(cost_claims.order, (("MVO", "GSO"),), ("map1",)))
+    other = [[[ClaimVerdict.HOLDS, ClaimVerdict.FAILS]], [[ClaimVerdict.HOLDS, ClaimVerdict.HOLDS]]]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(claims, "CLAIMS", (claim,))
+        blocks = claims.page(fake, other)
+    table = next(block for block in blocks if isinstance(block, Table))
+    assert table.rows == [["1", "MVO is best.", "4", "cost", "holds", "3 of 3", "holds", "2 of 3"]]
+    assert any(isinstance(block, Text) and "0.5 of the 2 verdicts change" in block.markdown for block in blocks)

@@ -43,6 +43,7 @@ def compare(
     dask: str | None = None,
     export: Path | None = None,
     report: bool = True,
+    paper: bool = False,
     as_json: AsJson = False,
 ) -> int:
     """Compare planners over scenarios and seeds; go on where an earlier run of the same command was cut short.
@@ -90,6 +91,8 @@ def compare(
         Write the rows to this file as well, .csv or .parquet, and the histories beside it.
     report
         Write the report as well.
+    paper
+        Write the report's figures also as PDF with embedded fonts, and its tables also as CSV and LaTeX.
     as_json
         Print the summary as JSON.
     """
@@ -128,14 +131,18 @@ def compare(
             others = len(rows.done() - {job.key for job in jobs})
             if others:
                 raise InputError(
-                    f"{rows.path}: expected rows of this study only, found {others} of others; give another folder"
+                    f"{rows.path}: expected rows of this study only, found {others} of others, or made by code that "
+                    "has been edited since; give another folder"
                 )
             with watch.bar() as on_run:
                 run_jobs(jobs, rows, workers=workers or cores(), dask=dask, on_run=on_run)
             summary = kind.summarise(rows)
             written = [rows.path]
             if report:
-                written += kind.write_report(rows, folder, title=study.name)
+                formats, figures = (
+                    (("html", "md", "csv", "tex"), ("svg", "pdf")) if paper else (("html", "md"), ("svg",))
+                )
+                written += kind.write_report(rows, folder, title=study.name, formats=formats, figures=figures)
             if export is not None:
                 written += rows.export(export)
             columns = (*rows.label_kinds, "seed", "verdict")

@@ -12,8 +12,9 @@ from skyverse.numerics.cores import cores
 
 def reproduce(
     *parts: str,
-    runs: Annotated[int, WHOLE] = 50,
+    runs: Annotated[int, WHOLE] = 200,
     seed: Annotated[int, WHOLE] = 0,
+    sets: Annotated[int, WHOLE] = 1,
     output: Annotated[Path, OUTPUT] = Path("out/reproduction"),
     workers: Whole = None,
 ) -> int:
@@ -28,11 +29,14 @@ def reproduce(
     Parameters
     ----------
     parts
-        What to reproduce: table-4.2 to table-4.7, table-4.10, cells, fig-4.1 to fig-4.31, claims; all when left out.
+        What to reproduce: table-4.2 to table-4.7, table-4.10, cells, acceptance, fig-4.1 to fig-4.31, claims; all when
+        left out.
     runs
         How many runs each cell of a table has, 2 or more.
     seed
         The first seed of each cell.
+    sets
+        By how many disjoint sets of seeds the claims are judged; each takes about as long as the claims alone.
     output
         The folder to write to.
     workers
@@ -43,7 +47,7 @@ def reproduce(
     watch = StudyWatch(output, ["mission", "AStar", "MVO", "GSO", "BBO", "RandomRestart", "HybridMVO"])
     try:
         with watch.bar() as on_run:
-            pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or cores(), on_run=on_run)
+            pages = run_again(parts, output, runs=runs, seed=seed, sets=sets, workers=workers or cores(), on_run=on_run)
     except KeyboardInterrupt:
         print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
         return INTERRUPTED

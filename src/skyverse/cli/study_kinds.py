@@ -39,16 +39,16 @@ class StudyKind(NamedTuple):
     write_report: Callable[..., list[Any]]
 
 
-def _planners_report(rows: Rows, folder: Path, *, title: str) -> list[Path]:
+def _planners_report(rows: Rows, folder: Path, **how: Any) -> list[Path]:
     from skyverse.lab.comparison_report import write_report
 
-    return write_report(rows, folder, title=title)
+    return write_report(rows, folder, **how)
 
 
-def _policies_report(rows: MovingRows, folder: Path, *, title: str) -> list[Path]:
+def _policies_report(rows: MovingRows, folder: Path, **how: Any) -> list[Path]:
     from skyverse.lab.moving_report import write_moving_report
 
-    return write_moving_report(rows, folder, title=title)
+    return write_moving_report(rows, folder, **how)
 
 
 def _planners_of(jobs: list[Any]) -> set[str]:

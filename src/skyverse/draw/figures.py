@@ -90,7 +90,7 @@ def convergence(drawn: MissionScene) -> "Figure":
     for axes, over in zip(both, ("iterations", "generated paths"), strict=True):
         for track, result in drawn.curves:
             cost, generated = result.history.cost, result.history.generated_paths
-            _curve(axes, track, np.arange(len(cost)) if over == "iterations" else generated, cost, result.bound)
+            _curve(axes, track, result.history.iteration if over == "iterations" else generated, cost, result.bound)
         axes.set_xlabel(over)
         axes.grid(color=GRID)
         axes.spines[["top", "right"]].set_visible(False)

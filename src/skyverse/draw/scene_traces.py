@@ -118,7 +118,7 @@ def in_space(scene: Scene) -> list[Trace]:
 def of_curve(track: Track, result: Result, number: int, bound: str) -> list[Trace]:
     """Return the best cost so far of one search, and its bound as a dashed line that is named `bound`."""
     name, history = plain(track.name), result.history
-    axes = {"iterations": list(range(len(history.cost))), "paths": history.generated_paths.tolist()}
+    axes = {"iterations": history.iteration.tolist(), "paths": history.generated_paths.tolist()}
     points, role = {"x": axes["iterations"], "y": flat(history.cost)}, {"role": "cost", "curve": number, **axes}
     line: Trace = {"color": track.colour, "width": 2, "shape": "hv"}
     hover = "%{fullData.name}<br>cost %{y:.2f} at %{x:,}<extra></extra>"

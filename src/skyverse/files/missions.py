@@ -89,7 +89,7 @@ def _require_sound_arrays(source: object, mission: Mission) -> None:
         if result is not None:
             columns = vars(result.history).values()
             if any(c.ndim != 1 for c in columns) or len({len(c) for c in columns}) > 1:
-                raise InputError(f"{source}: results[{i}].history: expected four columns of one length")
+                raise InputError(f"{source}: results[{i}].history: expected columns of one length")
 
 
 def _require_sound_pointing(place: str, pointing: Pointing | None) -> None:

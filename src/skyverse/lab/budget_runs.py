@@ -33,6 +33,12 @@ class BudgetRuns:
     planners: tuple[str, ...]
     cells: Mapping[tuple[str, str], Mapping[str, NDArray[Any]]]
 
+    @property
+    def contestants(self) -> tuple[str, ...]:
+        """The planners that are compared: all but exact ones, which end by themselves, each time at the optimum."""
+        ends = {p: np.all(self.all(p, "iterations") == 0) and np.all(self.all(p, "gap") == 0) for p in self.planners}
+        return tuple(planner for planner in self.planners if not ends[planner])
+
     def all(self, planner: str, column: str) -> NDArray[Any]:
         """Return one column of all runs of a planner."""
         return np.concatenate([self.cells[scenario, planner][column] for scenario in self.scenarios])

@@ -46,12 +46,13 @@ def restored(row: type, values: tuple[Any, ...]) -> dict[str, Any]:
 
 def packed(history: History) -> bytes:
     """Return a history in few bytes."""
-    cost, *effort = astuple(history)
-    columns = [cost.astype("<f8"), *(counts.astype("<i8") for counts in effort)]
-    return compress(b"".join(column.tobytes() for column in columns), 1)
+    cost, *counts = astuple(history)
+    columns = [cost.astype("<f8"), *(count.astype("<i8") for count in counts)]
+    return bytes([len(columns)]) + compress(b"".join(column.tobytes() for column in columns), 1)
 
 
 def unpacked(blob: bytes) -> History:
-    """Return the history that `packed` has made bytes of."""
-    cost, *effort = np.split(np.frombuffer(decompress(blob), "<i8"), 4)
-    return History(cost.view("<f8"), *effort)
+    """Return the history that `packed` has made bytes of; in version 0.1.0 it had four columns, and did not say so."""
+    columns, compressed = (4, blob) if blob[:1] == b"x" else (blob[0], blob[1:])
+    cost, *counts = np.split(np.frombuffer(decompress(compressed), "<i8"), columns)
+    return History(cost.view("<f8"), *counts)

@@ -3,14 +3,16 @@
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
-from skyverse.lab.curves import band, grid, spread
+from skyverse.lab.curves import band, expected_run_length, grid, run_lengths, spread
 from skyverse.lab.formatting import literal, whole_numbers
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.planner_differences import best_mean, difference_section, matrix
@@ -24,6 +26,8 @@ EQUAL_EFFORT_FACTOR = 1.05
 """Mean efforts within this factor count as equal."""
 _MAX_PANELS = 6
 """The number of panels in one figure; more are split over several figures."""
+_TARGETS = (0.1, 0.05, 0.02, 0.01)
+"""How far above the exact optimum, or the best cost known, the targets of run lengths lie."""
 _EFFORT_TITLES = {
     "generated_paths": "generated paths",
     "generated_nodes": "generated nodes",
@@ -47,7 +51,7 @@ def write_report(
     title
         The report's title, in plain text.
     formats, figures
-        ``"html"``, ``"md"``; ``"svg"``, ``"png"``, ``"pdf"``.
+        ``"html"``, ``"md"``, and each table as ``"csv"``, ``"tex"``; ``"svg"``, ``"png"``, ``"pdf"``.
 
     Returns
     -------
@@ -81,7 +85,7 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
         blocks += [Heading(f"Costs{suffix}"), *_costs(runs, mark)]
         blocks += [Heading(f"Convergence{suffix}"), *_convergence(rows, runs, mark)]
         blocks += [Heading(f"Differences{suffix}"), *difference_section(runs, mark)]
-    return Report(title, [*blocks, Heading("How to read this"), Text(_READ)])
+    return Report(title, [*blocks, Heading("Methods"), Text(_methods(rows)), Heading("How to read this"), Text(_READ)])
 
 
 def _made(rows: Rows) -> Iterator[Block]:
@@ -97,7 +101,7 @@ def _made(rows: Rows) -> Iterator[Block]:
     ]
     lines += [f"Made with {literal(version)}." for version in sorted(set(told["versions"].tolist()))]
     if len(rows) < math.prod(len(set(told[name].tolist())) for name in ("scenario", "planner", "budget", "seed")):
-        lines.append("> **Not every planner has run everywhere with every seed.** Runs are paired where both have one.")
+        lines.append("> **Not every planner has run everywhere with every seed.**")
     wrong = [verdict for verdict in told["verdict"].tolist() if verdict]
     if wrong:
         lines.append(
@@ -106,6 +110,20 @@ def _made(rows: Rows) -> Iterator[Block]:
     yield Text("\n\n".join(lines))
     settings = ["; ".join(sorted(set(told["settings"][told["planner"] == label].tolist()))) for label in planners]
     yield Table(("planner", "settings"), list(zip(planners, settings, strict=True)))
+
+
+def _methods(rows: Rows) -> str:
+    """Return the paragraph that a paper says of the runs and their statistics."""
+    told = rows.select(("seed", "versions", "success"))
+    return _METHODS.format(
+        planners=counted(len(rows.labels("planner")), "planner"),
+        scenarios=counted(len(rows.labels("scenario")), "scenario"),
+        seeds=f"{counted(len(set(told['seed'].tolist())), 'seed')} ({whole_numbers(told['seed'].tolist())})",
+        budgets=listed([literal(budget) for budget in rows.labels("budget")]),
+        runs=counted(len(rows), "run"),
+        failed=f"{len(rows) - int(told['success'].sum()):,}",
+        versions=literal("; ".join(sorted(set(told["versions"].tolist())))),
+    )
 
 
 def _effort(runs: BudgetRuns, mark: str) -> Iterator[Block]:
@@ -145,10 +163,10 @@ def _equality(runs: BudgetRuns, means: dict[str, list[float]], searching: list[i
 def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     for scenario in runs.scenarios:
         yield Heading(scenario, level=3)
-        found = compare_pairs([runs.costs(planner, [scenario]) for planner in runs.planners])
+        found = compare_pairs([runs.costs(planner, [scenario]) for planner in runs.contestants])
         yield _cost_table(runs, scenario, found)
         if len(found) > 1 and len(runs.scenarios) > 1:
-            yield matrix(runs.planners, found)
+            yield matrix(runs.contestants, found)
     panels = [
         figures.Panel(s, runs.exact(s), costs=[runs.cells[s, planner]["cost"] for planner in runs.planners])
         for s in runs.scenarios
@@ -196,21 +214,24 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
         )
     exact = runs.exact(scenario)
     caption = "The exact optimum is not known." if exact is None else f"The exact optimum is {exact:,.6g}."
-    best = " ".join(best_mean(runs.planners, [s.mean for s in summaries], found))
+    compared = runs.contestants
+    means = [s.mean for planner, s in zip(runs.planners, summaries, strict=True) if planner in compared]
+    best = " ".join(best_mean(compared, means, found))
     return Table.from_records(rows, caption, [best])
 
 
 def _convergence(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
     panels = []
+    compared = runs.contestants
     for scenario in runs.scenarios:
-        most = max(runs.cells[scenario, planner]["generated_paths"].max(initial=0) for planner in runs.planners)
+        most = max((runs.cells[scenario, planner]["evaluations"].max(initial=0) for planner in compared), default=0)
         at = grid(float(most))
         where = {"scenario": scenario, "budget": runs.budget}
-        bands = [band(rows.histories(planner=planner, **where), at) for planner in runs.planners]
+        bands = [band(rows.histories(planner=planner, **where), at) for planner in compared]
         panels.append(figures.Panel(scenario, runs.exact(scenario), bands=bands))
-    reached = np.concatenate([runs.all(planner, "success") for planner in runs.planners])
-    drawn = [any(np.isfinite(panel.bands[k].low).any() for panel in panels) for k in range(len(runs.planners))]
-    bare = [planner for planner, shown in zip(runs.planners, drawn, strict=True) if not shown]
+    reached = np.concatenate([[], *(runs.all(planner, "success") for planner in compared)])
+    drawn = [any(np.isfinite(panel.bands[k].low).any() for panel in panels) for k in range(len(compared))]
+    bare = [planner for planner, shown in zip(compared, drawn, strict=True) if not shown]
     if not any(drawn):
         yield Text("No run kept a history with a finite cost, so there is nothing to draw.")
         return
@@ -222,7 +243,33 @@ def _convergence(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
         )
         if bare:
             caption += f" Without a history: {listed([literal(planner) for planner in bare])}."
-        yield Figure(name, caption, partial(figures.convergence, runs.planners, some))
+        yield Figure(name, caption, partial(figures.convergence, compared, some))
+    yield from _run_lengths(rows, runs, mark)
+
+
+def _run_lengths(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
+    """Yield how many evaluations it takes to come within each of `_TARGETS` of the reference."""
+    records: list[dict[str, Cell]] = []
+    lengths: dict[str, list[Floats]] = {planner: [] for planner in runs.contestants}
+    for scenario, planner in product(runs.scenarios, runs.contestants):
+        targets = [runs.reference(scenario) * (1 + within) for within in _TARGETS]
+        histories = rows.histories(scenario=scenario, planner=planner, budget=runs.budget)
+        found, cell = run_lengths(histories, targets), runs.cells[scenario, planner]
+        lengths[planner].append(found.ravel())
+        record: dict[str, Cell] = {"scenario": scenario, "planner": planner}
+        for k, within in enumerate(_TARGETS):
+            hits = np.count_nonzero(np.isfinite(found[:, k]))
+            ert = expected_run_length(found[:, k], cell["evaluations"])
+            record[f"{100 * within:g} %"] = f"{ert:,.0f} ({hits})" if hits else "∞ (0)"
+        records.append(record)
+    yield Table.from_records(
+        records,
+        "Expected run lengths: the evaluations that restarts take in the mean to come within so much of the exact "
+        "optimum or, where that is unknown, of the best cost known; in brackets how many runs did.",
+    )
+    caption = f"The share of runs and of {len(_TARGETS)} targets that were reached after so many evaluations."
+    each = [np.concatenate(found) for found in lengths.values()]
+    yield Figure(f"run-lengths{mark}", caption, partial(figures.run_lengths, runs.contestants, each))
 
 
 def _split(name: str, panels: list[figures.Panel]) -> Iterator[tuple[str, list[figures.Panel]]]:
@@ -231,14 +278,27 @@ def _split(name: str, panels: list[figures.Panel]) -> Iterator[tuple[str, list[f
         yield name + mark * (len(panels) > _MAX_PANELS), panels[start : start + _MAX_PANELS]
 
 
+_METHODS = """\
+Each of {planners} was run on each of {scenarios} with {seeds}; each UAV's search had a budget of {budgets}. All
+settings stand in the first table. Of {runs} {failed} did not reach their targets; their costs count with the penalty
+for ending short, or as infinite without any path. Every result was checked by an independent referee. Planners were
+compared by two-sided Mann-Whitney tests, scenario by scenario, adjusted by Holm's method; over several scenarios by
+Stouffer's combination of these, unless Cochran's test found that the scenarios disagree. Effect sizes are Vargha and
+Delaney's A12. Mean ranks were tested by Friedman's and Nemenyi's tests with scenarios as blocks. Confidence intervals
+of means are bootstrapped (BCa, 2,000 resamples), those of success rates Wilson's, all at 95 %. Run lengths and
+convergence count evaluations of the objective, noted at each improvement. Software: {versions}. What stands in
+brackets behind a version is a digest of its source.
+"""
 _READ = """\
 - *Reached* comes first: a planner that fails is not better for the cheap runs that it has left. Its failures stay in
   every mean, at what their paths cost with the penalty for ending short of the target.
 - *± SE* is the standard error of the mean. *95 % of rate* is Wilson's interval of the success rate, *95 % of mean* a
   bootstrap interval (BCa, from 5 runs on). *Gap* is the mean of cost / exact optimum - 1 over the runs that reached.
-- *p* is Wilcoxon's signed-rank test on runs paired by scenario and seed, or the Mann-Whitney test where less than half
-  of the runs can be paired; adjusted by Holm for all pairs of its table. Differences count from p < 0.05 on.
-- *A12* is the chance that a run of the first planner is cheaper than one of the second; 0.5 is no difference, 0.56
-  small, 0.64 medium, 0.71 large. *Rank-biserial* goes from -1 to 1, where every pair speaks for the first.
+- *p* is the Mann-Whitney test, since a seed means nothing from one planner to another; adjusted by Holm for all pairs
+  of its table. Differences count from p < 0.05 on. Over several scenarios the tests are combined by Stouffer's method,
+  and Cochran's test tells whether the scenarios agree; where they do not, there is no common difference.
+- *A12* is the chance that a run of the first planner is cheaper than one of the second in the same scenario; 0.5 is no
+  difference, 0.56 small, 0.64 medium, 0.71 large.
+- Exact planners, which end by themselves at the optimum in every run, are the reference, outside of tests and ranks.
 - Tests over runs speak about these scenarios. Only the ranks over scenarios speak, with care, about others like them.
 """

@@ -33,32 +33,56 @@ def profile(of: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def grid(most: float, *, points: int = 200) -> Floats:
-    """Return at most `points` evenly spaced whole numbers from 1 to `most`."""
-    return np.unique(np.ceil(np.linspace(1.0, max(1.0, most), points) - 1e-9))
+    """Return at most `points` whole numbers from 1 to `most`, at equal ratios where they are large."""
+    return np.unique(np.rint(np.geomspace(1.0, max(1.0, most), points)))
 
 
 def best_so_far(history: History, at: ArrayLike) -> Floats:
-    """Return the best cost, (m,), once `at`, (m,), paths have been generated; infinite before the first."""
+    """Return the best cost, (m,), after `at`, (m,), evaluations; infinite before the first."""
     best = np.concatenate([[np.inf], np.minimum.accumulate(history.cost)])
-    return best[np.searchsorted(history.generated_paths, at, side="right")]
+    return best[np.searchsorted(history.evaluations, at, side="right")]
 
 
 @dataclass(frozen=True)
 class Band:
     """Quartiles over many runs of the best cost so far, (m,) each; a run that has ended keeps its last cost."""
 
-    paths: Floats
+    evaluations: Floats
     low: Floats
     median: Floats
     high: Floats
 
 
 def band(histories: Iterable[History], at: Floats) -> Band:
-    """Return quartiles of the runs' best costs after `at` generated paths; a run without a path costs infinity."""
+    """Return quartiles of the runs' best costs after `at` evaluations; a run without a path costs infinity."""
     runs = np.array([best_so_far(history, at) for history in histories]).reshape(-1, len(at))
     if len(runs) == 0:
         runs = np.full((1, len(at)), np.inf)
     return Band(at, *(quantile(runs, q) for q in (0.25, 0.5, 0.75)))
+
+
+def run_lengths(histories: Iterable[History], targets: ArrayLike) -> Floats:
+    """Return the evaluations after which each run's cost was at most each of the targets, (n, k); infinite if never."""
+    wanted = np.asarray(targets, dtype=np.float64)
+    found = [
+        np.where(history.cost[:, None] <= wanted, history.evaluations[:, None], np.inf).min(axis=0, initial=np.inf)
+        for history in histories
+    ]
+    return np.array(found).reshape(-1, len(wanted))
+
+
+def expected_run_length(lengths: ArrayLike, spent: ArrayLike) -> float:
+    """Return the evaluations that independent restarts take in the mean to reach a target (ERT; Auger, Hansen 2005).
+
+    Parameters
+    ----------
+    lengths, spent
+        (n,) after how many evaluations each run reached it, infinite if it did not, and how many it spent in all.
+    """
+    reached = np.asarray(lengths, dtype=np.float64)
+    total = np.where(np.isfinite(reached), reached, np.asarray(spent, dtype=np.float64)).sum()
+    hits = np.count_nonzero(np.isfinite(reached))
+    return float(total / hits) if hits else np.inf
 
 
 def spread(efforts: ArrayLike) -> float:

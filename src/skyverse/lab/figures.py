@@ -39,6 +39,7 @@ _STYLE: Any = {
     "font.size": 9.5,
     "grid.color": GRID,
     "legend.frameon": False,
+    "pdf.fonttype": 42,
     "legend.fontsize": 9.5,
     "svg.hashsalt": "skyverse",
     "text.color": INK,
@@ -82,9 +83,9 @@ class Panel:
 
 
 def convergence(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
-    """Draw median and quartiles of the best cost so far against generated paths, one panel for each scenario.
+    """Draw median and quartiles of the best cost so far against evaluations, one panel for each scenario.
 
-    The cost axis covers the costs after the first quarter of the paths; higher costs are cut off.
+    The cost axis covers the costs after the first quarter of the evaluations; higher costs are cut off.
     """
     columns = min(2, len(panels))
     height = (2.9 if columns > 1 else 3.8) * math.ceil(len(panels) / columns) + _legend_height(labels)
@@ -93,9 +94,11 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
         late: list[float] = []
         for index, band in enumerate(panel.bands):
             median, low, high = (np.where(np.isfinite(v), v, np.nan) for v in (band.median, band.low, band.high))
-            axes.fill_between(band.paths, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
-            axes.step(band.paths, median, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
-            shown = np.concatenate([low, high])[np.tile(band.paths >= 0.25 * band.paths[-1], 2)]
+            axes.fill_between(band.evaluations, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
+            axes.step(
+                band.evaluations, median, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7
+            )
+            shown = np.concatenate([low, high])[np.tile(band.evaluations >= 0.25 * band.evaluations[-1], 2)]
             late += shown[np.isfinite(shown)].tolist()
         if panel.bound is not None:
             axes.axhline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
@@ -103,9 +106,10 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
         if late:
             margin = 0.04 * (max(late) - min(late)) or 0.01 * abs(max(late)) or 1.0
             axes.set_ylim(min(late) - margin, max(late) + margin)
-        axes.set_xlim(left=0)
+        logarithmic(axes, "x", (1.0,))
+        axes.set_xlim(left=1)
         axes.set_title(plain(_short(panel.title)))
-        axes.set_xlabel("generated paths")
+        axes.set_xlabel("evaluations")
         axes.set_ylabel("best cost so far")
     _legend(figure, labels, bound=any(panel.bound is not None for panel in panels))
     return figure
@@ -178,6 +182,22 @@ def profiles(labels: Sequence[str], curves: Sequence[tuple[Floats, Floats]], aga
     axes.set_ylim(0.0, 1.02)
     axes.set_xlabel(f"cost / {against}")
     axes.set_ylabel("share of runs")
+    _legend(figure, labels, bound=False)
+    return figure
+
+
+def run_lengths(labels: Sequence[str], lengths: Sequence[Floats]) -> "Figure":
+    """Draw the share of runs and targets that were reached after so many evaluations; `lengths` (n,) of each label."""
+    figure, (axes,) = _panels(1, 1, height=3.8 + _legend_height(labels))
+    for index, each in enumerate(lengths):
+        x = np.sort(each[np.isfinite(each)])
+        y = np.arange(1, len(x) + 1) / max(1, len(each))
+        axes.step(x, y, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
+    logarithmic(axes, "x", (1.0,))
+    axes.set_xlim(left=1)
+    axes.set_ylim(0.0, 1.02)
+    axes.set_xlabel("evaluations")
+    axes.set_ylabel("share of runs and targets")
     _legend(figure, labels, bound=False)
     return figure
 

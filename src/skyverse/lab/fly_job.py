@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
-import numba
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse._version import __version__
+from skyverse.lab.code_digest import code_digest, versions
 from skyverse.lab.hindsight import least_lengths, least_seconds
 from skyverse.lab.moving_row import MovingRow
 from skyverse.lab.scenario_text import scenario_text
@@ -27,7 +26,6 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
-from skyverse.planners.base import provenance
 from skyverse.referee.mission import judge_fleet
 from skyverse.referee.world import RefereeWorlds
 from skyverse.samples.movers import MoverKind, random_movers
@@ -124,7 +122,7 @@ class MovingJob:
     @cached_property
     def key(self) -> str:
         """A digest of the labels and of all that determines the answer, including the version of skyverse."""
-        return _digest(*self.run, self.case.digest, repr(self.contender), __version__)
+        return _digest(*self.run, self.case.digest, repr(self.contender), code_digest(self.contender))
 
     def row(self) -> MovingRow:
         """Fly, and return the row of the flight."""
@@ -243,7 +241,7 @@ def _row(job: MovingJob, truth: Scenario, flown: _Flown) -> MovingRow:
         evaluations=flown.effort.evaluations,
         verdict=" ".join(one.message for one in wrong),
         settings=repr(job.contender),
-        versions=_versions(),
+        versions=versions(job.contender),
     )
 
 
@@ -281,9 +279,5 @@ def _gaps(truth: Scenario, trajectories: Sequence[Trajectory | None], last: floa
 
 
 @lru_cache(maxsize=1)
-def _versions() -> str:
-    return f"skyverse {__version__}, {provenance('', None, None).platform}, numba {numba.__version__}"
-
-
 def _digest(*parts: object) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()

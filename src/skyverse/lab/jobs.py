@@ -20,7 +20,7 @@ class StudyJob(Protocol[R_co]):
 
     @property
     def key(self) -> str:
-        """A digest of the labels and of all that determines the answer, including the version of skyverse."""
+        """A digest of the labels and of all that determines the answer, including the code."""
 
     def row(self) -> R_co:
         """Make the run and return its row."""

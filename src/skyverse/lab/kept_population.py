@@ -35,7 +35,7 @@ def kept_population_section(rows: MovingRows) -> Iterator[Block]:
         yield Text("No search was flown both with its population kept and restarted, so this study does not tell.")
         return
     costs = [[flight_costs(rows, label) for label in pair] for pair in pairs]
-    tests = [compare_pairs(both).get((0, 1)) for both in costs]
+    tests = [compare_pairs(both, paired=True).get((0, 1)) for both in costs]
     adjusted = iter(holm([test.p for test in tests if test is not None and test.p is not None]).tolist())
     records: list[dict[str, Cell]] = []
     for (kept, restarted), both, test in zip(pairs, costs, tests, strict=True):

@@ -50,7 +50,7 @@ def write_moving_report(
     title
         The report's title, in plain text.
     formats, figures
-        ``"html"``, ``"md"``; ``"svg"``, ``"png"``, ``"pdf"``.
+        ``"html"``, ``"md"``, and each table as ``"csv"``, ``"tex"``; ``"svg"``, ``"png"``, ``"pdf"``.
 
     Returns
     -------
@@ -164,7 +164,7 @@ def _milliseconds(rows: MovingRows) -> Figure:
 
 def _differences(rows: MovingRows) -> Iterator[Block]:
     policies = rows.labels("policy")
-    found = compare_pairs([flight_costs(rows, policy) for policy in policies])
+    found = compare_pairs([flight_costs(rows, policy) for policy in policies], paired=True)
     if not found:
         yield Text("One policy has flown; there is nothing to compare.")
         return

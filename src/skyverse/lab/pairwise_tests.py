@@ -1,4 +1,4 @@
-"""Statistical tests of every two planners, on runs that are paired by scenario and seed where they can be."""
+"""Statistical tests of every two planners, scenario by scenario, and over scenarios where these agree."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, a12, holm, mann_whitney, rank_biserial, wilcoxon
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, a12, combined, holm, mann_whitney, rank_biserial, wilcoxon
 
 Costs = Mapping[str, Mapping[int, float]]
 """Costs by scenario and seed."""
@@ -20,14 +20,17 @@ class PairwiseTest:
     Attributes
     ----------
     paired, runs
-        Whether runs were paired (Wilcoxon) or not (Mann-Whitney), and the number of pairs, or else of runs of both.
+        Whether runs were paired by seed (Wilcoxon) or not (Mann-Whitney), and the number of pairs, or of runs of both.
     chance
         The probability that a run of the first planner is cheaper than one of the second in the same scenario, where
         ties count half: Vargha and Delaney's A12, averaged over the scenarios.
     correlation
         Matched-pairs rank-biserial, 1 where the first planner is always cheaper; ``None`` where runs were not paired.
     p
-        Adjusted by Holm for all pairs that were tested together; ``None`` where there are too few runs.
+        Of the scenario's test, or of the tests of several combined (Stouffer); adjusted by Holm for all pairs that were
+        tested together; ``None`` where there are too few runs.
+    heterogeneity
+        The p of the hypothesis that the scenarios agree; ``None`` for a single scenario.
     """
 
     paired: bool
@@ -35,12 +38,22 @@ class PairwiseTest:
     chance: float
     correlation: float | None
     p: float | None
+    heterogeneity: float | None = None
+
+    @property
+    def scenarios_disagree(self) -> bool:
+        """Whether the difference depends on the scenario, so that no single one stands for all."""
+        return self.heterogeneity is not None and self.heterogeneity < SIGNIFICANCE_LEVEL
 
 
-def compare_pairs(planners: Sequence[Costs]) -> dict[tuple[int, int], PairwiseTest]:
-    """Compare every two planners in the scenarios that both have run; return the tests by the planners' indices."""
+def compare_pairs(planners: Sequence[Costs], *, paired: bool = False) -> dict[tuple[int, int], PairwiseTest]:
+    """Compare every two planners in the scenarios that both have run; return the tests by the planners' indices.
+
+    If `paired`, runs with the same seed are pairs, as where a seed makes the same movers for all; else a seed means
+    nothing from one planner to another.
+    """
     found = {
-        (i, j): _compare(planners[i], planners[j], both)
+        (i, j): _compare(planners[i], planners[j], both, paired)
         for i, j in combinations(range(len(planners)), 2)
         if (both := [scenario for scenario, costs in planners[i].items() if costs and planners[j].get(scenario)])
     }
@@ -50,15 +63,26 @@ def compare_pairs(planners: Sequence[Costs]) -> dict[tuple[int, int], PairwiseTe
     return found
 
 
-def _compare(first: Costs, second: Costs, scenarios: Sequence[str]) -> PairwiseTest:
-    samples = [[list(costs[scenario].values()) for costs in (first, second)] for scenario in scenarios]
-    chance = float(np.mean([a12(b, a) for a, b in samples]))
-    n, m = (sum(len(sample[side]) for sample in samples) for side in (0, 1))
-    pairs = [(first[s][seed], second[s][seed]) for s in scenarios for seed in first[s] if seed in second[s]]
-    if 2 * len(pairs) >= max(n, m):
-        a, b = np.array(pairs).T
-        p = wilcoxon(a, b) if 2.0 ** (1 - len(pairs)) <= SIGNIFICANCE_LEVEL else None
-        return PairwiseTest(True, len(pairs), chance, rank_biserial(b, a), p)
-    a, b = (np.concatenate([sample[side] for sample in samples]) for side in (0, 1))
-    p = mann_whitney(a, b) if 2 / math.comb(n + m, n) <= SIGNIFICANCE_LEVEL else None
-    return PairwiseTest(False, n + m, chance, None, p)
+def _compare(first: Costs, second: Costs, scenarios: Sequence[str], paired: bool) -> PairwiseTest:
+    alone = [_in_one(first[scenario], second[scenario], paired) for scenario in scenarios]
+    if len(alone) == 1:
+        return alone[0]
+    chance = float(np.mean([one.chance for one in alone]))
+    paired = all(one.paired for one in alone)
+    correlation = float(np.mean([one.correlation or 0.0 for one in alone])) if paired else None
+    runs, tested = sum(one.runs for one in alone), [(one.p, one.chance - 0.5) for one in alone if one.p is not None]
+    if not tested:
+        return PairwiseTest(paired, runs, chance, correlation, None)
+    p, heterogeneity = combined(*zip(*tested, strict=True))
+    return PairwiseTest(paired, runs, chance, correlation, p, heterogeneity)
+
+
+def _in_one(first: Mapping[int, float], second: Mapping[int, float], paired: bool) -> PairwiseTest:
+    a, b = (np.array(list(costs.values())) for costs in (first, second))
+    chance, pairs = a12(b, a), [(first[seed], second[seed]) for seed in first if seed in second]
+    if paired and 2 * len(pairs) >= max(len(a), len(b)):
+        one, other = np.array(pairs).T
+        p = wilcoxon(one, other) if 2.0 ** (1 - len(pairs)) <= SIGNIFICANCE_LEVEL else None
+        return PairwiseTest(True, len(pairs), chance, rank_biserial(other, one), p)
+    p = mann_whitney(a, b) if 2 / math.comb(len(a) + len(b), len(a)) <= SIGNIFICANCE_LEVEL else None
+    return PairwiseTest(False, len(a) + len(b), chance, None, p)

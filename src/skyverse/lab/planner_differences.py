@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 
-from skyverse._typing import Floats
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns
 from skyverse.lab.curves import profile
@@ -36,7 +35,7 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
         yield f"Not significantly different from it: {named(planners, alike)}."
     if few:
         runs = counted(max(others[k].runs for k in few), "run")
-        yield f"Too few runs to test whether they differ from it ({runs}): {named(planners, few)}."
+        yield f"Too few runs to test whether they differ from it ({runs} of both): {named(planners, few)}."
 
 
 _CHEAPER = "How often a run of the row's planner is cheaper than one of the column's (A12), and Holm-adjusted p."
@@ -70,73 +69,72 @@ def difference_section(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     """Yield the comparison of the planners over all scenarios: pair by pair, by mean ranks, by performance profiles."""
     exact = all(runs.exact(scenario) is not None for scenario in runs.scenarios)
     against = "exact optimum" if exact else "exact optimum or best cost known"
-    found = compare_pairs([runs.costs(planner, runs.scenarios) for planner in runs.planners])
+    found = compare_pairs([runs.costs(planner, runs.scenarios) for planner in runs.contestants])
     if found:
-        yield _pairs(runs, found, against)
+        yield _pairs(runs, found)
     yield from _ranks(runs, mark)
-    curves = [profile(runs.ratios(planner)) for planner in runs.planners]
+    curves = [profile(runs.ratios(planner)) for planner in runs.contestants]
     yield Figure(
         f"profile{mark}",
         f"Performance profile: the share of all runs whose cost is within a ratio of the {against}. A run that did not "
         "reach its target never is. The axis ends where few runs are left.",
-        partial(figures.profiles, runs.planners, curves, against),
+        partial(figures.profiles, runs.contestants, curves, against),
     )
 
 
-def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest], against: str) -> Table:
-    rows: list[list[Cell]] = []
+def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest]) -> Table:
+    failed = [int(np.count_nonzero(~runs.all(planner, "success"))) for planner in runs.contestants]
+    rows: list[dict[str, Cell]] = []
     for (i, j), c in found.items():
-        first_wins = c.chance >= 0.5  # name the better one first
-        chance = c.chance if first_wins else 1 - c.chance
-        test = f"Wilcoxon, {counted(c.runs, 'pair')}" if c.paired else f"Mann-Whitney, {counted(c.runs, 'run')}"
-        told = f"too few: {counted(c.runs, 'run')}" if c.p is None else p_value(c.p).removeprefix("p ")
-        r = None if c.correlation is None else c.correlation if first_wins else -c.correlation
-        pair = [runs.planners[k] for k in ((i, j) if first_wins else (j, i))]
-        said = None if r is None else f"{r:.2f}".replace("-", "\u2212")
-        rows.append([*pair, f"{chance:.2f}", magnitude(chance), said, told.removeprefix("= "), test])
-    caption = "The planner that is cheaper more often stands first."
+        (i, j), chance = ((i, j), c.chance) if c.chance >= 0.5 else ((j, i), 1 - c.chance)  # the better one first
+        told = f"too few: {counted(c.runs, 'run')}" if c.p is None else _bare(c.p)
+        row: dict[str, Cell] = {"planner": runs.contestants[i], "against": runs.contestants[j], "A12": f"{chance:.2f}"}
+        row |= {"effect": magnitude(chance), "failed": f"{failed[i]}, {failed[j]}"}
+        row["p (Holm)"] = "scenarios disagree" if c.scenarios_disagree else told
+        if c.heterogeneity is not None:
+            row["p that scenarios agree"] = _bare(c.heterogeneity)
+        rows.append(row)
+    caption = "The planner that is cheaper more often stands first. *Failed* are the runs of each that did not reach."
     if len(runs.scenarios) > 1:
-        caption = f"Costs over the {against}, run by run. {caption}"
-    return Table(("planner", "against", "A12", "effect", "rank-biserial", "p (Holm)", "test"), rows, caption)
+        caption += (
+            " The tests of the scenarios are combined. Where scenarios disagree, no difference holds for all of them; "
+            "each is told above."
+        )
+    return Table.from_records(rows, caption)
+
+
+def _bare(p: float) -> str:
+    return p_value(p).removeprefix("p ").removeprefix("= ")
 
 
 def _ranks(runs: BudgetRuns, mark: str) -> Iterator[Block]:
-    if len(runs.planners) < 3:
-        few = "One planner is" if len(runs.planners) == 1 else "Two planners are"
-        yield Text(f"{few} not ranked; that takes three.")
+    if len(runs.contestants) < 3:
+        yield Text(
+            f"There are no ranks, which take three planners that are not exact; here {len(runs.contestants)} are."
+        )
         return
-    costs, what = _blocks(runs)
+    cells = [[runs.cells[scenario, planner]["cost"] for planner in runs.contestants] for scenario in runs.scenarios]
+    costs = np.array([[cost.mean() for cost in row] for row in cells if all(map(len, row))])
     if len(costs) < 2:
-        yield Text(f"There are no ranks: all planners have run only {counted(len(costs), what)}.")
+        yield Text(f"There are no ranks: all planners have run only {counted(len(costs), 'scenario')}.")
         return
     told = ranking(costs)
-    k = len(runs.planners)
+    k = len(runs.contestants)
     lines = [
-        f"Friedman's test of mean ranks over {told.blocks} {what}s: chi-squared = {told.chi2:.2f}, {p_value(told.p)}; "
-        f"by Iman and Davenport's F, which is less conservative, {p_value(told.p_f)}."
+        f"Friedman's test of mean ranks over {told.blocks} scenarios: chi-squared = {told.chi2:.2f}, "
+        f"{p_value(told.p)}; by Iman and Davenport's F, which is less conservative, {p_value(told.p_f)}."
     ]
     if _least_p(told.blocks, k) > SIGNIFICANCE_LEVEL:
-        lines.append(f"{told.blocks} {what}s are too few to test whether the planners differ, whatever the ranks.")
+        lines.append(f"{told.blocks} scenarios are too few to test whether the planners differ, whatever the ranks.")
     elif told.p >= SIGNIFICANCE_LEVEL:
         lines.append("The ranks show no significant difference between the planners.")
     elif told.critical_difference >= k - 1:
-        lines.append(f"The planners differ, but {told.blocks} {what}s are too few to say which.")
+        lines.append(f"The planners differ, but {told.blocks} scenarios are too few to say which.")
     else:
         lines.append("The planners differ; those that a bar joins do not differ significantly.")
     yield Text(" ".join(lines))
     caption = "Mean ranks, 1 is best; bars join planners that do not differ in Nemenyi's test."
-    yield Figure(f"ranks{mark}", caption, partial(figures.critical_difference, runs.planners, told))
-
-
-def _blocks(runs: BudgetRuns) -> tuple[Floats, str]:
-    """Return the costs to rank and what their rows are: scenarios (mean costs), or the common seeds of a single one."""
-    cells = [[runs.cells[scenario, planner] for planner in runs.planners] for scenario in runs.scenarios]
-    if len(cells) > 1:
-        full = [row for row in cells if all(len(cell["cost"]) for cell in row)]
-        return np.array([[cell["cost"].mean() for cell in row] for row in full]), "scenario"
-    by_seed = [dict(zip(cell["seed"].tolist(), cell["cost"].tolist(), strict=True)) for cell in cells[0]]
-    common = sorted(set.intersection(*(set(costs) for costs in by_seed)))
-    return np.array([[costs[seed] for costs in by_seed] for seed in common]), "seed"
+    yield Figure(f"ranks{mark}", caption, partial(figures.critical_difference, runs.contestants, told))
 
 
 def _least_p(blocks: int, planners: int) -> float:

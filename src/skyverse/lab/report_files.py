@@ -1,10 +1,12 @@
 """Reports written as Markdown and as one web page."""
 
 import base64
+import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from importlib.resources import files
+from io import StringIO
 from pathlib import Path
 
 from skyverse.atomic import whole_file, write_text
@@ -34,10 +36,12 @@ def write_report_files(
     stem
         The name of the report's files without suffix.
     formats
-        ``"html"``: one page with all figures inside. ``"md"``: Markdown that shows the files in ``figures/``.
+        ``"html"``: one page with all figures inside. ``"md"``: Markdown that shows the files in ``figures/``. ``"csv"``
+        and ``"tex"``: each table as a file of its own in ``tables/``, named by its number and heading.
     figures
         The formats of the files in ``figures/``: ``"svg"``, ``"png"``, ``"pdf"``. Pages show the first that is
-        ``"svg"`` or ``"png"``. Without any, the page contains SVG, and the Markdown has only captions.
+        ``"svg"`` or ``"png"``. Without any, the page contains SVG, and the Markdown has only captions. PDF has its
+        fonts embedded as TrueType (Type 42), as journals ask.
 
     Raises
     ------
@@ -69,7 +73,66 @@ def write_report_files(
     if "html" in formats:
         written.append(folder / f"{stem}.html")
         write_text(written[-1], html(report, images))
+    for suffix, text_of in (("csv", _csv), ("tex", latex)):
+        if suffix in formats:
+            (folder / "tables").mkdir(exist_ok=True)
+            for name, table in _named_tables(report):
+                written.append(folder / "tables" / f"{name}.{suffix}")
+                write_text(written[-1], text_of(table))
     return written
+
+
+def _named_tables(report: Report) -> Iterator[tuple[str, Table]]:
+    heading, number = "", 0
+    for block in report.blocks:
+        if isinstance(block, Heading):
+            heading = re.sub(r"\W+", "-", one_line(block.text).lower()).strip("-")[:40]
+        elif isinstance(block, Table):
+            number += 1
+            yield f"{number:02}-{heading or 'runs'}", block
+
+
+def _csv(table: Table) -> str:
+    file = StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(table.head)
+    writer.writerows(["" if cell is None else cell for cell in row] for row in table.rows)
+    return file.getvalue()
+
+
+def latex(table: Table) -> str:
+    """Return a table in LaTeX, for the package booktabs; its caption stands in a comment."""
+    printed, right = _aligned(table)
+    rows = [" & ".join(map(_in_latex, row)) + r" \\" for row in [list(table.head), *printed]]
+    lines = [
+        f"% {one_line(table.caption)}",
+        rf"\begin{{tabular}}{{{''.join('r' if flush else 'l' for flush in right)}}}",
+        r"\toprule",
+        rows[0],
+        r"\midrule",
+        *rows[1:],
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+_LATEX = {
+    **{sign: rf"\{sign}" for sign in "&%$#_{}"},
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "±": r"$\pm$",
+    "\u2212": "$-$",
+    "∞": r"$\infty$",
+    "<": "$<$",
+    ">": "$>$",
+    "\u2013": "--",
+}
+
+
+def _in_latex(text: str) -> str:
+    return "".join(_LATEX.get(sign, sign) for sign in one_line(text))
 
 
 def markdown(report: Report, *, suffix: str | None = "svg") -> str:
@@ -175,7 +238,7 @@ def _figures(report: Report) -> list[Figure]:
 
 
 def _check(report: Report, formats: Sequence[str], figures: Sequence[str]) -> None:
-    for wanted, known in ((formats, ("html", "md")), (figures, _SUFFIXES)):
+    for wanted, known in ((formats, ("html", "md", "csv", "tex")), (figures, _SUFFIXES)):
         for suffix in wanted:
             if suffix not in known:
                 raise ValueError(f"expected {', '.join(known)}, not {suffix!r}")

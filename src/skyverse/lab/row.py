@@ -31,7 +31,8 @@ class Row:
     settings, versions
         The planner with all its parameters; skyverse, Python, numpy, numba and platform.
     history
-        Best total cost and effort at the start and after each iteration; a search that has ended keeps its last values.
+        Best cost and effort at each improvement and after each iteration; of several UAVs their sums, after each
+        iteration, where a search that has ended keeps its last values.
     """
 
     scenario: str

@@ -4,6 +4,7 @@ import csv
 import importlib.util
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ import numpy as np
 from skyverse.atomic import whole_file
 from skyverse.errors import InputError
 from skyverse.lab.row import COLUMN_TYPES, RUN_COLUMNS, Row
+from skyverse.model.result import History
 
-HISTORY_COLUMNS = (*RUN_COLUMNS, "iteration", "cost", "generated_paths", "generated_nodes", "evaluations")
-"""The columns of exported histories: one line for each run and each iteration; iteration 0 is the start."""
+HISTORY_COLUMNS = (*RUN_COLUMNS, *(field.name for field in fields(History)))
+"""The columns of exported histories: a line for each improvement and the end of each iteration; 0 is the start."""
 
 WriteLines = Callable[[Iterable[tuple[Any, ...]]], None]
 _BATCH_LINES = 1000
@@ -71,10 +73,8 @@ def refuse_export(path: Path) -> None:
 
 def _lines(row: Row) -> Iterator[tuple[Any, ...]]:
     run = tuple(getattr(row, name) for name in RUN_COLUMNS)
-    history = row.history
-    table = (history.cost, history.generated_paths, history.generated_nodes, history.evaluations)
-    for iteration, values in enumerate(zip(*(column.tolist() for column in table), strict=True)):
-        yield (*run, iteration, *values)
+    for values in zip(*(column.tolist() for column in vars(row.history).values()), strict=True):
+        yield (*run, *values)
 
 
 @contextmanager

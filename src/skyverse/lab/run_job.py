@@ -5,17 +5,17 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import cached_property, lru_cache
 
-import numba
 import numpy as np
 
-from skyverse._version import __version__
+from skyverse.lab.code_digest import code_digest, versions
 from skyverse.lab.row import Row
 from skyverse.lab.scenario_text import scenario_text
 from skyverse.mission.plan_mission import Assignment, assign_targets
-from skyverse.model.result import History, Result, Status, no_history
+from skyverse.model.result import History, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Violation
 from skyverse.planners.base import Planner
+from skyverse.planners.objective import PathObjective, rescored
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import check_result
 from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
@@ -59,6 +59,8 @@ class Job:
     seed
         The search of a single UAV gets ``rng=seed``; those of several get a random stream each, as in
         `plan_mission`.
+    objective
+        An objective of one's own by which the results of all planners are priced.
     """
 
     case: Case
@@ -67,6 +69,7 @@ class Job:
     stop: Stop
     budget: str
     seed: int
+    objective: PathObjective | None = None
 
     @property
     def run(self) -> tuple[str, str, str, int]:
@@ -75,8 +78,9 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """A digest of the labels and of all that determines the answer, including the version of skyverse."""
-        return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop), __version__)
+        """A digest of the labels and of all that determines the answer, including the code."""
+        made_by = (self.planner, self.objective)
+        return _digest(*self.run, self.case.digest, repr(made_by), repr(self.stop), code_digest(*made_by))
 
     def row(self) -> Row:
         """Make the run and return its row."""
@@ -101,7 +105,7 @@ def run_job(job: Job) -> Row:
         stop = job.stop if job.stop.spent(Progress()) is not None else _counted(job, problem)
         result = job.planner.plan(problem, stop=stop, rng=streams[problem.uav])
         violations += check_result(job.case.scenario, problem.uav, problem.target, result)
-        results.append(result)
+        results.append(result if job.objective is None else rescored(problem, job.objective, result))
     return _row(job, results, violations)
 
 
@@ -161,30 +165,29 @@ def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -
         generated_paths=sum(result.effort.generated_paths for result in results),
         generated_nodes=sum(result.effort.generated_nodes for result in results),
         evaluations=sum(result.effort.evaluations for result in results),
-        iterations=sum(max(len(result.history.cost) - 1, 0) for result in results),
+        iterations=sum(int(result.history.iteration.max(initial=0)) for result in results),
         seconds=sum((result.seconds for result in results), 0.0),
         stopped_by=", ".join(dict.fromkeys(result.stopped_by for result in results)),
         verdict=" ".join(violation.message for violation in violations),
         settings=repr(job.planner),
-        versions=_versions(results),
+        versions=versions(job.planner, job.objective),
         history=_history(results),
     )
 
 
-def _versions(results: Sequence[Result]) -> str:
-    origins = dict.fromkeys(f"skyverse {r.provenance.skyverse}, {r.provenance.platform}" for r in results)
-    return ", ".join([*origins, f"numba {numba.__version__}"])
-
-
 def _history(results: Sequence[Result]) -> History:
-    """Add the histories up, row by row; a shorter one repeats its last row, an empty one counts its final cost."""
-    length = max((len(result.history.cost) for result in results), default=0)
-    if length == 0:
-        return no_history()
+    """Return the history of one UAV, or add up those of several, iteration by iteration.
+
+    A shorter one repeats its last row, an empty one counts its final cost.
+    """
+    if len(results) == 1:
+        return results[0].history
+    found = [result.history.by_iteration() for result in results]
+    length = max((len(history.cost) for history in found), default=0)
     totals = [np.zeros(length), *np.zeros((3, length), np.int64)]
-    for result in results:
-        missing = length - len(result.history.cost)
-        for total, column, final in zip(totals, astuple(result.history), (result.cost, 0, 0, 0), strict=True):
+    for result, history in zip(results, found, strict=True):
+        missing = length - len(history.cost)
+        for total, column, final in zip(totals, astuple(history), (result.cost, 0, 0, 0), strict=False):
             total += np.pad(column, (0, missing), mode="edge") if missing < length else final
     return History(*totals)
 

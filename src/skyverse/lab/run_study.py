@@ -137,7 +137,7 @@ def _pending(wanted: Sequence[StudyJob[R]], rows: RowFile[R]) -> list[StudyJob[R
         if done and rows.key(*job.run) is not None:
             raise InputError(
                 f"{rows.path}: holds the run {job}, but of another {', '.join(rows.label_kinds)}, assignment or "
-                "version of skyverse; give another file or folder"
+                "code; give another file or folder"
             )
         pending.append(job)
     return pending

@@ -140,6 +140,23 @@ def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
     return min(1.0, float(stats.mannwhitneyu(first, second).pvalue))
 
 
+def combined(p: ArrayLike, effect: ArrayLike) -> tuple[float, float | None]:
+    """Combine two-sided p-values of independent tests of one hypothesis, (k,), whose effects have a sign, (k,).
+
+    Returns
+    -------
+    p, heterogeneity
+        By Stouffer's sum of z over the square root of k; and of chi-squared with k - 1 degrees of freedom, the sum of
+        squared z less the square of that (Cochran), by which the effects differ more than by chance; ``None`` if k = 1.
+    """
+    from scipy.stats import chi2, norm
+
+    z = norm.isf(np.maximum(np.asarray(p, np.float64), 1e-300) / 2) * np.sign(effect)
+    whole = float(z.sum() / math.sqrt(len(z)))
+    differ = float(chi2.sf(np.square(z).sum() - whole**2, len(z) - 1)) if len(z) > 1 else None
+    return float(2 * norm.sf(abs(whole))), differ
+
+
 def holm(p: ArrayLike) -> Floats:
     """Return `p`, (m,), adjusted for m tests (Holm 1979)."""
     raw = np.asarray(p, dtype=np.float64)

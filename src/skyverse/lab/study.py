@@ -1,5 +1,6 @@
 """Studies: scenarios x planners x budgets x seeds, as objects and as files."""
 
+import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -27,8 +28,10 @@ from skyverse.lab.study_fields import (
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import temporary_zones
-from skyverse.planners import make_planner
+from skyverse.planners import make_planner, name_of, own_class
 from skyverse.planners.base import Planner
+from skyverse.planners.objective import PathObjective
+from skyverse.planners.waypoints import WaypointSearch
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
 
 _RULES = {
@@ -47,12 +50,42 @@ class StudyPlanner(MadeByName):
 
     @property
     def name(self) -> str:
-        """The planner's name."""
-        return self.planner
+        """The planner's name, of an own one that of its class."""
+        return self.planner.rpartition(":")[2]
 
     def make(self) -> Planner:
         """Return the planner."""
         return make_planner(self.planner, **self.settings)
+
+
+def _said(value: Any) -> Any:
+    """Return what a study's file says for a planner or an objective that is given as such or by its name."""
+    key = "objective" if isinstance(value, PathObjective) else "planner"
+    if not isinstance(value, Planner | PathObjective):
+        return {key: value} if isinstance(value, str) else value
+    fields: tuple[Any, ...] = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
+    settings = {f.name: getattr(value, f.name) for f in fields}
+    name = name_of(value)
+    made = own_class(name, PathObjective)(**settings) if key == "objective" else make_planner(name, **settings)
+    if made != value:
+        raise ValueError(f"expected what its settings make anew, a dataclass, found {value!r:.60}")
+    return {key: name, **{f.name: settings[f.name] for f in fields if settings[f.name] != f.default}}
+
+
+class StudyObjective(MadeByName):
+    """An objective of one's own by its name, ``"module:Class"``, and its settings."""
+
+    objective: str
+
+    @property
+    def name(self) -> str:
+        """The name of its class."""
+        return self.objective.rpartition(":")[2]
+
+    def make(self) -> PathObjective:
+        """Return the objective."""
+        objective: PathObjective = own_class(self.objective, PathObjective)(**self.settings)
+        return objective
 
 
 class Budget(StudyModel):
@@ -104,7 +137,8 @@ class Study(ScenarioStudy):
     scenarios
         Built-in names or files, or ``{"label": ..., "file": ...}``.
     planners
-        Names, or ``{"planner": ..., "label": ..., settings ...}``. Exact planners, which depend on neither budget nor
+        Names, planners, or ``{"planner": ..., "label": ..., settings ...}``; a planner of one's own is a class at the
+        top of a module, named ``"module:Class"``. Exact planners, which depend on neither budget nor
         seed, are also run for each of them, so that every planner has the same number of rows.
     seeds
         The number of seeds, counted from 0, or a list of seeds.
@@ -113,11 +147,14 @@ class Study(ScenarioStudy):
         a list of limits. Seconds are turned into paths by a pilot run.
     assignment
         How targets are assigned to UAVs; see `plan_mission`.
+    objective
+        A `PathObjective` of one's own, ``"module:Class"`` or ``{"objective": ..., settings ...}``: waypoint planners
+        minimise it, and the paths of all others are priced by it.
     """
 
     format: Literal["skyverse/study/1"] = "skyverse/study/1"
     planners: Annotated[
-        tuple[Annotated[StudyPlanner, named_by("planner")], ...], BeforeValidator(as_tuple), Field(min_length=1)
+        tuple[Annotated[StudyPlanner, BeforeValidator(_said)], ...], BeforeValidator(as_tuple), Field(min_length=1)
     ]
     seeds: Seeds = 30  # type: ignore[assignment]
     budget: Annotated[
@@ -127,6 +164,7 @@ class Study(ScenarioStudy):
         Field(min_length=1, validate_default=True),
     ] = {"paths": 1000}  # type: ignore[assignment]
     assignment: Assignment = "path-cost"
+    objective: Annotated[StudyObjective | None, named_by("objective"), BeforeValidator(_said)] = None
 
     @model_validator(mode="after")
     def _unlike(self) -> Self:
@@ -146,8 +184,10 @@ class Study(ScenarioStudy):
             unit that not all planners share.
         """
         cases = [_case(given, self.assignment) for given in self.scenarios]
+        objective = self.objective.make() if self.objective else None
         for case in cases:
-            self._refuse_two_units(case.scenario)
+            if objective is None:
+                self._refuse_two_units(case.scenario)
             if case.scenario.movers:
                 raise InputError(
                     f"{case.scenario.name}: movers: expected none, since studies compare paths, which have no times, "
@@ -160,9 +200,11 @@ class Study(ScenarioStudy):
                 )
             for contender in self.planners:
                 planner = contender.make()
+                if objective is not None and isinstance(planner, WaypointSearch):
+                    planner = dataclasses.replace(planner, objective=objective)
                 for budget in self.budget:
                     for seed in self.seeds:
-                        yield Job(case, planner, contender.label, budget.stop, budget.label, seed)
+                        yield Job(case, planner, contender.label, budget.stop, budget.label, seed, objective)
 
     def _refuse_two_units(self, scenario: Scenario) -> None:
         off = [contender.label for contender in self.planners if contender.make().leaves_lattice(scenario)]
@@ -196,6 +238,8 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
 def write_study(study: Study, path: Path) -> None:
     """Write a study file from which `read_study` reads an equal study."""
     data = study.seen_from(path.parent).model_dump(mode="json")
+    if data["objective"] is None:
+        del data["objective"]
     for things, key in ((data["scenarios"], "file"), (data["planners"], "planner")):
         for k, thing in enumerate(things):
             if thing["label"] == label_of(thing[key]) and len(thing) == 2:

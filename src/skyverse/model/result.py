@@ -87,20 +87,34 @@ class Effort:
 
 @dataclass(frozen=True, eq=False)
 class History(ArrayRecord):
-    """The best cost so far, and the effort spent, after the start (row 0) and after each iteration: (k,) each."""
+    """The best cost so far, and the effort spent, at each improvement and at the end of each iteration: (k,) each.
+
+    `iteration` tells in which iteration a row was taken, 0 at the start; where it is left out, each row ends one.
+    """
 
     cost: FloatArray
     generated_paths: IntArray
     generated_nodes: IntArray
     evaluations: IntArray
+    iteration: IntArray = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if self.iteration is None:
+            object.__setattr__(self, "iteration", integers(range(len(self.cost))))
+        super().__post_init__()
+
+    def by_iteration(self) -> "History":
+        """Return the rows that end the start and each iteration."""
+        last = np.flatnonzero(np.append(self.iteration[1:] != self.iteration[:-1], [True] * (len(self.cost) > 0)))
+        return History(*(column[last] for column in vars(self).values()))
 
     def __repr__(self) -> str:
         if not len(self.cost):
             return "History: empty, as the planner went straight to its answer"
         first, last = self.cost[0], self.cost[-1]
         return (
-            f"History: {counted(len(self.cost), 'row')}, best cost {first:,.6g} at first and {last:,.6g} at last, "
-            f"after {counted(int(self.generated_paths[-1]), 'generated path')}"
+            f"History: {counted(int(self.iteration[-1]), 'iteration')}, best cost {first:,.6g} at first and "
+            f"{last:,.6g} at last, after {counted(int(self.generated_paths[-1]), 'generated path')}"
         )
 
 
@@ -173,6 +187,8 @@ class Result(ArrayRecord, Drawn):
     straight_bound
         Whether `bound` is the cost of the straight line from start to goal, which tells nothing of what is in its way.
         The line joins the tops of the columns in which a UAV takes off and lands, where there are any.
+    objective
+        The objective of one's own by which `cost`, `terms`, `bound` and `history` are meant; empty: the scenario's.
     """
 
     status: Status
@@ -189,6 +205,7 @@ class Result(ArrayRecord, Drawn):
     provenance: Provenance
     any_angle: Flag = False
     straight_bound: Flag = False
+    objective: str = ""
 
     def __repr__(self) -> str:
         if not len(self.path):

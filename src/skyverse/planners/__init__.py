@@ -1,7 +1,7 @@
 """The planners: frozen parameters with one verb, ``plan(problem, *, stop, rng, on_iteration) -> Result``."""
 
 import importlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError, did_you_mean, shown
 
@@ -19,6 +19,7 @@ _CLASSES = {
     "taut": "taut.Taut",
     "theta-star": "theta_star.ThetaStar",
     "cheapest": "cheapest.Cheapest",
+    **{f"waypoint-{name}": f"waypoint_methods.Waypoint{name.upper()}" for name in ("mvo", "gso", "bbo")},
     **{
         name: f"waypoint_methods.{name.replace('-', '').upper()}"
         for name in ("cma-es", "pso", "ga", "de", "l-shade", "woa", "mfo", "gwo", "da")
@@ -30,18 +31,43 @@ PLANNER_NAMES = tuple(_CLASSES)
 
 
 def make_planner(name: str, **settings: object) -> "Planner":
-    """Return the planner of that name with these settings.
+    """Return the planner of that name, or of an own class given as ``"module:Class"``, with these settings.
 
     Raises
     ------
     InputError
         If there is no such planner or setting, or a setting has a value that it cannot have.
     """
+    if ":" in name:
+        from skyverse.planners.base import Planner
+
+        own: Planner = own_class(name, Planner)(**settings)
+        return own
     if name not in _CLASSES:
         near = did_you_mean(name, PLANNER_NAMES) or f"; there are {', '.join(PLANNER_NAMES)}"
         raise InputError(f"there is no planner {name!r}{near}")
     module, _, cls = _CLASSES[name].partition(".")
     return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
+
+
+def name_of(planner: object) -> str:
+    """Return the name by which `make_planner`, or `own_class`, finds the class of a planner or of an objective."""
+    cls = type(planner)
+    known = {f"{__name__}.{path}": name for name, path in _CLASSES.items()}
+    return known.get(f"{cls.__module__}.{cls.__name__}", f"{cls.__module__}:{cls.__qualname__}")
+
+
+def own_class(name: str, kind: Any) -> Any:
+    """Return a class of one's own of this kind, given as ``"module:Class"``, or raise `InputError`."""
+    module, _, attribute = name.partition(":")
+    asked = f"expected a {kind.__name__} as module:Class"
+    try:
+        found = getattr(importlib.import_module(module), attribute, None)
+    except (ImportError, ValueError) as error:
+        raise InputError(f"{asked}, but {module!r} cannot be imported: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, kind)):
+        raise InputError(f"{asked}, found {name!r}, which is {shown(found)}")
+    return found
 
 
 def planner_of(given: "Planner | str | None") -> "Planner":

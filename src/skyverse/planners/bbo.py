@@ -27,10 +27,10 @@ class BBO(LatticeSearch):
     - **mutates** with probability `mutation`: the generator continues from a random node of the path through a random
       free node to the goal (Case 2 of the thesis).
 
-    The changed path is kept even if it is dearer. In the paper, migration copies single variables out of an unchanged
-    population, and the mutation rate depends on how likely a habitat's number of species is. Here a habitat takes over
-    one stretch, the worst habitats come first, so that the best ones emigrate unchanged, and the mutation rate is the
-    thesis's.
+    The changed path is kept even if it is dearer, unless ``greedy``. In the paper, migration copies single variables
+    out of an unchanged population, and the mutation rate depends on how likely a habitat's number of species is. Here a
+    habitat takes over one stretch, the worst habitats come first, so that the best ones emigrate unchanged, and the
+    mutation rate is the thesis's. `WaypointBBO` is the paper's.
 
     With ``as_run=True`` the planner does what was run in the published experiments: habitats are never ranked,
     immigration (by index) reduces the path to its start, and only the best path is kept.
@@ -41,6 +41,8 @@ class BBO(LatticeSearch):
         The number of habitats.
     as_run
         Whether to do what was run, instead of what is described.
+    greedy
+        Whether a changed path that costs more is discarded, which the paper does not do; not as run.
     mutation
         The probability of a mutation.
     elites
@@ -53,6 +55,7 @@ class BBO(LatticeSearch):
 
     habitats: int = 25
     as_run: bool = False
+    greedy: bool = False
     mutation: float = 0.1
     elites: int = 2
 
@@ -63,6 +66,7 @@ class BBO(LatticeSearch):
         if self.elites >= self.habitats:
             raise InputError(f"BBO's elites is a number below the {self.habitats} habitats, not {self.elites!r}")
         require_boolean(self, "as_run")
+        require_boolean(self, "greedy")
         require_number(self, "mutation", 0, 1)
 
     @property
@@ -76,12 +80,19 @@ class BBO(LatticeSearch):
         if self.as_run:
             _as_run(task, workspace, paths, best, rng, self.mutation)
         else:
-            _described(task, workspace, paths, best, rng, self.mutation, self.elites)
+            _described(task, workspace, paths, best, rng, self.mutation, self.elites, self.greedy)
 
 
 @kernel
 def _described(
-    task: LatticeTask, workspace: Workspace, H: Paths, best: Paths, rng: Generator, mutation: float, elites: int
+    task: LatticeTask,
+    workspace: Workspace,
+    H: Paths,
+    best: Paths,
+    rng: Generator,
+    mutation: float,
+    elites: int,
+    greedy: bool,
 ) -> None:
     n = len(H.length)
     order = ranked(H.cost)
@@ -92,11 +103,15 @@ def _described(
         length = 0
         if rng.random() < rank / n:  # lambda = 1 - k/n with k = n - rank species
             length = graft(task, workspace, rng, H, i, order[_emigrant(n, rank, rng)])
-            put(H, i, workspace, length, H.cost[i])
+            if greedy:
+                adopt(task, workspace, H, i, best, length, greedy)
+                length = 0
+            else:
+                put(H, i, workspace, length, H.cost[i])  # it is priced once, after the mutation
         if rng.random() < mutation:
             length = reroute(task, workspace, rng, H, i)
         if length:
-            adopt(task, workspace, H, i, best, length)
+            adopt(task, workspace, H, i, best, length, greedy)
 
 
 @kernel

@@ -25,6 +25,7 @@ from skyverse.planners.moves import (
     cut_loops,
     generate,
     judge,
+    keep_if_best,
     limit_reached,
     put,
     random_node_near,
@@ -121,7 +122,7 @@ def _iterate(
             length = cut_loops(workspace, 0, begin_with(workspace, U, i, U.length[i]))
             price = cost.total(task.grid, task.pricing, workspace.draft[:length], task.goal)
             put(U, i, workspace, length, price)
-            put(best, 0, workspace, length, price)
+            keep_if_best(workspace, best, length, price)
         if limit_reached(workspace.spent, workspace.limit):
             return
 

@@ -17,7 +17,7 @@ from skyverse.planners.base import Planner, Seed, provenance, require_problem, s
 from skyverse.planners.contact import contact_of
 from skyverse.planners.moves import LatticeTask
 from skyverse.planners.results import SearchRecord, lattice_result, refused_result
-from skyverse.planners.run import LatticeRun, Run, lattice_run
+from skyverse.planners.run import LatticeRun, Run, lattice_run, taken_improvements
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid
 from skyverse.stop import MaxIterations, OnIteration, Progress, Stop
@@ -111,7 +111,8 @@ class Metaheuristic(Planner, Generic[R]):
         run = dataclasses.replace(run, memory=self.begin(run))
         while True:
             paths, nodes, evaluations = run.workspace.spent.tolist()
-            rows.append((run.lowest_cost, paths, nodes, evaluations))
+            rows += [(*row, iterations) for row in taken_improvements(run.workspace)]
+            rows.append((run.lowest_cost, paths, nodes, evaluations, iterations))
             progress = Progress(iterations, paths, nodes, evaluations, clock.seconds, run.lowest_cost)
             if on_iteration is not None and iterations:
                 on_iteration(progress)

@@ -87,6 +87,9 @@ class Workspace(NamedTuple):
         Memory for the legs that are flown along it.
     spent, limit
         (3,) the generated paths, generated nodes and evaluations so far, and the most that are allowed.
+    improved, improvements
+        (k, 4) the cost of each new best path, and what had been spent when it was found; and (1,) how many there are
+        since they were last taken away. Of more than k, the last stands in the last row.
     """
 
     mark: Marks
@@ -96,6 +99,8 @@ class Workspace(NamedTuple):
     legs: FlownLegs
     spent: Ints
     limit: Ints
+    improved: Floats
+    improvements: Ints
 
 
 @query
@@ -353,9 +358,33 @@ def detour(task: LatticeTask, workspace: Workspace, rng: Generator, length: int,
 
 
 @query
-def adopt(task: LatticeTask, workspace: Workspace, U: Paths, i: int, best: Paths, length: int) -> None:
-    """Price the draft, replace path i by it, and the best path too if the draft is cheaper."""
+def adopt(
+    task: LatticeTask, workspace: Workspace, U: Paths, i: int, best: Paths, length: int, greedy: bool = False
+) -> None:
+    """Price the draft, replace path i by it, and the best path too if the draft is cheaper.
+
+    If `greedy`, path i stays where the draft costs more.
+    """
     price = judge(task, workspace, length)
+    if greedy and price > U.cost[i]:
+        return
     put(U, i, workspace, length, price)
+    keep_if_best(workspace, best, length, price)
+
+
+@query
+def keep_if_best(workspace: Workspace, best: Paths, length: int, price: float) -> None:
+    """Replace the best path by the draft if that is cheaper."""
     if price < best.cost[0]:
         put(best, 0, workspace, length, price)
+        note_best(workspace, price)
+
+
+@query
+def note_best(workspace: Workspace, price: float) -> None:
+    """Note that the best path costs `price` from now on."""
+    row = workspace.improved[min(workspace.improvements[0], len(workspace.improved) - 1)]
+    row[0] = price
+    for k in range(3):
+        row[k + 1] = workspace.spent[k]
+    workspace.improvements[0] += 1

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from skyverse._typing import Ints
 from skyverse.numerics.kernel import inner_query, query
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
@@ -21,7 +20,6 @@ from skyverse.planners.moves import (
     cut_loops,
     exhausted,
     generate,
-    judge,
     put,
     random_node_near,
 )
@@ -46,8 +44,9 @@ class MVO(LatticeSearch):
       node of the best that is at most TDR of the best's length farther on, and takes the rest of the best. As long as
       the best does not reach the goal, the generator continues to the goal instead;
     - **no wormhole, Case 2**: the universe is followed to a random node. From there the generator continues to a random
-      free node, which is at most TDR of the bounds away, and then to the goal;
-    - **acceptance**: a changed path replaces the old one unless it costs more.
+      free node, which is at most TDR of the bounds away, and then to the goal.
+
+    A changed path replaces the old one, whether it is better or not: "This would be our universe" (Case 2).
 
     So TDR (equation 3.9) sets how far both cases travel, and it shrinks as the budget is spent.
 
@@ -61,6 +60,8 @@ class MVO(LatticeSearch):
         The number of universes.
     as_run
         Whether to do what was run, instead of what is described.
+    greedy
+        Whether a changed path that costs more is discarded, which the thesis does not do; not as run.
     wep_min, wep_max
         The wormhole existence probability at the start and at the end (equation 3.8).
     p
@@ -73,6 +74,7 @@ class MVO(LatticeSearch):
 
     universes: int = 25
     as_run: bool = False
+    greedy: bool = False
     wep_min: float = 0.2
     wep_max: float = 1.0
     p: float = 6.0
@@ -81,6 +83,7 @@ class MVO(LatticeSearch):
         super().__post_init__()
         require_integer(self, "universes", 2)
         require_boolean(self, "as_run")
+        require_boolean(self, "greedy")
         require_number(self, "wep_min", 0, 1)
         require_number(self, "wep_max", self.wep_min, 1)
         require_number(self, "p", 1e-3, 1e3)
@@ -97,8 +100,7 @@ class MVO(LatticeSearch):
         if self.as_run:
             _as_run(run.task, run.workspace, run.paths, run.best, run.rng, wep)
         else:
-            order = ranked(run.paths.cost)
-            _described(run.task, run.workspace, run.paths, run.best, run.rng, wep, tdr, order)
+            _described(run.task, run.workspace, run.paths, run.best, run.rng, wep, tdr, self.greedy)
 
 
 @query
@@ -110,9 +112,10 @@ def _described(
     rng: Generator,
     wep: float,
     tdr: float,
-    order: Ints,
+    greedy: bool,
 ) -> None:
     n = len(U.length)
+    order = ranked(U.cost)
     squares = 0.0
     for cost in U.cost:
         squares += cost**2
@@ -131,12 +134,7 @@ def _described(
             length = begin_with(workspace, U, i, 1 + int(rng.random() * U.length[i]))
             length = _travel(task, workspace, rng, length, tdr)
             length = generate(task, workspace, rng, length, task.goal, task.repair_threshold)
-        length = cut_loops(workspace, 0, length)
-        price = judge(task, workspace, length)
-        if price <= U.cost[i]:
-            put(U, i, workspace, length, price)
-            if price < best.cost[0]:
-                put(best, 0, workspace, length, price)
+        adopt(task, workspace, U, i, best, cut_loops(workspace, 0, length), greedy)
 
 
 @inner_query

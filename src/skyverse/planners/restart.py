@@ -16,7 +16,7 @@ from skyverse.planners.moves import (
     exhausted,
     generate,
     judge,
-    put,
+    keep_if_best,
 )
 from skyverse.planners.run import LatticeRun
 from skyverse.planners.settings import require_integer
@@ -55,6 +55,4 @@ def _sample(task: LatticeTask, workspace: Workspace, best: Paths, rng: Generator
             return
         length = detour(task, workspace, rng, begin_at(workspace, task.source), task.repair_threshold, task.retries)
         length = cut_loops(workspace, 0, generate(task, workspace, rng, length, task.goal, task.repair_threshold))
-        price = judge(task, workspace, length)
-        if price < best.cost[0]:
-            put(best, 0, workspace, length, price)
+        keep_if_best(workspace, best, length, judge(task, workspace, length))

@@ -15,6 +15,8 @@ from skyverse.problem import Problem
 from skyverse.space.contact import flown_legs
 from skyverse.stop import Stop
 
+_IMPROVEMENTS = 1024
+"""Of one iteration, so many improvements are noted one by one."""
 _UNLIMITED = 2.0**62
 """Stands for an infinite limit of a counter: it fits into an int64."""
 
@@ -117,7 +119,16 @@ def make_workspace(stop: Stop, nodes: int = 0, capacity: int = 0) -> Workspace:
         legs=flown_legs(capacity + 2),
         spent=np.zeros(3, np.int64),
         limit=np.array(limits).astype(np.int64),
+        improved=np.empty((_IMPROVEMENTS, 4)),
+        improvements=np.zeros(1, np.int64),
     )
+
+
+def taken_improvements(workspace: Workspace) -> list[tuple[float, int, int, int]]:
+    """Return and forget the costs of new best paths, each with the paths, nodes and evaluations when it was found."""
+    count = min(int(workspace.improvements[0]), len(workspace.improved))
+    workspace.improvements[0] = 0
+    return [(price, int(a), int(b), int(c)) for price, a, b, c in workspace.improved[:count].tolist()]
 
 
 def _no_paths(count: int, capacity: int) -> Paths:

@@ -14,7 +14,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Rates
 from skyverse.model.result import Provenance, Result
 from skyverse.numerics.kernel import by_reference, inner, kernel
-from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace
+from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace, note_best
 from skyverse.planners.results import SearchRecord, any_angle_result, refused_result
 from skyverse.planners.run import Run, make_workspace
 from skyverse.problem import Problem
@@ -146,13 +146,15 @@ def judge_legs(task: StraightTask, workspace: Workspace, best: Polylines, path: 
             best.points[0, i] = path[i]
         best.length[0] = free
         best.cost[0] = price
+        note_best(workspace, price)
     return fitness
 
 
 @inner
 def _metres_inside(space: Space, a: Floats, b: Floats) -> float:
-    """Return the metres of a segment inside grown boxes, each counted, and an estimate of those in other obstacles."""
-    total = _share_in_shapes(space, a, b)
+    """Return the metres of a segment inside grown boxes, and an estimate of those in other obstacles alone."""
+    spans = np.empty((len(space.boxes), 2))
+    count = 0
     for i in range(len(space.boxes)):
         enter, leave = 0.0, 1.0
         for axis in range(3):
@@ -164,23 +166,37 @@ def _metres_inside(space: Space, a: Floats, b: Floats) -> float:
             else:
                 one, other = (low - a[axis]) / step, (high - a[axis]) / step
                 enter, leave = max(enter, min(one, other)), min(leave, max(one, other))
-        total += max(0.0, leave - enter)
-    return total * math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+        if enter < leave:
+            spans[count, 0], spans[count, 1] = enter, leave
+            count += 1
+    spans = spans[:count]
+    inside, end = _share_in_shapes(space, a, b, spans), 0.0
+    for k in np.argsort(spans[:, 0]):  # the union of the boxes: no metre counts twice
+        inside += max(0.0, spans[k, 1] - max(spans[k, 0], end))
+        end = max(end, spans[k, 1])
+    return inside * math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
 
 
 @inner
-def _share_in_shapes(space: Space, a: Floats, b: Floats) -> float:
-    """Return an estimate of the share of a segment that lies inside obstacles other than boxes, or in the ground.
+def _share_in_shapes(space: Space, a: Floats, b: Floats, boxes: Floats) -> float:
+    """Return an estimate of the share of a segment that lies in obstacles other than boxes, or in the ground.
 
-    The estimate is never 0 where there are such obstacles, so that every leg that is not safe has a penalty.
+    What lies between the ends (n, 2) of its shares in boxes does not count. The estimate is never 0 where there are
+    such obstacles, so that every leg that is not safe has a penalty.
     """
     if len(space.solids.kind) == 0 and space.ground.heights.size == 0:
         return 0.0
     inside = 0
     p = np.empty(3)
     for k in range(_SAMPLES_PER_LEG):
+        share = (k + 0.5) / _SAMPLES_PER_LEG
+        boxed = False
+        for i in range(len(boxes)):
+            boxed |= boxes[i, 0] < share < boxes[i, 1]
+        if boxed:
+            continue
         for axis in range(3):
-            p[axis] = a[axis] + (k + 0.5) / _SAMPLES_PER_LEG * (b[axis] - a[axis])
+            p[axis] = a[axis] + share * (b[axis] - a[axis])
         floor = ground.height(space.ground, p[0], p[1]) + space.clearance + space.ground.extra
         inside += (
             p[2] < floor

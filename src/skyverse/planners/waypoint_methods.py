@@ -1,13 +1,149 @@
-"""The nine optimisers of vectors as planners: each class names its optimiser and the package that it needs, if any."""
+"""The optimisers of vectors as planners: each class names its optimiser, its settings and the package that it needs."""
 
-from skyverse.planners.optimisers import by_niapy, by_pymoo, cma_es, da, mfo, woa
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.planners.optimisers import Evaluate, Iterations, bbo, by_niapy, by_pymoo, cma_es, da, gso, mfo, mvo, woa
+from skyverse.planners.settings import require_boolean, require_integer, require_number
 from skyverse.planners.waypoints import WaypointSearch
 
 
-class CMAES(WaypointSearch):
-    """The covariance matrix adaptation evolution strategy, by the package ``cma``.
+@dataclass(frozen=True, kw_only=True)
+class WaypointMVO(WaypointSearch):
+    """The Multi-Verse Optimizer of vectors, as section 3.2 of the thesis has it.
 
-    Its settings are those of `WaypointSearch`.
+    Its settings are those of `WaypointSearch`, and these.
+
+    Attributes
+    ----------
+    wep_min, wep_max
+        The wormhole existence probability at the start and at the end (equation 3.8).
+    p
+        The exploitation accuracy in TDR = 1 - (l/L)^(1/p) (equation 3.9).
+    greedy
+        Whether a changed universe that is worse is discarded, which neither thesis nor paper does.
+
+    References
+    ----------
+    S. Mirjalili, S. M. Mirjalili, A. Hatamlou, "Multi-Verse Optimizer", Neural Computing and Applications 27 (2016),
+    495-513.
+    """
+
+    wep_min: float = 0.2
+    wep_max: float = 1.0
+    p: float = 6.0
+    greedy: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self, "wep_min", 0, 1)
+        require_number(self, "wep_max", self.wep_min, 1)
+        require_number(self, "p", 1e-3, 1e3)
+        require_boolean(self, "greedy")
+
+    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
+        """Run the optimiser; see `WaypointSearch.optimise`."""
+        return mvo.mvo(evaluate, first, rng, (self.wep_min, self.wep_max), self.p, self.greedy)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaypointGSO(WaypointSearch):
+    """Glowworm Swarm Optimization of vectors.
+
+    It is made to find many optima side by side: the brightest glowworm never moves, and none leaves the hull of all.
+    Its settings are those of `WaypointSearch`, and these; lengths are shares of the diagonal of [0, 1]^d, and their
+    defaults those of the paper in the square [-3, 3] x [-3, 3].
+
+    Attributes
+    ----------
+    luciferin, decay, gain
+        l at the start, rho and gamma of l = (1 - rho) l + gamma J (equation 1); J is the negated fitness.
+    length
+        s, how far a glowworm moves in one iteration (equation 3).
+    reach
+        r_s, the decision range at the start, and the largest.
+    neighbours
+        n_t: how many brighter glowworms a decision range should contain (equation 4).
+    beta
+        How much the range changes for each neighbour too few or too many (equation 4).
+
+    References
+    ----------
+    K. N. Krishnanand, D. Ghose, "Glowworm swarm optimization for simultaneous capture of multiple local optima of
+    multimodal functions", Swarm Intelligence 3 (2009), 87-124.
+    """
+
+    luciferin: float = 5.0
+    decay: float = 0.4
+    gain: float = 0.6
+    length: float = 0.0035
+    reach: float = 0.35
+    neighbours: int = 5
+    beta: float = 0.0094
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self, "luciferin", -1e9, 1e9)
+        require_number(self, "gain", 1e-9, 1e9)
+        require_integer(self, "neighbours", 1)
+        for name in ("decay", "length", "reach", "beta"):
+            require_number(self, name, 0, 1)
+
+    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
+        """Run the optimiser; see `WaypointSearch.optimise`."""
+        glow = (self.luciferin, self.decay, self.gain)
+        return gso.gso(evaluate, first, rng, glow, self.length, self.reach, self.neighbours, self.beta)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaypointBBO(WaypointSearch):
+    """Biogeography-Based Optimization of vectors.
+
+    Its settings are those of `WaypointSearch`, and these.
+
+    Attributes
+    ----------
+    mutation
+        m_max, the largest probability that a number is drawn anew.
+    elites
+        How many habitats survive unchanged.
+    greedy
+        Whether a changed habitat that is worse is discarded, which the paper does not do.
+
+    References
+    ----------
+    D. Simon, "Biogeography-Based Optimization", IEEE Transactions on Evolutionary Computation 12 (2008), 702-713.
+    """
+
+    mutation: float = 0.01
+    elites: int = 2
+    greedy: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self, "mutation", 0, 1)
+        require_integer(self, "elites", 0)
+        require_boolean(self, "greedy")
+        if self.elites >= self.candidates:
+            raise InputError(
+                f"WaypointBBO's elites is a number below the {self.candidates} candidates, not {self.elites!r}"
+            )
+
+    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
+        """Run the optimiser; see `WaypointSearch.optimise`."""
+        return bbo.bbo(evaluate, first, rng, self.mutation, self.elites, self.greedy)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CMAES(WaypointSearch):
+    """The covariance matrix adaptation evolution strategy, by the package ``cma``, with restarts.
+
+    Its settings are those of `WaypointSearch`, and `sigma`, the standard deviation at the start. When the package says
+    that a search is over, it begins anew from a random vector with twice the candidates (IPOP; Auger, Hansen 2005).
 
     References
     ----------
@@ -15,8 +151,16 @@ class CMAES(WaypointSearch):
     Computation 9 (2001), 159-195.
     """
 
-    library = "cma"
-    optimise = staticmethod(cma_es.cma_es)
+    sigma: float = 0.2
+    library: ClassVar[str] = "cma"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self, "sigma", 1e-9, 1e9)
+
+    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
+        """Run the optimiser; see `WaypointSearch.optimise`."""
+        return cma_es.cma_es(evaluate, first, rng, self.sigma)
 
 
 class PSO(WaypointSearch):
@@ -47,18 +191,29 @@ class GA(WaypointSearch):
     optimise = staticmethod(by_pymoo.ga)
 
 
+@dataclass(frozen=True, kw_only=True)
 class DE(WaypointSearch):
-    """Differential evolution, DE/rand/1/bin with F = 0.5 and CR = 0.9, by the package ``pymoo``.
+    """Differential evolution, DE/rand/1/bin, by the package ``pymoo``.
 
-    Its settings are those of `WaypointSearch`.
+    Its settings are those of `WaypointSearch`, `weighting`, the factor F, and `crossover`, the constant CR.
 
     References
     ----------
     R. Storn, K. Price, "Differential Evolution", Journal of Global Optimization 11 (1997), 341-359.
     """
 
-    library = "pymoo"
-    optimise = staticmethod(by_pymoo.de)
+    weighting: float = 0.5
+    crossover: float = 0.9
+    library: ClassVar[str] = "pymoo"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self, "weighting", 0, 2)
+        require_number(self, "crossover", 0, 1)
+
+    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
+        """Run the optimiser; see `WaypointSearch.optimise`."""
+        return by_pymoo.de(self.weighting, self.crossover)(evaluate, first, rng)
 
 
 class LSHADE(WaypointSearch):

@@ -28,10 +28,12 @@ from skyverse.planners.moves import (
     draft_contact,
     exhausted,
     judge,
-    put,
+    keep_if_best,
 )
+from skyverse.planners.objective import ObjectiveRun, PathObjective, PricedPath, in_order
 from skyverse.planners.optimisers import Evaluate, Iterations
-from skyverse.planners.run import LatticeRun
+from skyverse.planners.results import refused_result
+from skyverse.planners.run import LatticeRun, make_workspace
 from skyverse.planners.settings import require_integer, require_number
 from skyverse.planners.straight_legs import Polylines, StraightRun, StraightTask, judge_legs, open_straight_run
 from skyverse.problem import Problem
@@ -44,7 +46,7 @@ class _BudgetSpentError(Exception):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
+class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
     """A population of waypoint vectors, for optimisers of continuous functions.
 
     A candidate is a vector in [0, 1]^(3 k). It holds x, y and z of k free waypoints as shares of the lattice's extent.
@@ -77,12 +79,15 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
         The price of a metre of forbidden moves, or of a metre inside obstacles.
     legs
         ``"lattice"`` or ``"straight"``.
+    objective
+        An objective of one's own, which takes the place of the fitness above, and whose paths have straight legs.
     """
 
     waypoints: int = 6
     candidates: int = 25
     collision: float = 100.0
     legs: Literal["lattice", "straight"] = "lattice"
+    objective: PathObjective | None = None
 
     library: ClassVar[str] = ""
     """The package that the method needs in addition to those of skyverse, if any."""
@@ -93,6 +98,8 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
         require_number(self, "collision", 0, 1e9)
         if self.legs not in ("lattice", "straight"):
             raise InputError(f"{type(self).__name__}'s legs is 'lattice' or 'straight', not {self.legs!r}")
+        if not isinstance(self.objective, PathObjective | None):
+            raise InputError(f"{type(self).__name__}'s objective is a PathObjective, not {self.objective!r}")
         if self.library and importlib.util.find_spec(self.library) is None:
             raise InputError(
                 f"{type(self).__name__} needs the package {self.library}, which is not installed; "
@@ -121,7 +128,7 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether paths leave the lattice."""
-        return self.legs == "straight"
+        return self.legs == "straight" or self.objective is not None
 
     def longest(self, grid: Grid) -> int:
         """Return how many nodes a path may have: as many as if each leg crossed the whole lattice."""
@@ -129,16 +136,43 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
 
     def open_run(
         self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance
-    ) -> LatticeRun | StraightRun | Result:
+    ) -> LatticeRun | StraightRun | ObjectiveRun | Result:
         """Return a run without candidates, or the result where nothing is to be searched."""
+        if self.objective is not None:
+            if problem.any_angle_refusal is not None:
+                return refused_result(problem, problem.any_angle_refusal, origin)
+            return ObjectiveRun(
+                workspace=make_workspace(stop), rng=rng, problem=problem, objective=self.objective, best=PricedPath()
+            )
         if self.legs == "lattice":
             return super().open_run(problem, stop, rng, origin)
         return open_straight_run(
             problem, stop, rng, origin, population=0, joints=self.waypoints, collision=self.collision
         )
 
-    def begin(self, run: LatticeRun | StraightRun) -> Iterations:
+    def begin(self, run: LatticeRun | StraightRun | ObjectiveRun) -> Iterations:
         """Start the optimiser on the first population."""
+
+        def evaluate(candidates: Floats) -> Floats:
+            X = np.ascontiguousarray(candidates, dtype=np.float64)
+            if isinstance(run, ObjectiveRun):
+                fitness = run.evaluate(X)
+            elif isinstance(run, LatticeRun):
+                fitness = decode(run.task, run.workspace, run.best, X, float(self.collision))
+            else:
+                fitness = decode_straight(run.task, run.workspace, run.best, X)
+            if len(fitness) and math.isnan(fitness[-1]):
+                raise _BudgetSpentError
+            return fitness
+
+        iterations = self.optimise(evaluate, self._first(run), run.rng)
+        with contextlib.suppress(_BudgetSpentError):
+            next(iterations)
+        return iterations
+
+    def _first(self, run: LatticeRun | StraightRun | ObjectiveRun) -> Floats:
+        if isinstance(run, ObjectiveRun):
+            return run.objective.first(run.problem, run.rng, self.candidates, self.waypoints)
         drawn = run.rng.random((self.candidates, self.waypoints, 3))
         if isinstance(run, LatticeRun):
             extent = (run.task.grid.shape - 1) * run.task.grid.step
@@ -146,41 +180,20 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
         else:
             extent = run.task.space.high - run.task.space.low
             start, goal = run.task.start, run.task.goal
-        first = _in_order(drawn, extent * (goal - start))
+        return in_order(drawn, extent * (goal - start)).reshape(self.candidates, -1)
 
-        def evaluate(candidates: Floats) -> Floats:
-            X = np.ascontiguousarray(candidates, dtype=np.float64)
-            if isinstance(run, LatticeRun):
-                fitness = decode(run.task, run.workspace, run.best, X, float(self.collision))
-            else:
-                fitness = decode_straight(run.task, run.workspace, run.best, X)
-            if len(fitness) and fitness[-1] == math.inf:
-                raise _BudgetSpentError
-            return fitness
-
-        iterations = self.optimise(evaluate, first.reshape(self.candidates, -1), run.rng)
-        with contextlib.suppress(_BudgetSpentError):
-            next(iterations)
-        return iterations
-
-    def step(self, run: LatticeRun | StraightRun, spent: float) -> None:
+    def step(self, run: LatticeRun | StraightRun | ObjectiveRun, spent: float) -> None:
         """Let the optimiser do one iteration."""
         assert isinstance(run.memory, Generator)
         with contextlib.suppress(_BudgetSpentError):
             run.memory.send(spent)
 
 
-def _in_order(X: Floats, line: Floats) -> Floats:
-    """Return candidates (m, k, 3) with the waypoints of each sorted along a line of direction (3,)."""
-    along = np.sum(X * line, axis=2)
-    return np.take_along_axis(X, np.argsort(along, axis=1)[:, :, None], axis=1)
-
-
 @kernel
 def decode(task: LatticeTask, workspace: Workspace, best: Paths, X: Floats, collision: float) -> Floats:
-    """Decode (m, 3 k) candidates, keep the best path, and return their (m,) fitness: infinite without budget."""
+    """Decode (m, 3 k) candidates, keep the best path, and return their (m,) fitness: NaN without budget."""
     grid, pricing = task.grid, task.pricing
-    fitness = np.full(len(X), math.inf)
+    fitness = np.full(len(X), math.nan)
     for i in range(len(X)):
         if exhausted(workspace):
             break
@@ -192,9 +205,7 @@ def decode(task: LatticeTask, workspace: Workspace, best: Paths, X: Floats, coll
         if len(task.contact.shapes.kind):
             fitness[i] += draft_contact(task, workspace, length)
         length = cut_loops(workspace, 0, free)
-        price = judge(task, workspace, length)
-        if price < best.cost[0]:
-            put(best, 0, workspace, length, price)
+        keep_if_best(workspace, best, length, judge(task, workspace, length))
     return fitness
 
 
@@ -202,7 +213,7 @@ def decode(task: LatticeTask, workspace: Workspace, best: Paths, X: Floats, coll
 def decode_straight(task: StraightTask, workspace: Workspace, best: Polylines, X: Floats) -> Floats:
     """Decode (m, 3 k) candidates to paths of straight legs; see `decode`."""
     low, high = task.space.low, task.space.high
-    fitness = np.full(len(X), math.inf)
+    fitness = np.full(len(X), math.nan)
     path = np.empty((X.shape[1] // 3 + 2, 3))
     path[0], path[-1] = task.start, task.goal
     for i in range(len(X)):

@@ -60,7 +60,7 @@ def judge_result(
         yield from judge_moves(world, uav, path)
     yield from judge_ends(world, uav, target, path, result)
     goal = finite_point(result.goal)
-    if goal is not None:
+    if goal is not None and not result.objective:  # what an objective of one's own asks, nobody else can tell
         yield from judge_cost(world, uav, path, goal, result)
 
 

@@ -4,18 +4,19 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.files import read_scenario
 from skyverse.lab.report import Block
-from skyverse.lab.rows import Rows
 from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment, assign_targets
 from skyverse.model.result import History
 from skyverse.planners import make_planner
+from skyverse.planners.astar import AStar
 from skyverse.planners.base import Planner
 from skyverse.planners.restart import RandomRestart
 from skyverse.problem import Airspace, Problem
@@ -29,10 +30,13 @@ FORM_HEADS = [f"{method} {form}" for method in METHODS for form in ("thesis", *F
 """The heads of columns with the thesis's number and ours for each method."""
 HISTORY_VALUES = ("cost", "generated_paths", "generated_nodes", "evaluations")
 LAST_ITERATION = 50
-SCHEDULED = ("MVO",)
+SCHEDULED = ("MVO", "MVO greedy")
 """The methods with a schedule. A shorter run of any other method is the beginning of a longer one."""
+VARIANTS: dict[str, dict[str, object]] = {"": {}, "greedy": {"greedy": True}, "uniform": {"generator": "uniform"}}
+"""What a word behind a method's name changes: no change for the worse is kept; paths come from Algorithm 1."""
 EQUAL_EFFORTS: dict[str, Stop] = {"1000 paths": MaxPaths(1000), "100000 nodes": MaxNodes(100_000)}
 """The equal efforts at which claims are judged, besides the published iterations."""
+EXACT, EXACT_BUDGET = "A*", "exact search"
 RESTART = "random restart"
 RESTART_PATHS = 3500
 
@@ -44,10 +48,18 @@ def case(scenario: str, assignment: Assignment = "path-cost") -> Case:
     return Case(label, read_scenario(scenario), assignment)
 
 
+@cache
+def without_obstacles(scenario: str) -> Case:
+    """Return a built-in scenario from which all obstacles are taken away."""
+    return Case(f"{scenario}, no obstacles", read_scenario(scenario).model_copy(update={"obstacles": ()}))
+
+
 def planner(method: str, form: str, population: int) -> Planner:
-    """Return one of the thesis's three methods in one of its two forms."""
-    candidates = {"MVO": "universes", "GSO": "glowworms", "BBO": "habitats"}[method]
-    return make_planner(method.lower(), **{candidates: population}, as_run=form == FORMS[0])
+    """Return one of the thesis's three methods in one of its two forms; a second word names one of `VARIANTS`."""
+    name, _, variant = method.partition(" ")
+    candidates = {"MVO": "universes", "GSO": "glowworms", "BBO": "habitats"}[name]
+    settings = {candidates: population, "as_run": form == FORMS[0], **VARIANTS[variant]}
+    return make_planner(name.lower(), **settings)
 
 
 def cell(given: Case, method: str, form: str, population: int, iterations: int, seeds: Iterable[int]) -> Iterator[Job]:
@@ -92,16 +104,17 @@ def label(method: str, form: str, population: int) -> str:
 
 
 @cache
+def problems(given: Case) -> tuple[Problem, ...]:
+    """Return the problem of each UAV of a case."""
+    airspace = Airspace(given.scenario)
+    assigned = assign_targets(airspace, given.assignment)
+    return tuple(Problem(airspace, uav, target) for uav, target in enumerate(assigned) if target is not None)
+
+
+@cache
 def optimum(given: Case) -> float:
     """Return the exact optimum of a case, summed over its UAVs."""
-    airspace = Airspace(given.scenario)
-    total = 0.0
-    for uav, target in enumerate(assign_targets(airspace, given.assignment)):
-        assert target is not None
-        route = Problem(airspace, uav, target).route
-        assert route is not None
-        total += route.price
-    return total
+    return sum(problem.route.price for problem in problems(given) if problem.route is not None)
 
 
 class Mean(NamedTuple):
@@ -119,6 +132,19 @@ def mean(values: Floats) -> Mean:
     return Mean(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
 
 
+class RunTable(Protocol):
+    """The runs that cells are read from: `Rows`, or fewer columns of runs that no referee has judged."""
+
+    def labels(self, kind: str) -> list[str]:
+        """Return the labels of the runs of one kind."""
+
+    def select(self, columns: Sequence[str], **where: object) -> dict[str, NDArray[Any]]:
+        """Return columns of the runs with these labels, (n,) each."""
+
+    def histories(self, **where: object) -> Iterator[History]:
+        """Yield the histories of these runs."""
+
+
 class CellRuns:
     """What the runs of the tables' cells found.
 
@@ -128,10 +154,13 @@ class CellRuns:
         The rows of all parts that are wanted; there may be others.
     seeds
         The seeds of the runs that count; other runs are ignored.
+    work
+        The column by which claims on time are judged.
     """
 
-    def __init__(self, rows: Rows, seeds: Sequence[int]) -> None:
+    def __init__(self, rows: RunTable, seeds: Sequence[int], work: str = "generated_nodes") -> None:
         self.rows = rows
+        self.work = work
         self.seeds = sorted(seeds)
         budgets = [budget.split() for budget in rows.labels("budget")]
         self._lengths = sorted(int(count) for count, unit in budgets if unit == "iterations")
@@ -141,6 +170,11 @@ class CellRuns:
     def runs(self) -> int:
         """The number of runs of each cell."""
         return len(self.seeds)
+
+    @property
+    def unit(self) -> str:
+        """The unit of work."""
+        return self.work.split("_")[-1]
 
     def values(self, column: str, given: Case, method: str, form: str, population: int, iterations: int) -> Floats:
         """Return a column, one of `History`'s, ``seconds`` or ``success``, of a cell's runs, (n,)."""
@@ -152,7 +186,8 @@ class CellRuns:
             if longer > iterations and column in HISTORY_VALUES:
                 histories = self._histories(given.label, named, f"{longer} iterations")
                 if len(histories) == self.runs:
-                    return np.array([getattr(history, column)[iterations] for history in histories], dtype=np.float64)
+                    values = [getattr(history.by_iteration(), column)[iterations] for history in histories]
+                    return np.array(values, dtype=np.float64)
         return self._whole(found, named)
 
     def means(
@@ -171,7 +206,7 @@ class CellRuns:
 
     def first(self, runs: int) -> "CellRuns":
         """Return the same runs, but of only the first `runs` seeds."""
-        return CellRuns(self.rows, self.seeds[:runs])
+        return CellRuns(self.rows, self.seeds[:runs], self.work)
 
     def _whole(self, found: Floats, named: str) -> Floats:
         if len(found) != self.runs:
@@ -183,12 +218,28 @@ class CellRuns:
         named = label(method, form, population)
         return self._whole(self._select(column, given.label, named, effort), named)
 
+    def exact(self, column: str, given: Case) -> Floats:
+        """Return a column of exact searches, (n,): as measured if they are among the runs, else of one search."""
+        found = self._select(column, given.label, EXACT, EXACT_BUDGET)
+        if len(found):
+            return found
+        result = AStar().plan(problems(given)[0], rng=0)
+        return np.full(self.runs, getattr(result if column == "cost" else result.effort, column), dtype=np.float64)
+
     def restart(self, given: Case, paths: float) -> Floats:
         """Return the baseline's costs, (n,), after `paths` generated paths."""
         histories = self._histories(given.label, RESTART, f"{RESTART_PATHS} paths")
         spent = [int(np.searchsorted(history.generated_paths, paths, side="right")) for history in histories]
         costs = [history.cost[max(0, count - 1)] for history, count in zip(histories, spent, strict=True)]
         return np.array(costs, dtype=np.float64)
+
+    def iterations_until(
+        self, bound: float, given: Case, method: str, form: str, population: int, iterations: int
+    ) -> Floats:
+        """Return after how many iterations a cell's runs cost at most `bound`, (n,); one more than all if never."""
+        kept = self._histories(given.label, label(method, form, population), f"{iterations} iterations")
+        until = [np.flatnonzero(history.by_iteration().cost <= bound * (1 + 1e-9))[:1] for history in kept]
+        return np.array([found[0] if len(found) else iterations + 1 for found in until], dtype=np.float64)
 
     def _select(self, column: str, scenario: str, planner: str, budget: str) -> Floats:
         found = self.rows.select(("seed", column), scenario=scenario, planner=planner, budget=budget)

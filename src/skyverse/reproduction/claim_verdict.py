@@ -1,7 +1,14 @@
-"""The verdict on a claim of the thesis, with the evidence for it."""
+"""The verdict on a claim of the thesis, with the comparisons behind it."""
 
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+
+from skyverse._typing import Floats
+from skyverse.lab.report import Block, Cell, Table, Text
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
+from skyverse.reproduction.mean_difference import SAME_WITHIN, MeanDifference, mean_difference, sample
 
 
 class ClaimVerdict(Enum):
@@ -9,20 +16,117 @@ class ClaimVerdict(Enum):
 
     HOLDS = "holds"
     UNEQUAL = "holds only at unequal effort"
+    NOT_SHOWN = "not shown at equal effort"
     FAILS = "does not hold"
     OPEN = "cannot be told"
 
 
 @dataclass(frozen=True)
+class Evidence:
+    """The p of the test that would show what a claim asks of one comparison, and of the test that would refute it."""
+
+    shown: float
+    refuted: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two samples, of which the mean of the first, as a share of the second's, is asked to lie in a range.
+
+    Attributes
+    ----------
+    asked
+        The range of the difference over the second mean; one that goes from -inf to 0 asks for a lower mean.
+    """
+
+    where: str
+    names: tuple[str, str]
+    first: Floats
+    second: Floats
+    asked: tuple[float, float] = (-math.inf, 0.0)
+
+    @property
+    def difference(self) -> MeanDifference:
+        """How far the first mean lies above the second, as a share of the second."""
+        found, base = mean_difference(sample(self.first), sample(self.second)), float(self.second.mean())
+        return MeanDifference(found.value / base, found.error / base, found.freedom)
+
+    def evidence(self, *, same_refutes: bool = False) -> Evidence:
+        """Test both ways, two-sided; with `same_refutes`, so do means within `SAME_WITHIN` (TOST)."""
+        found, (low, high) = self.difference, self.asked
+        shown, refuted = max(found.above(low), found.below(high)), min(found.below(low), found.above(high))
+        same = found.equivalent(SAME_WITHIN) if same_refutes else 1.0
+        return Evidence(min(1.0, 2 * shown), min(1.0, 2 * refuted, same))
+
+    def record(self) -> dict[str, Cell]:
+        """Return the row of a table."""
+        found, (a, b) = self.difference, self.names
+        means = [float(values.mean()) for values in (self.first, self.second)]
+        low, high = (f"{end:+.1%}" for end in found.interval)
+        return {
+            "where": self.where,
+            "means": f"{a} {counted(means[0])}, {b} {counted(means[1])}",
+            "difference": f"{found.value:+.1%}",
+            "95 % interval": f"{low} to {high}",
+            "p": "< 0.001" if found.p < 0.001 else f"{found.p:.2g}",
+            "could be seen": f"{found.detectable:.1%} ({counted(found.detectable * means[1])})",
+        }
+
+
+def compare(
+    where: str, pair: tuple[str, str], read: Callable[[str], Floats], asked: tuple[float, float] = (-math.inf, 0.0)
+) -> Comparison:
+    """Return the comparison of what `read` returns for each of a pair of names."""
+    return Comparison(where, pair, read(pair[0]), read(pair[1]), asked)
+
+
+@dataclass(frozen=True)
 class Finding:
-    """The verdict on a claim for one form of the methods, and the numbers behind it."""
+    """The verdict on a claim for one form of the methods, the numbers behind it, and the rows of their table."""
 
     verdict: ClaimVerdict
     evidence: str
+    comparisons: Sequence[Comparison] = ()
+
+    def blocks(self, form: str) -> list[Block]:
+        """Return the verdict for a form of the methods in words, and the table of what was compared."""
+        told: list[Block] = [Text(f"*{form.capitalize()}*: **{self.verdict.value}**. {self.evidence}".strip())]
+        return [*told, Table.from_records([one.record() for one in self.comparisons])] if self.comparisons else told
 
 
-def at_both_efforts(published: bool, equal: bool) -> ClaimVerdict:
-    """Return the verdict on a claim that holds, or not, at the published iterations and at equal effort."""
-    if not published:
+def verdict(published: Sequence[Evidence], equal: Sequence[Evidence] = ()) -> ClaimVerdict:
+    """Return the verdict on a claim that needs all of its comparisons, at the published iterations and at equal effort.
+
+    All have to be shown, each at the significance level (an intersection-union test needs no adjustment); any refutes
+    the claim, adjusted by Holm's method.
+    """
+    if _refuted(published):
         return ClaimVerdict.FAILS
-    return ClaimVerdict.HOLDS if equal else ClaimVerdict.UNEQUAL
+    if not _shown(published):
+        return ClaimVerdict.OPEN
+    if _shown(equal):
+        return ClaimVerdict.HOLDS
+    return ClaimVerdict.UNEQUAL if _refuted(equal) else ClaimVerdict.NOT_SHOWN
+
+
+def judged(
+    published: Sequence[Comparison], equal: Sequence[Comparison] = (), text: str = "", *, same_refutes: bool = False
+) -> Finding:
+    """Judge a claim by its comparisons; `text` is said beside them."""
+    at_equal = [one.evidence(same_refutes=same_refutes) for one in equal]
+    return Finding(verdict([one.evidence() for one in published], at_equal), text, (*published, *equal))
+
+
+def counted(value: float) -> str:
+    """Return a cost with a decimal, a larger number of nodes without."""
+    return f"{value:,.0f}" if abs(value) >= 5000 else f"{value:.1f}"
+
+
+def _shown(found: Sequence[Evidence]) -> bool:
+    return all(one.shown < SIGNIFICANCE_LEVEL for one in found)
+
+
+def _refuted(found: Sequence[Evidence]) -> bool:
+    """Whether any comparison that does not show the claim refutes it."""
+    against = holm([one.refuted if one.shown >= SIGNIFICANCE_LEVEL else 1.0 for one in found])
+    return bool((against < SIGNIFICANCE_LEVEL).any())

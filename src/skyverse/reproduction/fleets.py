@@ -28,7 +28,7 @@ from skyverse.reproduction.published import CASES, CONVERGENCE_POPULATION, FLEET
 FLEET_SCENARIOS = dict(zip(FLEETS, ("table-4.9-2", "table-4.9-3", "table-4.9-4", "table-4.12"), strict=True))
 """The fleets of Table 4.10; the thesis does not give the five-UAV one, and Table 4.12 is the likely set."""
 FIVE_UAV_FLEETS = ("table-4.11", "table-4.12", "table-4.13")
-TOTAL_ITERATIONS = (1, 2, 5, 10, 25)
+TOTAL_ITERATIONS = (1, 2, 5, 10, 25, 50)
 COORDINATION_WAYS: tuple[Assignment, ...] = ("identity", "euclidean", "path-cost")
 _WITH = {
     "identity": "without coordination",

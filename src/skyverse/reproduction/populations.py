@@ -35,7 +35,7 @@ def _jobs(maps: Sequence[str], iterations: int, seeds: Sequence[int]) -> Iterabl
 def _table(k: int, iterations: int, cells: CellRuns) -> list[Block]:
     caption = (
         f"**Table 4.{k}**, counted: thousands of generated nodes of a run, {iterations} iterations, beside the "
-        "thesis's seconds. Time follows the nodes; measured times stand on their own page."
+        "thesis's seconds; measured times stand on their own page."
     )
     return _tabled(caption, "generated_nodes", 0.001, "{:,.1f}", iterations, cells)
 

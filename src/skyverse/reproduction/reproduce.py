@@ -13,8 +13,11 @@ from skyverse.lab.run_job import Job
 from skyverse.lab.run_study import OnRun, run_jobs
 from skyverse.reproduction import claims, convergence, costs, fleets, flight_figures, populations
 from skyverse.reproduction.cell_runs import CellRuns, ThesisPart
+from skyverse.reproduction.claim_verdict import ClaimVerdict
+from skyverse.reproduction.lean_runs import kept_lean
 
 MAX_RUNS = 10_000
+MAX_SETS = 100
 
 THESIS_PARTS = {
     part.name: part
@@ -27,7 +30,7 @@ _SECTIONS = (
     ("One UAV: paths, trajectories, flight", [f"fig-4.{k}" for k in range(1, 10)]),
     (
         "Best costs and times",
-        ["table-4.2", "table-4.3", "table-4.4", "cells", "fig-4.10", "fig-4.11", "fig-4.12", "fig-4.13"],
+        ["table-4.2", "table-4.3", "table-4.4", "cells", "acceptance", "fig-4.10", "fig-4.11", "fig-4.12", "fig-4.13"],
     ),
     ("Convergence and spread", ["table-4.5", *(f"fig-4.{k}" for k in range(14, 20))]),
     ("Time against population", ["table-4.6", "table-4.7", *(f"fig-4.{k}" for k in range(20, 26))]),
@@ -66,8 +69,9 @@ def reproduce(
     names: Sequence[str] = (),
     folder: Path | str = Path("out/reproduction"),
     *,
-    runs: int = 50,
+    runs: int = 200,
     seed: int = 0,
+    sets: int = 1,
     workers: int = 1,
     on_run: OnRun | None = None,
 ) -> list[Path]:
@@ -84,6 +88,9 @@ def reproduce(
         The number of runs of each cell, at least 2.
     seed
         The first seed of each cell. The same seed gives the same ``report`` and ``claims``, byte by byte.
+    sets
+        By how many disjoint sets of seeds, of `runs` each, the claims are judged; ``claims`` says how often a verdict
+        is the same. Sets that the folder has already are not run again.
     workers
         The number of processes that share the runs.
     on_run
@@ -102,6 +109,8 @@ def reproduce(
     parts = named(names)
     if not 2 <= runs <= MAX_RUNS:
         raise InputError(f"expected a whole number from 2 to {MAX_RUNS:,}, found {runs!r}", field="runs")
+    if not 1 <= sets <= MAX_SETS:
+        raise InputError(f"expected a whole number from 1 to {MAX_SETS}, found {sets!r}", field="sets")
     seeds = range(seed, seed + runs)
     folder = Path(folder)
     try:
@@ -114,10 +123,30 @@ def reproduce(
             run_jobs(wanted, rows, workers=workers, on_run=on_run)
         cells = CellRuns(rows, seeds)
         command = " ".join(["skyverse reproduce", *names, f"--runs {runs} --seed {seed}"])
-        return _write_pages(parts, cells, command, folder)
+        elsewhere: list[list[list[ClaimVerdict]]] = []
+        if sets > 1:
+            command += f" --sets {sets}"
+            elsewhere = [
+                _verdicts(range(first, first + runs), folder / "sets")
+                for first in range(seed + runs, seed + sets * runs, runs)
+            ]
+        return _write_pages(parts, cells, elsewhere, command, folder)
 
 
-def _write_pages(parts: Sequence[ThesisPart], cells: CellRuns, command: str, folder: Path) -> list[Path]:
+def _verdicts(seeds: Sequence[int], folder: Path) -> list[list[ClaimVerdict]]:
+    """Return the verdicts on all claims, by form, by other seeds, whose runs are kept in the folder."""
+    wanted = jobs([THESIS_PARTS["claims"]], seeds)
+    cells = CellRuns(kept_lean(wanted, folder / f"seeds-{seeds[0]}.npz"), seeds)
+    return [[finding.verdict for finding in findings] for findings in claims.judge_all(cells)]
+
+
+def _write_pages(
+    parts: Sequence[ThesisPart],
+    cells: CellRuns,
+    elsewhere: Sequence[Sequence[Sequence[ClaimVerdict]]],
+    command: str,
+    folder: Path,
+) -> list[Path]:
     by_name = {part.name: part for part in parts}
     made = f"Made by `{command}`, skyverse {__version__}."
     machine = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
@@ -129,10 +158,13 @@ def _write_pages(parts: Sequence[ThesisPart], cells: CellRuns, command: str, fol
         seconds = [block for part in there if part.seconds is not None for block in part.seconds(cells)]
         shown += [Heading(heading), *blocks] if blocks else []
         timed += [Heading(heading), *seconds] if seconds else []
-    judged = by_name["claims"].blocks(cells) if "claims" in by_name else []
+    judged = claims.page(cells, elsewhere) if "claims" in by_name else []
+    if claimed := by_name.get("claims"):
+        timed += claimed.seconds(cells) if claimed.seconds is not None else []
     measured = (
-        f"{made} On {machine}. Seconds are wall-clock times of the search alone, several runs side by side; they "
-        "differ from run to run and from machine to machine. The thesis's are of MATLAB R2018a at 3.18 GHz."
+        f"{made} On {machine}. Seconds of tables and figures are wall-clock times of the search alone, several runs "
+        "side by side; they differ from run to run and from machine to machine. The thesis's are of MATLAB R2018a at "
+        "3.18 GHz."
     )
     pages = (
         ("report", "The thesis's tables and figures, run again", f"{made} {_FORMS}", shown),

@@ -40,5 +40,7 @@ ga = _by_pymoo("GA", eliminate_duplicates=False)
 Duplicates stay, because a population without them can run out of children, and then never spends its budget.
 """
 
-de = _by_pymoo("DE", variant="DE/rand/1/bin", F=0.5, CR=0.9)
-"""DE/rand/1/bin with F = 0.5 and CR = 0.9."""
+
+def de(weighting: float, crossover: float) -> Optimiser:
+    """Return DE/rand/1/bin with F = `weighting` and CR = `crossover`."""
+    return _by_pymoo("DE", variant="DE/rand/1/bin", F=weighting, CR=crossover)

@@ -1,4 +1,4 @@
-"""CMA-ES by the package ``cma`` (Hansen, Ostermeier 2001)."""
+"""CMA-ES (Hansen, Ostermeier 2001) by the package ``cma``, with restarts."""
 
 import numpy as np
 
@@ -6,21 +6,27 @@ from skyverse._typing import Floats
 from skyverse.planners.optimisers import Evaluate, Iterations
 
 
-def cma_es(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Run CMA-ES from the mean of the first population, with a standard deviation of 0.2 on every axis."""
+def cma_es(evaluate: Evaluate, first: Floats, rng: np.random.Generator, sigma: float = 0.2) -> Iterations:
+    """Run CMA-ES from the mean of the first population, with a standard deviation of `sigma` on every axis.
+
+    When the package says that the search is over, it begins anew from a random vector with twice the candidates, as
+    IPOP-CMA-ES does (Auger, Hansen 2005).
+    """
     import cma
 
-    candidates = len(first)
     evaluate(first)
-    settings = {
-        "bounds": [0.0, 1.0],
-        "popsize": candidates,
-        "randn": lambda *shape: rng.standard_normal(shape),
-        "seed": np.nan,  # any other value would seed numpy's global generator
-        "verbose": -9,
-    }
-    strategy = cma.CMAEvolutionStrategy(first.mean(axis=0), 0.2, settings)
+    mean, candidates = first.mean(axis=0), len(first)
     while True:
-        yield
-        asked = strategy.ask()
-        strategy.tell(asked, evaluate(np.array(asked)))
+        settings = {
+            "bounds": [0.0, 1.0],
+            "popsize": candidates,
+            "randn": lambda *shape: rng.standard_normal(shape),
+            "seed": np.nan,  # any other value would seed numpy's global generator
+            "verbose": -9,
+        }
+        strategy = cma.CMAEvolutionStrategy(mean, sigma, settings)
+        while not strategy.stop():
+            yield
+            asked = strategy.ask()
+            strategy.tell(asked, evaluate(np.array(asked)))
+        mean, candidates = rng.random(len(mean)), 2 * candidates

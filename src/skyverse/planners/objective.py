@@ -1,0 +1,130 @@
+"""Objectives of one's own: what paths of straight legs cost, and which vectors stand for them."""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.model.result import Result, Status
+from skyverse.numerics.tolerances import OPTIMALITY_GAP
+from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, exhausted, note_best
+from skyverse.planners.results import SearchRecord, refused_result
+from skyverse.planners.run import Run
+from skyverse.problem import Problem
+
+FORBIDDEN = 1e100
+
+
+class PathObjective(ABC):
+    """An objective of one's own: a frozen dataclass of its settings, which says what paths cost.
+
+    A `WaypointSearch` with such an `objective` minimises it, and a study with one compares all its planners by it. What
+    is in the way of a path is its own affair too: an infinite price forbids a path. The referee judges the path all
+    the same, as it judges any other.
+    """
+
+    @abstractmethod
+    def prices(self, problem: Problem, paths: Floats) -> Floats:
+        """Return what paths of straight legs cost.
+
+        Parameters
+        ----------
+        problem
+            What the paths are for.
+        paths
+            (m, k, 3) metres: the corners of each, from the UAV's start to its target.
+
+        Returns
+        -------
+        Floats
+            (m,) numbers to be minimised; infinite for paths that may not be.
+        """
+
+    def bound(self, problem: Problem) -> float | None:
+        """Return what every path costs at least, which must be proven, or ``None`` where nothing is known."""
+        del problem
+        return None
+
+    def first(self, problem: Problem, rng: np.random.Generator, candidates: int, waypoints: int) -> Floats:
+        """Return the first population, (candidates, d) in [0, 1]; waypoints sorted from start to target by default."""
+        space = problem.airspace.world.space
+        X = rng.random((candidates, waypoints, 3))
+        return in_order(X, (space.high - space.low) * (problem.end - problem.start)).reshape(candidates, -1)
+
+    def paths(self, problem: Problem, X: Floats) -> Floats:
+        """Return the paths (m, k, 3) of vectors (m, d) in [0, 1]; by default those of waypoints within the bounds."""
+        space = problem.airspace.world.space
+        between = space.low + X.reshape(len(X), -1, 3) * (space.high - space.low)
+        ends = (np.broadcast_to(end, (len(X), 1, 3)) for end in (problem.start, problem.end))
+        return np.concatenate([next(ends), between, next(ends)], axis=1)
+
+
+class PricedPath:
+    """The best path so far, (k, 3) metres, and its cost, (1,)."""
+
+    def __init__(self) -> None:
+        self.path, self.cost = np.empty((0, 3)), np.array([math.inf])
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectiveRun(Run):
+    """A run whose candidates are priced by an objective of one's own."""
+
+    problem: Problem
+    objective: PathObjective
+    best: PricedPath
+
+    def evaluate(self, X: Floats) -> Floats:
+        """Return the prices (m,) of vectors (m, d), and keep the best path; NaN where the budget is spent.
+
+        Infinite ones are told as `FORBIDDEN`, since some optimisers cannot count with infinity.
+        """
+        paths = self.objective.paths(self.problem, np.clip(X, 0.0, 1.0))
+        found, spent = self.objective.prices(self.problem, paths), self.workspace.spent
+        if np.shape(found) != (len(X),) or np.isnan(found).any():
+            raise InputError(f"expected a price for each of {len(X)} paths, found {found!r:.60}", field="objective")
+        prices = np.full(len(X), math.nan)
+        for i, price in enumerate(found.tolist()):
+            if exhausted(self.workspace):
+                break
+            prices[i] = min(price, FORBIDDEN)
+            spent[[PATHS, NODES, EVALUATIONS]] += (1, paths.shape[1] - 1, 1)
+            if price < self.best.cost[0]:
+                self.best.path, self.best.cost = paths[i].copy(), np.array([price])
+                note_best(self.workspace, price)
+        return prices
+
+    def result(self, problem: Problem, record: SearchRecord) -> Result:
+        """Return the result that holds the best path, and its price."""
+        return priced_result(problem, self.objective, self.best.path, float(self.best.cost[0]), record)
+
+
+def priced_result(
+    problem: Problem, objective: PathObjective, path: Floats, price: float, record: SearchRecord
+) -> Result:
+    """Return the result of a path that costs so much by an objective of one's own."""
+    if not math.isfinite(price):
+        return replace(refused_result(problem, Status.NO_PATH, record.provenance), **vars(record))
+    bound = objective.bound(problem)
+    status = Status.OPTIMAL if bound is not None and price <= bound * (1 + OPTIMALITY_GAP) else Status.COMPLETE
+    terms, ends = {"objective": price}, (problem.uav_place, problem.target_place)
+    result = Result(status, path, price, terms, bound, *ends, **vars(record), any_angle=True)
+    return replace(result, objective=repr(objective))
+
+
+def rescored(problem: Problem, objective: PathObjective, result: Result) -> Result:
+    """Return a result priced by an objective of one's own, for which it was not sought; it keeps no history."""
+    if result.objective or not result.status.reached:
+        return result
+    price = float(objective.prices(problem, result.path[None])[0])
+    record = SearchRecord(result.provenance, result.effort, result.seconds, stopped_by=result.stopped_by)
+    return priced_result(problem, objective, result.path, price, record)
+
+
+def in_order(X: Floats, line: Floats) -> Floats:
+    """Return candidates (m, k, 3) with the waypoints of each sorted along a line of direction (3,)."""
+    along = np.sum(X * line, axis=2)
+    return np.take_along_axis(X, np.argsort(along, axis=1)[:, :, None], axis=1)

@@ -1,0 +1,141 @@
+"""Objectives of one's own: what is minimised, kept, told and judged."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.lab.study import read_study, write_study
+from skyverse.planners.objective import priced_result, rescored
+from worlds import ROOM
+
+STOP = sky.MaxEvaluations(300)
+
+
+@dataclass(frozen=True)
+class Danger(sky.PathObjective):
+    """Length, and danger near a threat; paths through the threat are forbidden."""
+
+    reach: float = 2.0
+
+    def prices(self, problem, paths):
+        length = np.linalg.norm(np.diff(paths, axis=1), axis=2).sum(axis=1)
+        far = np.linalg.norm(paths - (3.0, 2.0, 2.0), axis=2).min(axis=1)
+        return np.where(far < 0.2, np.inf, length + np.maximum(0, self.reach - far))
+
+    def bound(self, problem):
+        return math.dist(problem.start, problem.end)
+
+
+EMPTY = ROOM.model_copy(update={"obstacles": ()})
+METHODS = [sky.WaypointMVO, sky.WaypointBBO, sky.WaypointGSO, sky.WOA, sky.MFO, sky.DA]
+
+
+@pytest.mark.parametrize("kind", METHODS)
+def test_the_best_of_all_paths_that_were_priced_is_told_with_its_price(kind):
+    seen = []
+
+    class Watched(Danger):
+        def prices(self, problem, paths):
+            found = super().prices(problem, paths)
+            seen.extend(zip(found.tolist(), paths, strict=True))
+            return found
+
+    problem, objective = sky.Problem(EMPTY), Watched()
+    result = kind(waypoints=2, objective=objective).plan(problem, stop=STOP, rng=1)
+    price, path = min(seen[:300], key=lambda one: one[0])
+    assert result.cost == price
+    np.testing.assert_array_equal(result.path, path)
+    assert (result.bound, result.objective) == (objective.bound(problem), repr(objective))
+    assert result.effort.evaluations == result.effort.generated_paths == 300
+    history = result.history
+    best = np.minimum.accumulate([price for price, _ in seen[:300]])
+    np.testing.assert_array_equal(
+        history.cost[history.evaluations > 0], best[history.evaluations[history.evaluations > 0] - 1]
+    )
+    assert sky.check_result(EMPTY, 0, 0, result) == []
+
+
+def test_the_referee_judges_the_path_all_the_same():
+    problem = sky.Problem(ROOM)
+    through = np.vstack([problem.start, problem.end])[None]
+    result = sky.WOA(waypoints=1, objective=Danger(reach=0.0)).plan(problem, stop=STOP, rng=0)
+    straight = priced_result(problem, Danger(), through[0], result.cost, result_record(result))
+    faults = {violation.fault for violation in sky.check_result(ROOM, 0, 0, straight)}
+    assert sky.Fault.COST not in faults
+    assert faults  # the wall
+
+
+def result_record(result):
+    from skyverse.planners.results import SearchRecord
+
+    return SearchRecord(result.provenance, result.effort, result.seconds, result.history, result.stopped_by)
+
+
+def test_a_path_that_was_sought_for_something_else_is_priced_and_keeps_no_history():
+    problem, objective = sky.Problem(ROOM), Danger()
+    found = sky.MVO().plan(problem, stop=sky.MaxPaths(50), rng=0)
+    priced = rescored(problem, objective, found)
+    assert priced.cost == objective.prices(problem, found.path[None])[0]
+    assert priced.effort == found.effort
+    assert not len(priced.history.cost)
+    assert rescored(problem, objective, priced) is priced
+
+
+def test_what_forbids_every_path_leaves_none():
+    class Never(Danger):
+        def prices(self, problem, paths):
+            return np.full(len(paths), np.inf)
+
+    for kind in METHODS:
+        result = kind(objective=Never()).plan(sky.Problem(EMPTY), stop=STOP, rng=0)
+        assert (result.status, result.cost, len(result.path)) == (sky.Status.NO_PATH, np.inf, 0)
+        assert result.effort.evaluations == 300
+
+
+@pytest.mark.parametrize("found", [[1.0], [[1.0] * 25], [np.nan] * 25])
+def test_what_is_no_price_for_each_path_is_refused(found):
+    class Wrong(Danger):
+        def prices(self, problem, paths):
+            return np.array(found)
+
+    with pytest.raises(sky.InputError, match="expected a price for each of 25 paths"):
+        sky.WOA(objective=Wrong()).plan(sky.Problem(EMPTY), stop=STOP, rng=0)
+    with pytest.raises(sky.InputError, match="WOA's objective is a PathObjective"):
+        sky.WOA(objective="short")
+
+
+def test_a_study_compares_all_planners_by_the_objective(tmp_path):
+    study = sky.Study(
+        scenarios=["map1"],
+        planners=["woa", "waypoint-mvo", "astar"],
+        seeds=2,
+        budget={"evaluations": 200},
+        objective=Length(metres=2.0),
+    )
+    with sky.run_study(study, tmp_path / "rows.db") as rows:
+        found = list(rows)
+    problem = sky.Problem(sky.read("map1"))
+    for row in found:
+        assert row.bound == 2.0 * math.dist(problem.start, problem.end)
+        assert row.gap == pytest.approx(row.cost / row.bound - 1)
+    exact = sky.AStar().plan(problem).path
+    costs = [row.cost for row in found if row.planner == "astar"]
+    assert costs == pytest.approx([2.0 * sum(map(math.dist, exact, exact[1:]))] * 2)
+    write_study(study, tmp_path / "study.yaml")
+    assert read_study(tmp_path / "study.yaml").objective.make() == Length(metres=2.0)
+
+
+@dataclass(frozen=True)
+class Length(sky.PathObjective):
+    """Length alone."""
+
+    metres: float = 1.0
+
+    def prices(self, problem, paths):
+        return self.metres * np.linalg.norm(np.diff(paths, axis=1), axis=2).sum(axis=1)
+
+    def bound(self, problem):
+        return self.metres * math.dist(problem.start, problem.end)
