@@ -26,6 +26,7 @@ from skyverse.maps.assembly.obstacles import ROUNDING, LocalFeatures, prisms  # 
 from skyverse.maps.georeference.choices import Raster  # noqa: E402
 from skyverse.maps.georeference.feature import Feature  # noqa: E402
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
+from skyverse.space.mission_cautions import mission_cautions  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 LAT, LON = 46.8, 9.85
@@ -579,6 +580,17 @@ def test_a_raster_that_says_no_unit_is_told_unless_the_user_says_one(valley):
         (source,) = build_scenario("v", terrain=[raster], uavs=[START]).sources
         assert len(source.cautions) == kept
         assert not [said for said in source.cautions if "Raster(" in said]
+
+
+def test_a_mission_among_zones_whose_times_are_not_read_warns_of_it(tmp_path):
+    square = [[10.0, 50.0], [10.001, 50.0], [10.001, 50.001], [10.0, 50.0]]
+    said = {"lower": "0 m agl", "upper": "50 m agl", "startDateTime": "2026-05-01T08:00:00Z"}
+    zone = {"type": "Feature", "properties": said, "geometry": {"type": "Polygon", "coordinates": [square]}}
+    (tmp_path / "zones.geojson").write_text(json.dumps(zone))
+    ends = {"uavs": [(50.002, 10.0, AboveGround(60))], "targets": [(50.002, 10.002, AboveGround(60))]}
+    scenario = build_scenario("z", ground=AboveSea(300), zones=[tmp_path / "zones.geojson"], **ends)
+    warned = [one.sentence for one in mission_cautions(sky.plan_mission(scenario))]
+    assert any("with times ('startDateTime')" in sentence for sentence in warned)
 
 
 @pytest.mark.skipif(not (DATA / "delft.city.json").is_file(), reason="the Delft buildings are not here")

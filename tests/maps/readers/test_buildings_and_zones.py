@@ -109,6 +109,33 @@ def test_only_zones_without_restriction_are_left_out(read, field):
     assert ["restricts nothing" in sentence for sentence in told] == [True, True]
 
 
+SCHEDULE = {"day": ["MON"], "startTime": "08:00Z", "endTime": "16:00Z"}
+
+
+@pytest.mark.parametrize(
+    ("fields", "warned"),
+    [
+        ({"applicability": [{"permanent": "YES"}]}, False),
+        ({"applicability": [{"permanent": "NO", "schedule": [SCHEDULE]}]}, True),
+        ({"limitedApplicability": [{"startDateTime": "2026-05-01T08:00:00Z", "endDateTime": None}]}, True),
+        ({"limitedApplicability": []}, False),
+        ({"startDateTime": "2026-05-01T08:00:00Z"}, True),
+        ({"valid_until": 20260501}, True),
+        ({"TIMESOFUSE": "CONTINUOUS"}, False),
+        ({"TIMESOFUSE": "SR-SS"}, True),
+        ({"hoursOfOperation": {"operatingHours": [{"dayOfWeek": 0, "sunrise": True}]}}, True),
+        ({"startTime": ""}, False),
+        ({"building": "yes", "height": "9 m", "startTime": "08:00"}, False),
+    ],
+)
+def test_zones_with_times_are_always_active_and_the_pilot_is_told(read, fields, warned):
+    told = []
+    assert len(read(collection(feature(**fields), feature(**fields)), tell=told.append)) == 2
+    warnings = [sentence.split("zones.geojson: ")[1] for sentence in told if "WARNING" in sentence]
+    assert len(warnings) == warned
+    assert all(sentence.startswith("WARNING: 2 with times") for sentence in warnings)
+
+
 def test_heights_of_buildings_without_a_unit_are_in_the_unit_that_is_given(read):
     fields = ({"height": 100}, {"height": "100"}, {"height": "100 m"}, {"height": "100 ft"}, {"building:levels": 10})
     document = collection(*(feature(**one) for one in fields))

@@ -41,6 +41,25 @@ def test_kml_altitudes_follow_their_mode(read):
     assert found[3].where.endswith("zones.kml: placemark 4")
 
 
+TIMES = "<TimeSpan><begin>2026-05-01</begin></TimeSpan>"
+
+
+@pytest.mark.parametrize(
+    ("document", "timed"),
+    [
+        (kml(kml_polygon(), kml_polygon()), 0),
+        (kml(TIMES + kml_polygon(), kml_polygon()), 1),
+        (kml(kml_polygon(), kml_polygon()).replace("<Placemark>", TIMES + "<Placemark>", 1), 2),
+        (kml("<gx:TimeStamp><when>2026</when></gx:TimeStamp>" + kml_polygon(), kml_polygon()), 1),
+    ],
+)
+def test_times_of_placemarks_and_of_what_holds_them_are_told(read, document, timed):
+    told = []
+    read(document, name="zones.kml", tell=told.append)
+    warnings = [sentence.split("zones.kml: ")[1].split()[:4] for sentence in told if "WARNING" in sentence]
+    assert warnings == [["WARNING:", str(timed), "with", "times"]] * (timed > 0)
+
+
 SPACED = "<outerBoundaryIs><LinearRing><coordinates>7, 47 8, 47</coordinates></LinearRing></outerBoundaryIs>"
 
 

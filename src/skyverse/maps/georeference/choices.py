@@ -130,5 +130,5 @@ class Choices(Reading):
     tally: Counter[Sentence] = field(default_factory=Counter)
 
     def count(self, text: str, *give: Remedy) -> None:
-        """Count one more feature of which a sentence is true; see `tally`."""
+        """Count one more feature of which a sentence is true, which may begin with a warning; see `tally`."""
         self.tally[Sentence(text, give=give)] += 1

@@ -9,6 +9,7 @@ from skyverse.errors import InputError, Remedy, Sentence, require_file
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.libraries import require_libraries
+from skyverse.model.caution import Caution
 
 _GDAL_SUFFIXES = (".shp", ".gpkg", ".fgb")
 FEATURE_SUFFIXES = (".geojson", ".json", ".kml", ".kmz", *_GDAL_SUFFIXES, ".osm", ".pbf")
@@ -50,8 +51,11 @@ def read_features(path: Path | str, choices: Choices | None = None) -> list[Feat
             found = _read(path, suffix, choices)
     except (shapely.errors.ShapelyError, RecursionError, MemoryError) as error:
         raise InputError(f"{path}: its geometries cannot be used: {error}") from None
+    warning = f"{Caution.WARNING}: "
     for sentence, number in choices.tally.items():
-        given.tell(Sentence(f"{path}: {number:,} {sentence.text}", give=sentence.give))
+        said = sentence.text.removeprefix(warning)
+        begins = "" if said == sentence.text else warning
+        given.tell(Sentence(f"{path}: {begins}{number:,} {said}", give=sentence.give))
     for one in told:
         given.tell(one)
     return found

@@ -30,8 +30,14 @@ def records(path: Path) -> list[GeometryRecord]:
         root = read_tree(stream, path)
     if next(root.iter("NetworkLink"), None) is not None:
         raise InputError(f"{path}: expected zones, found a NetworkLink to others; give those files themselves")
-    marks = enumerate(root.iter("Placemark"), 1)
-    return [record for number, mark in marks for record in _placemark(mark, f"{path}: placemark {number}")]
+    timed = {mark for holder in root.iter() if _has_times(holder) for mark in holder.iter("Placemark")}
+    marks = [(mark, f"{path}: placemark {number}") for number, mark in enumerate(root.iter("Placemark"), 1)]
+    return [record for mark, where in marks for record in _placemark(mark, where, "given" if mark in timed else "")]
+
+
+def _has_times(holder: Element) -> bool:
+    """Tell whether an element has times, which hold of all that is in it."""
+    return any(holder.find(name) is not None for name in ("TimeSpan", "TimeStamp"))
 
 
 def _opened(path: Path) -> IO[bytes]:
@@ -56,8 +62,8 @@ def _opened(path: Path) -> IO[bytes]:
     return io.BytesIO(content)
 
 
-def _placemark(mark: Element, where: str) -> Iterator[GeometryRecord]:
-    fields = _fields(mark, where)
+def _placemark(mark: Element, where: str, times: str) -> Iterator[GeometryRecord]:
+    fields = {"TimeSpan": times, **_fields(mark, where)}
     groups: dict[tuple[str, bool], list[BaseGeometry]] = {}
     for shape in _shapes(mark, where):
         mode = _text(shape, "altitudeMode") or "clampToGround"

@@ -20,12 +20,13 @@ from skyverse.maps.georeference.altitude_limits import (
 )
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import Fields, number_of, plain
+from skyverse.maps.georeference.fields import Fields, is_empty, number_of, plain
 from skyverse.maps.readers.building_heights import HEIGHT_FIELDS, building_limits
 from skyverse.maps.readers.circle_radius import circle_radius
 from skyverse.maps.readers.coordinate_systems import to_globe
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
+from skyverse.model.caution import Caution
 from skyverse.model.shapes import NO_FLY_ZONE
 
 NO_RESTRICTION = "norestriction"
@@ -34,6 +35,15 @@ NO_RESTRICTION = "norestriction"
 Their other values close a zone: ``PROHIBITED``, and ``REQ_AUTHORISATION`` (``REQ_AUTHORIZATION``) and ``CONDITIONAL``,
 which let enter whoever has an authorisation or meets conditions; neither is known here.
 """
+
+_TIMES = (
+    *("applicability", "limitedapplicability", "schedule", "startdatetime", "enddatetime", "starttime", "endtime"),
+    *("validfrom", "validto", "validuntil", "activefrom", "activeto", "activeuntil", "activetimes"),
+    *("timesofuse", "hoursofoperation", "operatinghours", "timespan"),
+)
+"""Plain names of fields that say when a zone is active: ED-269's, ED-318's, the FAA's, openAIP's, KML's and others."""
+_ALWAYS = ("yes", "true", "any", "always", "permanent", "continuous", "h24", "24h", "247")
+"""Plain names of what such fields hold where a zone is always active."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +118,20 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
     low, high = _limits(record, geometry, crs, fields, kind, choices)
     name = _name(fields)
     risk = _risk(fields, where, choices)
+    timed = [printable(written) for written, value in fields.of(*_TIMES) if _says_times(value)]
+    if timed and kind != "building":
+        choices.count(f"{Caution.WARNING}: with times ({timed[0]!r}), which are not read: active at all times")
     for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
         outline = np.array(part.exterior.coords)[:-1, :2]
         holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
         yield Feature(outline, holes, low, high, kind, kind == "building", name, where, risk)
+
+
+def _says_times(value: object) -> bool:
+    """Tell whether a value, or one within it, is more than that a zone is always active."""
+    if isinstance(value, dict | list):
+        return any(map(_says_times, value.values() if isinstance(value, dict) else value))
+    return not is_empty(value) and plain(str(value)) not in _ALWAYS
 
 
 def _kind(fields: Fields) -> str:
