@@ -1,6 +1,7 @@
 """A scenario keeps the options that it was built with, so that building it again asks for what is changed alone."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -49,10 +50,37 @@ def test_what_is_not_changed_is_as_it_was_from_any_folder(skyverse, zones, tmp_p
     for made, target in ((first, (46.803, 9.85, AboveGround(60))), (second, (46.803, 9.853, AboveGround(70)))):
         direct = build_scenario(made.name, targets=[target], **options)
         assert made.model_copy(update={"built_with": ()}) == direct
-    assert {name: rest for name, *rest in second.built_with}["zones"] == ["maps/z=1.geojson"]
+    assert {name: rest for name, *rest in second.built_with}["zones"] == [str(zones)]
+    assert "maps/z=1.geojson=0.5" in Path("second.yaml").read_text()
     code, _, err = skyverse("scenario", "build", "--from", "second.yaml", "-o", "maps/third.yaml")
     assert code == 0, err
     assert sky.read_scenario("maps/third.yaml").targets == second.targets
+
+
+@pytest.mark.parametrize("name", ["other/copy.yaml", "other/deep/copy.json", "other/mission.json"])
+def test_its_files_are_found_again_wherever_it_was_written(skyverse, zones, tmp_path, monkeypatch, name):
+    words = ["--ground", "1500 m amsl", "--uav", START, "--target", GOAL, "--ceiling", "120 m agl"]
+    words += ["--zones", "maps/z=1.geojson", "--soft-zones", "maps/z=1.geojson=0.5"]
+    code, _, err = skyverse("scenario", "build", *words, "-o", "first.yaml")
+    assert code == 0, err
+    first = sky.read_scenario("first.yaml")
+    Path(name).parent.mkdir(parents=True)
+    if "mission" in name:
+        assert skyverse("plan", "first.yaml", "-o", name)[0] == 0
+    else:
+        sky.write(first, name)
+    assert "maps/z=1.geojson" in Path(name).read_text()
+    assert str(tmp_path) not in Path(name).read_text()  # a folder with all of it may be moved
+    assert sky.read_scenario(name) == first
+    (tmp_path / "moved").mkdir()
+    for part in ("maps", "other"):
+        (tmp_path / part).rename(tmp_path / "moved" / part)
+    monkeypatch.chdir(tmp_path / "moved" / "maps")
+    code, _, err = skyverse("scenario", "build", "--from", f"../{name}", "-o", "again.yaml")
+    assert code == 0, err
+    again = sky.read_scenario("again.yaml")
+    assert again.model_copy(update={"name": "first", "built_with": first.built_with}) == first
+    assert sky.read_scenario(f"../{name}").digest == first.digest
 
 
 def test_a_scenario_that_was_not_built_and_options_that_cannot_be_are_refused(skyverse):

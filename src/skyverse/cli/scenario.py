@@ -212,7 +212,7 @@ def build(
         if not kept:
             raise InputError(f"--from: {again}: expected a scenario of skyverse scenario build, found no options in it")
         given = given_again(again, kept, {one.name: one for one in _options()}) | given
-    words = kept_words(given, output.parent)
+    words = kept_words(given)
     files = _values(MapFiles, given)
     read = [path for kind in ("terrain", "buildings", "zones", "voxels") for path in files.get(kind, ())]
     refuse_output(output, *read, *(path for path, _ in files.get("soft_zones", ())))

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 
 from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError, require_file, require_kind
@@ -165,10 +165,10 @@ def write(what: Scenario | Mission | Flight | ReplannedFlight, path: str | Path,
         )
 
 
-def _write(path: Path, text: Callable[[GridArchive], str]) -> None:
+def _write(path: Path, text: Callable[[dict[str, Any]], str]) -> None:
     """Write a file, and the archive beside it that holds its large arrays; an error leaves both as they were."""
     archive = GridArchive(path)
-    whole = text(archive)
+    whole = text(archive.context)
     if not archive:
         write_text(path, whole)
     elif path.is_dir():  # refused before the archive beside it is written

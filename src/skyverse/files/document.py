@@ -14,7 +14,7 @@ from skyverse.documents.json import load_json
 from skyverse.documents.limits import LimitError, require_length
 from skyverse.documents.yaml import load_yaml
 from skyverse.errors import InputError, first_line, printable, shown, unreadable
-from skyverse.files.grid_archive import GridArchive, arrays_beside
+from skyverse.files.grid_archive import beside
 from skyverse.model.scenario import Scenario
 from skyverse.model.wrong_values import wrong_field
 
@@ -108,13 +108,13 @@ class JsonFormat(Generic[T]):
         if data["format"] != self.name:
             raise InputError(f"{source}: format: expected {self.name!r}, found {shown(data['format'], 60)}")
         try:
-            return self._adapter.validate_python(data, context={"grids": arrays_beside(Path(source))})
+            return self._adapter.validate_python(data, context=beside(Path(source)))
         except ValidationError as error:
             raise explained(source, error, data, set()) from None
 
-    def text(self, thing: T, archive: GridArchive | None = None) -> str:
-        """Return an object as the text of its file; large arrays of its scenario go to the archive if there is one."""
-        written = self._adapter.dump_json(thing, indent=1, exclude=self._unwritten, context={"side": archive})
+    def text(self, thing: T, context: dict[str, Any] | None = None) -> str:
+        """Return an object as the text of its file, written with the context of its archive if there is one."""
+        written = self._adapter.dump_json(thing, indent=1, exclude=self._unwritten, context=context)
         return written.decode() + "\n"
 
 

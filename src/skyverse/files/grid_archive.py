@@ -9,7 +9,6 @@ import io
 import math
 import zipfile
 import zlib
-from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
@@ -46,6 +45,11 @@ class GridArchive:
         self._entries[name] = data
         return {"file": self.path.name, "array": name, "shape": list(array.shape), "sha256": digest}
 
+    @property
+    def context(self) -> dict[str, Any]:
+        """What models are written with."""
+        return {"side": self, "folder": self.path.parent}
+
     def __bool__(self) -> bool:
         return bool(self._entries)
 
@@ -71,9 +75,9 @@ def _entry(array: NDArray[Any]) -> bytes:
     return out.getvalue()
 
 
-def arrays_beside(path: Path) -> Callable[[dict[str, Any]], NDArray[Any]]:
-    """Return a function that returns the array of a reference in the file `path`, or raises `ValueError`."""
-    return lambda reference: _load(path, reference)
+def beside(path: Path) -> dict[str, Any]:
+    """Return what models read the file `path` with: its folder, and what returns the array of a reference in it."""
+    return {"grids": lambda reference: _load(path, reference), "folder": path.parent}
 
 
 def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:

@@ -1,7 +1,6 @@
 """Scenario files: YAML, JSON, and the map files of the MEAM 620 course."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError, shown, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
 from skyverse.files.document import explained
-from skyverse.files.grid_archive import arrays_beside
+from skyverse.files.grid_archive import beside
 from skyverse.files.recorded_motions import RecordedMotion, with_recorded_motions
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
@@ -28,7 +27,7 @@ def scenario_from_data(source: str | Path, data: Any) -> Scenario:
         )
     data = with_recorded_motions(Path(source), data)
     try:
-        return Scenario.model_validate(data, context={"grids": arrays_beside(Path(source))})
+        return Scenario.model_validate(data, context=beside(Path(source)))
     except ValidationError as error:
         raise explained(source, error, data, keys_of_schema(scenario_schema())) from None
 
@@ -37,9 +36,9 @@ MAX_PRINTED_NUMBERS = 100_000
 """Numbers of one array at most that `printed_scenario` shows: more take minutes, and no reader of YAML takes them."""
 
 
-def scenario_text(scenario: Scenario, suffix: str, archive: Callable[[NDArray[Any]], object] | None = None) -> str:
-    """Return a scenario as the text of a YAML or JSON file; its large arrays go to the archive if there is one."""
-    data = scenario.model_dump(mode="json", exclude_none=True, context={"side": archive})
+def scenario_text(scenario: Scenario, suffix: str, context: dict[str, Any] | None = None) -> str:
+    """Return a scenario as the text of a YAML or JSON file, written with the context of its archive if there is one."""
+    data = scenario.model_dump(mode="json", exclude_none=True, context=context)
     for uav in data["uavs"]:
         uav |= limits_without_value(uav["vehicle"], uav)  # or else the profile's would be read
     return yaml_text(data) if suffix in (".yaml", ".yml") else json.dumps(data, indent=2) + "\n"
@@ -61,7 +60,7 @@ def printed_scenario(scenario: Scenario, suffix: str) -> tuple[str, int]:
             return {"shape": list(array.shape), "occupied": int(array.sum())}
         return {"shape": list(array.shape), "least": float(array.min()), "greatest": float(array.max())}
 
-    return scenario_text(scenario, suffix, summary), left_out
+    return scenario_text(scenario, suffix, {"side": summary}), left_out
 
 
 def scenario_schema() -> dict[str, Any]:

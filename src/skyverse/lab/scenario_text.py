@@ -4,6 +4,7 @@ from pydantic import BaseModel
 
 from skyverse.model.arrays import equal
 from skyverse.model.formats import NEW_IN_SCENARIO_2, SCENARIO_1, SCENARIO_2
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 
 
@@ -12,6 +13,7 @@ def scenario_text(scenario: Scenario) -> str:
 
     The runs of studies are found again by this text, so that a study which an older version began can go on.
     """
+    scenario = derived(scenario, built_with=())  # where files are does not matter
     parts: dict[str, tuple[BaseModel, ...]] = {
         "": (scenario,),
         "uavs": scenario.uavs,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from skyverse.errors import InputError, shown
+from skyverse.model.built_with import BuiltWith
 from skyverse.model.digest import digest_of
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
@@ -275,7 +276,7 @@ class Scenario(Model, Drawn):
     targets: tuple[Target, ...] = ()
     frame: Frame = Frame()
     sources: tuple[Source, ...] = ()
-    built_with: tuple[tuple[str, ...], ...] = ()
+    built_with: BuiltWith = ()
 
     def __repr__(self) -> str:
         kinds = Counter(shape.shape for shape in self.obstacles)
