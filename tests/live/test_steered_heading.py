@@ -148,6 +148,20 @@ def test_an_aeroplane_flies_where_its_nose_points():
         assert np.degrees(np.abs(wrapped(flown.heading(t).yaw - wanted)))[known].max() < 3.0
 
 
+def test_an_answer_costs_no_more_after_an_hour_of_turns():
+    flying, kept = flight(), []
+    for k in range(1, 300):
+        flying.observe(k / 10, targets={0: (1.0 + k // 10 % 2 * 8.0, 5.0 + k // 10 % 3, 1.0)} if k % 10 == 0 else {})
+        kept.append(len(flying._pilots[0].pointing.turns))
+    whole = flying.flown(0).pointing
+    assert len(whole.turns) > 400
+    assert max(kept[150:]) <= max(kept[:150])
+    assert (np.diff(whole.instants) > 0).all()
+    t = np.linspace(0.0, 30.0, 1001)
+    (ahead,) = np.nonzero(t >= flying.motion(0).start)
+    np.testing.assert_allclose(flying.motion(0).heading(t).yaw[ahead], flying.flown(0).heading(t).yaw[ahead], atol=1e-9)
+
+
 def test_headings_of_what_was_flown_are_exported(tmp_path):
     flying = flight()
     fly(flying, crowd(1), seconds=4.0, top_speed=3.0, reach=6.0)

@@ -33,7 +33,8 @@ def test_the_yaw_is_the_sum_of_averaged_turns(pointing, cut):
     smooth = np.abs(t[:, None] - pointing.corners[0]).min(axis=1, initial=1.0) > 1e-4
     slope = (averaged(pointing, t + 1e-5) - averaged(pointing, t - 1e-5)) / 2e-5
     np.testing.assert_allclose(rate[smooth], slope[smooth], rtol=1e-5, atol=1e-5)
-    later = pointing.since(cut)
+    past, later = pointing.parted(cut)
+    assert np.array_equal(np.r_[past.turns, later.turns], pointing.turns)
     ahead = t >= cut
     np.testing.assert_allclose(later.at(t, nowhere).yaw[ahead], yaw[ahead], rtol=0, atol=1e-9)
     assert len(later.turns) == np.count_nonzero(pointing.instants + 0.5 * (pointing.spread + pointing.rise) > cut)

@@ -45,7 +45,9 @@ class Multirotor(Pilot):
     guidance, own
         The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
     pointing
-        Where its nose points, from 0 s on.
+        Where its nose points, since shortly before now.
+    pointed
+        Where it pointed before, one after another, without what had not ended.
     nearest, since
         How near to its target it has been, metres along its way, and the instant since which it has come no nearer.
     held_up
@@ -65,6 +67,7 @@ class Multirotor(Pilot):
     held_up: bool = False
     waited: bool = False
     waits: bool = False
+    pointed: tuple[Pointing, ...] = ()
     turns: ClassVar[str] = "can stop"
 
     @classmethod
@@ -108,7 +111,7 @@ class Multirotor(Pilot):
     def motion(self) -> Trajectory:
         """What it flies from now on, to rest."""
         motion = self.course.motion
-        return replace(motion, pointing=self.pointing.since(motion.start))
+        return replace(motion, pointing=self.pointing.parted(motion.start)[1])
 
     @property
     def occupied(self) -> tuple[Trajectory, ...]:
@@ -118,7 +121,10 @@ class Multirotor(Pilot):
     @property
     def flown(self) -> Trajectory:
         """What it has flown since the mission began, and will fly if nothing is observed any more."""
-        return replace(joined([*self.course.flown, self.course.motion]), pointing=self.pointing)
+        parts = [*self.pointed, self.pointing]
+        instants, turns = (np.concatenate([getattr(one, name) for one in parts]) for name in ("instants", "turns"))
+        pointing = replace(parts[0], instants=instants, turns=turns)
+        return replace(joined([*self.course.flown, self.course.motion]), pointing=pointing)
 
     @property
     def arrival(self) -> float | None:
@@ -165,11 +171,13 @@ class Multirotor(Pilot):
     def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen."""
         now = self.course.since(span.now)
+        before, pointing = self.pointing.parted(now.motion.start)
+        pilot = replace(self, pointing=pointing, pointed=(*self.pointed, before) if len(before.turns) else self.pointed)
         for tries in (0, most_tried) if self.waits else (most_tried,):
             course, choice = choose_course(now, self.guidance, self.own, around, span, tries, deadline)
             if choice.proven:
                 break
-        pilot = replace(self, course=course) if choice.kept else self.flying(course, span.join)
+        pilot = replace(pilot, course=course) if choice.kept else pilot.flying(course, span.join)
         return pilot._watched(span, choice.held_up), choice
 
     def _watched(self, span: Span, held_up: bool) -> Self:

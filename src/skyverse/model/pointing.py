@@ -56,11 +56,12 @@ class Pointing(ArrayRecord):
         instants = start + (self.instants - begin) * factor
         return replace(self, instants=instants, spread=self.spread * factor, rise=self.rise * factor)
 
-    def since(self, t: float) -> "Pointing":
-        """Return the same yaw from an instant on, without the turns that have ended by then."""
+    def parted(self, t: float) -> tuple["Pointing", "Pointing"]:
+        """Return the turns that have ended by an instant, and the same yaw from then on, without these turns."""
         ended = self.instants + 0.5 * (self.spread + self.rise) <= t
         yaw = self.yaw + float(np.sum(self.turns[ended]))
-        return replace(self, yaw=yaw, instants=self.instants[~ended], turns=self.turns[~ended])
+        past = replace(self, instants=self.instants[ended], turns=self.turns[ended])
+        return past, replace(self, yaw=yaw, instants=self.instants[~ended], turns=self.turns[~ended])
 
     @cached_property
     def corners(self) -> tuple[Floats, Floats, Floats, Floats]:
