@@ -60,3 +60,19 @@ def test_it_arrives_beside_a_mover_that_may_be_at_its_target_before_it_would_hav
     assert certified(flight, truth.movers).trajectories[0].verdict is sky.Verdict.PROVEN
     assert max(looked_ahead) == pytest.approx(flight.horizon)
     assert min(looked_ahead) == pytest.approx(flight.lead + 3 / 50 + 0.5)  # s: from rest, at a jerk of 50 m/s^3
+
+
+@pytest.mark.parametrize("kept_away", [False, True])
+def test_it_looks_as_far_as_ever_once_it_has_another_target(kept_away):
+    flight = sky.Replanner(sky.plan_mission(hall(uavs=[sky.UAV(start=(1, 5, 1), max_speed=2.0)])))
+    seen = [sky.Sighting(name="ball", shape=BALL, position=(19, 5, 1), top_speed=3.0, max_acceleration=None)]
+    looked_ahead = {}
+    for t in np.arange(0.0, 40.0, 0.2):
+        asked = {0: (1.0, 5.0, 1.0)} if t == 20.0 else {}
+        near = kept_away and t < 20.0
+        (answer,) = flight.observe(t, movers=seen if near else [], gone=[] if near else ["ball"], targets=asked)
+        assert answer.proven or t < 20.0
+        looked_ahead[t] = answer.clear_until - answer.time
+    assert flight.arrival(0) is not None
+    assert min(s for t, s in looked_ahead.items() if t >= 20.0) == pytest.approx(flight.horizon)
+    assert (min(looked_ahead.values()) < 0.9 * flight.horizon) == kept_away

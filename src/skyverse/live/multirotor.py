@@ -53,7 +53,7 @@ class Multirotor(Pilot):
     held_up
         Whether another UAV is in its way.
     waited
-        Whether movers have kept it from coming nearer for long.
+        Whether movers have kept it from coming nearer to this target for long; they may do so again.
     waits
         Whether it comes to rest and stays there, as far as that is proven, while a mission is planned for all.
     """
@@ -159,7 +159,9 @@ class Multirotor(Pilot):
         way = planned_anew(scenario, self.number, target, self.turning_place(join))
         if way is None:
             return None
-        return replace(self, planned=now, guidance=way, own=None, course=self.course.guided_by(way))
+        led = replace(self, planned=now, guidance=way, own=None, course=self.course.guided_by(way))
+        same = np.array_equal(way.points[-1], self.guidance.points[-1])
+        return led if same else replace(led, nearest=math.inf, waited=False)
 
     def needs_a_way(self, world: World, new: bool, now: float, join: float) -> bool:
         """Tell whether something new stands in its way, or it has been led too far away from it."""
