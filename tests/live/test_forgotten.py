@@ -42,12 +42,24 @@ def test_a_mover_that_is_not_seen_any_more_stays_where_it_can_be(mission):
 
 def test_a_mover_whose_place_was_seen_empty_is_gone(mission):
     flight, _ = blinded(mission, 8.0)
-    (answer,) = flight.observe(8.0, gone=["cart", "another"])
+    (answer,) = flight.observe(8.0, gone=["cart"])
     assert flight.predicted() == ()
     assert answer.forgotten == ()
     for k in range(81, 200):
         flight.observe(k / 10)
     assert flight.arrival(0) is not None
+
+
+def test_only_who_was_seen_can_be_gone_and_may_be_said_to_be_so_again(mission):
+    flight = sky.Replanner(mission)
+    flight.observe(0.0, movers=[cart(20.0), cart(22.0, name="van", top_speed=8.0)])
+    with pytest.raises(sky.InputError, match=r"^gone\[1\]: .*'kart'; did you mean 'cart'\?"):
+        flight.observe(0.1, gone=["cart", "kart"])
+    assert {one.name for one in flight.predicted()} == {"cart", "van"}
+    for k in range(1, 60):  # by then the van is forgotten
+        flight.observe(k / 10, gone=["cart"], movers=[cart(5.0, name=f"ball-{k}")] if k < 3 else [])
+    assert {one.name for one in flight.predicted()} == {"ball-1", "ball-2"}
+    flight.observe(6.0, gone=["van", "bus"], movers=[cart(20.0, name="bus")])
 
 
 def test_a_mover_that_may_be_anywhere_is_forgotten_and_named(mission):

@@ -466,6 +466,20 @@ def test_states_and_targets_are_mappings_from_indices(given, says):
         replanner(hall()).observe(0.0, **given)
 
 
+@pytest.mark.parametrize("field", ["movers", "obstacles", "zones", "gone"])
+@pytest.mark.parametrize("given", [None, 5, "ball", {"name": "ball"}, [None], [5], [["ball"]], ["bal"], iter([])])
+def test_what_was_seen_comes_in_lists(field, given):
+    flight = replanner(hall())
+    ball = sky.Sighting(name="ball", shape=BALL, position=(9, 9, 1), top_speed=1.0)
+    flight.observe(0.1, movers=[ball])
+    before = told_state(flight)
+    with pytest.raises(sky.InputError) as refused:
+        flight.observe(0.2, **{field: given})
+    assert refused.value.sentence.field.partition("[")[0] == field
+    assert told_state(flight) == before
+    assert [one.name for one in flight.predicted()] == ["ball"]
+
+
 def test_a_horizon_beyond_ten_minutes_is_refused():
     with pytest.raises(sky.InputError, match=r"more than 0\.1 seconds, and at most 600, but it is 601\.0"):
         replanner(hall(), horizon=601.0)

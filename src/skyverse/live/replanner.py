@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.choice import Choice, Span
 from skyverse.live.lead_apart import LeadApart
@@ -152,7 +152,7 @@ class Replanner:
         targets
             Other targets, (3,) metres, of UAVs by their indices, to which new paths are planned.
         gone
-            Names of movers whose places were seen empty; nothing more is expected of them.
+            Names of movers that were seen before, whose places were seen empty; nothing more is expected of them.
         deadline_ms
             Milliseconds after which no further motions are tried; the answers then depend on the clock. Without it, an
             answer may wait for the mission that leads multirotors apart, if that takes more than 2 s to plan.
@@ -170,7 +170,10 @@ class Replanner:
         """
         began = time.perf_counter()
         instant = self._checked_instant(t)
+        for field, given in (("movers", movers), ("obstacles", obstacles), ("zones", zones), ("gone", gone)):
+            require_kind(given, (list, tuple), field)
         sightings = _checked_sightings(movers)
+        self._tracks.require_seen(gone, sightings)
         placed = checked_states({} if states is None else states, len(self.scenario.uavs))
         for uav, state in placed.items():
             self._pilots[uav].checked_state(state)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError, did_you_mean, shown
 from skyverse.live.sighting import Sighting
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.mover_motions import WaypointMotion
@@ -115,6 +116,15 @@ class Tracks:
     def __init__(self, memory: float) -> None:
         self._memory = memory
         self._of: dict[str, Track] = {}
+        self._past: list[str] = []
+
+    def require_seen(self, gone: Sequence[str], sightings: Sequence[Sighting]) -> None:
+        """Raise `InputError` for a name of somebody gone who was never seen; whoever was forgotten may be gone too."""
+        seen = [*self._of, *self._past, *(one.name for one in sightings)]
+        for number, name in enumerate(gone):
+            if name not in seen:
+                said = f"expected the name of a mover that was seen, found {shown(name)}{did_you_mean(str(name), seen)}"
+                raise InputError(said, field=f"gone[{number}]")
 
     def add(self, time: float, sightings: Sequence[Sighting]) -> None:
         """Take in what was seen at an instant."""
@@ -133,6 +143,7 @@ class Tracks:
         reached
             The least and the greatest corner, (3,) metres each, of where each UAV can be by the horizon.
         """
+        before = [*self._of]
         self._of = {name: track for name, track in self._of.items() if name not in gone}
         oldest = sorted(self._of, key=lambda name: -self._of[name].last)[MAX_TRACKS:]
         found = tuple(
@@ -143,6 +154,8 @@ class Tracks:
         )
         for name in found:
             del self._of[name]
+        left = [name for name in before if name not in self._of]
+        self._past = [*(name for name in self._past if name not in before), *left][-MAX_TRACKS:]
         return found
 
     def predicted(self, until: float) -> tuple[Mover, ...]:
