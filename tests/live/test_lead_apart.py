@@ -1,7 +1,10 @@
 """UAVs that keep each other from going on, off the mission that would have led them past each other."""
 
+import subprocess
+import sys
 import threading
 from dataclasses import replace
+from textwrap import dedent
 
 import numpy as np
 import pytest
@@ -80,7 +83,8 @@ def test_no_answer_with_a_deadline_waits_for_the_mission_that_leads_them_apart(m
     require_arrived(replanner, answers)
 
 
-def test_a_uav_that_has_arrived_in_a_corridor_makes_way_and_returns():
+def corridor_mission():
+    """A mission in whose corridor a UAV that has arrived stands in the way of another one."""
     z, walls = 0.25, [((2, 0, 0), (6, 1.75, 0.5)), ((2, 2.25, 0), (12, 4, 0.5)), ((7, 0, 0), (12, 1.75, 0.5))]
     places = [(4, 2, z), (1, 2, z)]
     corridor = sky.Scenario(
@@ -93,13 +97,54 @@ def test_a_uav_that_has_arrived_in_a_corridor_makes_way_and_returns():
         uavs=[sky.UAV(start=place, max_speed=1.0, separation=0.4) for place in places],
         targets=[sky.Target(position=(4, 2, z)), sky.Target(position=(13, 2, z))],
     )
-    replanner = sky.Replanner(sky.plan_mission(corridor, assignment="identity", keep_apart=False))
+    return sky.plan_mission(corridor, assignment="identity", keep_apart=False)
+
+
+def test_a_uav_that_has_arrived_in_a_corridor_makes_way_and_returns():
+    replanner = sky.Replanner(corridor_mission())
     for k in range(1, 300):
         assert all(answer.proven for answer in replanner.observe(k / 10))
         if (replanner.arrival(1) or np.inf) <= replanner.now:
             break
     assert all((replanner.arrival(uav) or np.inf) <= replanner.now for uav in (0, 1))
     flown = tuple(replanner.flown(uav) for uav in (0, 1))
-    away = np.linalg.norm(flown[0].at(np.arange(0.0, flown[0].end, 0.1)).position - places[0], axis=1)
+    away = np.linalg.norm(flown[0].at(np.arange(0.0, flown[0].end, 0.1)).position - flown[0].at([0.0]).position, axis=1)
     assert away.max() > 2.0  # metres: the way to the only recess
-    assert sky.certify(corridor, replace(replanner.mission, trajectories=flown)).apart.verdict is sky.Verdict.PROVEN
+    assert (
+        sky.certify(replanner.scenario, replace(replanner.mission, trajectories=flown)).apart.verdict
+        is sky.Verdict.PROVEN
+    )
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError("by nobody"), sky.InputError("no such mission")])
+def test_a_mission_that_cannot_be_planned_ends_no_flight(monkeypatch, error):
+    def fail(*_, **__):
+        asked.append(error)
+        raise error
+
+    asked, told = [], []
+    replanner = sky.Replanner(corridor_mission())
+    monkeypatch.setattr(lead_apart, "plan_mission", fail)
+    monkeypatch.setattr(threading, "excepthook", lambda said: told.append(said.exc_value))
+    for k in range(1, 250):
+        assert all(answer.proven for answer in replanner.observe(k / 10))
+    assert len(asked) > 1  # and is asked for again
+    assert told == ([] if isinstance(error, sky.InputError) else asked)
+
+
+def test_a_flight_ends_while_a_mission_is_planned(tmp_path):
+    sky.write(corridor_mission(), tmp_path / "mission.json")
+    code = """
+        import sys, threading
+        import skyverse as sky
+        from skyverse.live import lead_apart
+        begun = threading.Event()
+        lead_apart.plan_mission = lambda *_, **__: begun.set() or threading.Event().wait()
+        replanner = sky.Replanner(sky.read_mission(sys.argv[1]))
+        for k in range(1, 250):
+            replanner.observe(k / 10, deadline_ms=1e6)
+        print(begun.is_set())
+    """
+    words = [sys.executable, "-c", dedent(code), tmp_path / "mission.json"]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "True\n", "")

@@ -4,15 +4,18 @@ Each UAV in flight chooses for itself. So in a corridor two that meet head-on bo
 Their flights are then planned together, as those of a mission, whose conflicts are resolved in space and time. UAVs fly
 it as they fly any mission: as far as it is proven, among movers and the motions of all others.
 
-That takes longer than an answer may. So a thread plans it, beside the answers, while all multirotors wait.
+That takes longer than an answer may. So a thread plans it, beside the answers, while all multirotors wait. It ends with
+the program, and what goes wrong in it is told on standard error and keeps UAVs only from being led apart.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
+from threading import Thread
 from typing import NamedTuple
 
+from skyverse.errors import InputError
 from skyverse.live.multirotor import Multirotor
 from skyverse.live.pilot import Pilot
 from skyverse.mission.plan_mission import plan_mission
@@ -28,12 +31,13 @@ SAME_PLACE = 1e-9
 
 
 class _Asked(NamedTuple):
-    """A mission that is being planned: since when, for what is known, from where, and what will come of it."""
+    """A mission that is being planned: since when, for what is known, from where, by whom, and what comes of it."""
 
     since: float
     scenario: Scenario
     starts: dict[int, tuple[float, float, float]]
-    planned: Future[tuple[Mission, Airspace]]
+    thread: Thread
+    planned: list[tuple[Airspace, Mission]]
 
 
 class LeadApart:
@@ -66,16 +70,16 @@ class LeadApart:
                 self._asked = _ask(fleet, scenario, now)
                 led = [replace(one, waits=True) if isinstance(one, Multirotor) else one for one in pilots]
             return led
-        if now < asked.since + PLANNED_IN or not (may_wait or asked.planned.done()):
+        if now < asked.since + PLANNED_IN or not (may_wait or not asked.thread.is_alive()):
             return led
         self._asked = None
-        mission, airspace = asked.planned.result()
+        asked.thread.join()
         begin = max(join, *(one.motion.end for one in fleet.values()))
-        holds = scenario is asked.scenario and mission.complete and not mission.violations
+        holds = asked.planned and scenario is asked.scenario
         for number, (k, one) in enumerate(fleet.items()):
             stayed = math.dist(one.state(begin)[0], asked.starts[k]) <= SAME_PLACE
             free = replace(one, waits=False, since=now)
-            led[k] = free.following(airspace, mission, number, begin) if holds and stayed else free
+            led[k] = free.following(*asked.planned[0], number, begin) if holds and stayed else free
         return led
 
 
@@ -86,7 +90,14 @@ def _ask(fleet: Mapping[int, Multirotor], scenario: Scenario, now: float) -> _As
     targets = tuple(Target(position=tuple(one.guidance.points[-1].tolist())) for one in fleet.values())
     zones = tuple(zone for zone in scenario.zones if zone.active is None)  # others have times of the mission flown now
     alone = derived(scenario, uavs=uavs, targets=targets, zones=zones, movers=())
-    thread = ThreadPoolExecutor(1)
-    planned = thread.submit(lambda: (plan_mission(alone, assignment="identity", workers=1), Airspace(alone)))
-    thread.shutdown(wait=False)
-    return _Asked(now, scenario, starts, planned)
+    planned: list[tuple[Airspace, Mission]] = []
+
+    def plan() -> None:
+        with suppress(InputError):
+            mission = plan_mission(alone, assignment="identity", workers=1)
+            if mission.complete and not mission.violations:
+                planned.append((Airspace(alone), mission))
+
+    thread = Thread(target=plan, daemon=True)
+    thread.start()
+    return _Asked(now, scenario, starts, thread, planned)
