@@ -142,4 +142,4 @@ def test_where_nobody_flies_nothing_is_said_to_be_proven_apart(skyverse):
     (first, second) = said["closed ways"]
     assert (first["uav"], second["uav"]) == ("a", "b")
     assert first["by"][0] == "the obstacle obstacles[0]"
-    assert set(first["options"]) <= {"--ceiling", "--margin"}
+    assert set(first["options"]) <= {"scenario build --ceiling", "scenario build --margin"}

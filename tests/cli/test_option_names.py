@@ -4,13 +4,17 @@ import ast
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import skyverse
+import skyverse as sky
 from skyverse.cli import app
-from skyverse.cli.option_names import OPTIONS, PLACEHOLDERS, for_command_line, option_of
-from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.cli.option_names import OPTIONS, PLACEHOLDERS, for_command_line, option_of, running
+from skyverse.errors import InputError, Remedy, Sentence, in_words
+from skyverse.model.caution import NO_UNIT
 
+HERE = Path(__file__).parent
 ROOT = Path(skyverse.__file__).parent
 LIBRARY = [path for path in sorted(ROOT.rglob("*.py")) if "cli" not in path.relative_to(ROOT).parts]
 
@@ -44,6 +48,41 @@ def test_every_parameter_that_a_message_names_has_an_option():
     without = {"size", "gap", "candidates", "deadline_ms", "mission", "states", "t", "legs", "population"}
     without |= {"departs", "path", "problem", "stop"}  # given to Python alone
     assert {field for field in named if option_of(field) not in known} <= without
+
+
+@pytest.mark.parametrize("verb", ["plan", "check", "show", "export", "live", "scenario build"])
+def test_an_option_of_another_verb_stands_behind_that_verb(verb):
+    public = {line.partition(":")[0] for line in (HERE.parent / "public_options.txt").read_text().splitlines()}
+    with running(app, [*verb.split(), "x"]):
+        told = {field: for_command_line(Sentence("no", give=[Remedy(field)])) for field in fields()}
+    for field, said in told.items():
+        option = option_of(field)
+        before = said.removeprefix("no; give ").partition(option)[0].strip()
+        if any(f"{one} {option}" in public for one in (verb, "plan", "scenario build")):
+            assert f"{before or verb} {option}" in public, said
+    assert told["Raster.unit"] == f"no; give {'' if 'build' in verb else 'scenario build '}--terrain-unit UNIT"
+    assert told["max_height"].startswith("no; give --max" if verb in ("plan", "scenario build") else "no; give plan --")
+
+
+def test_a_plan_names_the_options_with_which_the_scenario_is_built(skyverse, tmp_path):
+    ground = sky.Terrain(origin=(0, 0), step=(10, 10), heights=np.zeros((3, 3)))
+    scenario = sky.Scenario(
+        name="shut",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(20, 20, 10)),
+        obstacles=[sky.Box(min=(9, 0, 0), max=(11, 20, 10))],
+        terrain=ground,
+        clearance=1,
+        uavs=[sky.UAV(start=(3, 10, 5))],
+        targets=[sky.Target(position=(17, 10, 5))],
+        sources=[{"file": "dem.tif", "gives": "terrain", "cautions": [in_words(NO_UNIT)]}],
+    )
+    sky.write(scenario, tmp_path / "shut.yaml")
+    code, out, _ = skyverse("plan", "shut.yaml", "--no-page", "-o", "shut.json")
+    assert code == 1
+    ask = "give scenario build --terrain-unit m if they are or scenario build --terrain-unit ft to take them as feet"
+    assert f"WARNING: dem.tif: heights without a unit are taken as metres; {ask}\n" in out
+    given = set(re.findall(r"(\S+ \S+) (--(?:margin|ceiling|clearance))", out))
+    assert given == {("scenario build", "--margin"), ("scenario build", "--ceiling")}
 
 
 def test_the_library_does_not_speak_of_options():

@@ -18,7 +18,7 @@ from skyverse.cli.export import export
 from skyverse.cli.fly import fly
 from skyverse.cli.live import live
 from skyverse.cli.missions import check, show
-from skyverse.cli.option_names import for_command_line
+from skyverse.cli.option_names import for_command_line, running
 from skyverse.cli.outputs import settle_folders
 from skyverse.cli.plan import plan
 from skyverse.cli.refused_words import refusal
@@ -78,7 +78,8 @@ def main(words: Sequence[str] | None = None) -> None:
     given = sys.argv[1:] if words is None else words
     try:
         try:
-            code = _run(given)
+            with running(app, given):
+                code = _run(given)
         finally:
             settle_folders()
         sys.stdout.flush()  # what cannot be written is told here, and not by Python when it ends

@@ -1,6 +1,16 @@
 """The one place that knows which option of the command line stands for which parameter of the library."""
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import reduce
+
+from cyclopts import App
+
 from skyverse.errors import InputError, Sentence
+
+_running: ContextVar[tuple[App, tuple[str, ...]] | None] = ContextVar("running", default=None)
+"""The command line's application, and the verb that it runs."""
 
 OPTIONS = {
     "Lattice.step": "--lattice-step",
@@ -40,6 +50,16 @@ PLACEHOLDERS = {
 """What is written after an option whose value only the user knows."""
 
 
+@contextmanager
+def running(app: App, words: Sequence[str]) -> Iterator[None]:
+    """Let sentences name options of the verb that some words run as they are, and others behind their own verb."""
+    before = _running.set((app, app.parse_commands(words)[0]))
+    try:
+        yield
+    finally:
+        _running.reset(before)
+
+
 def option_of(field: str) -> str:
     """Return the option that stands for a parameter, as ``--terrain-crs`` for ``Raster.crs``."""
     name = field.rpartition(".")[2]
@@ -53,8 +73,19 @@ def for_command_line(said: str | InputError) -> str:
 
 
 def _given(field: str, value: str | float | None) -> str:
-    """Return an option and its value, as a user types them."""
+    """Return an option and its value, as a user types them, behind its verb if another one is run."""
+    option = told_option(field)
     if value is True:
-        return option_of(field)
+        return option
     shown = PLACEHOLDERS.get(field, "") if value is None else value if isinstance(value, str) else f"{value:.12g}"
-    return f"{option_of(field)} {shown}".rstrip()
+    return f"{option} {shown}".rstrip()
+
+
+def told_option(field: str) -> str:
+    """Return the option that stands for a parameter, behind its verb if another one is run."""
+    option, run = option_of(field), _running.get()
+    for verb in () if run is None else (run[1], ("plan",), ("scenario", "build")):
+        app = reduce(App.__getitem__, verb, run[0])
+        if any(option in one.names for one in app.assemble_argument_collection()):
+            return " ".join([*(() if verb == run[1] else verb), option])
+    return option

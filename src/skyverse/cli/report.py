@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skyverse.cli.option_names import for_command_line, option_of
+from skyverse.cli.option_names import for_command_line, told_option
 from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
 
 def _closed_way_data(closed: "ClosedWay") -> dict[str, Any]:
     """Return what closes a way as plain data, with the options of which any one may open it."""
-    options = [option_of(one.field) for one in closed.give]
+    options = [told_option(one.field) for one in closed.give]
     return {"uav": closed.uav, "target": closed.target, "by": closed.by, "options": options}
 
 

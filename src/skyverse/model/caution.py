@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal
 
+from skyverse.errors import Remedy, Sentence
+
 
 class Caution(StrEnum):
     """A word in capitals, in a sentence or in a cell of a table, that a pilot must heed; there are no others."""
@@ -19,6 +21,11 @@ class Caution(StrEnum):
     """It begins a sentence on what is to be done before each flight."""
 
 
+NO_UNIT = Sentence(
+    f"{Caution.WARNING}: heights without a unit are taken as metres",
+    give=[Remedy("Raster.unit", "m", "if they are"), Remedy("Raster.unit", "ft", "to take them as feet")],
+)
+"""Of a raster; the cautions of a source hold it in words."""
 _BEGINS = re.compile(rf"(?:{'|'.join(Caution)})\b")
 
 

@@ -34,7 +34,7 @@ from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
-from skyverse.model.caution import Caution, stands_out
+from skyverse.model.caution import NO_UNIT, Caution, stands_out
 from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.lattice_steps import upright_step
 from skyverse.model.scenario import (
@@ -52,11 +52,6 @@ from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
-
-NO_UNIT = Sentence(
-    f"{Caution.WARNING}: heights without a unit are taken as metres",
-    give=[Remedy("Raster.unit", "m", "if they are"), Remedy("Raster.unit", "ft", "to take them as feet")],
-)
 
 OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0, tracking_error=(1.6, 3.0))
 """Limits of outdoor flight, where none are given.
