@@ -1,6 +1,7 @@
 """A vehicle that stands in for another one gives no verdict on it, and is refused where it cannot hold its speed."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -54,9 +55,7 @@ def test_no_mission_is_made_easier_for_a_stand_in(slow, fly):
 
 def test_a_vehicle_holds_less_airspeed_the_lower_its_tilt_and_thrust():
     thesis = vehicle_of("thesis")
-    assert thesis.holds(5.0)
-    assert not thesis.holds(23.0)
-    assert replace(thesis, max_tilt=None).holds(23.0)
+    assert 5.0 < thesis.top_airspeed < 23.0 < replace(thesis, max_tilt=None).top_airspeed
 
 
 @pytest.mark.parametrize("wrong", [(), (LOST,)])
@@ -92,8 +91,7 @@ def test_the_program_says_of_a_stand_in_neither_safe_nor_unsafe(slow, tmp_path, 
 
 def test_the_camera_drone_flies_as_fast_as_its_class_and_no_faster():
     camera = vehicle_of("camera")
-    assert camera.holds(20.9)
-    assert not camera.holds(21.1)
+    assert camera.top_airspeed == pytest.approx(21.0, abs=0.1)
     assert sky.VEHICLE_PROFILES["camera"].limits["thrust_to_weight"] < camera.thrust_to_weight
 
 
@@ -105,8 +103,32 @@ def test_a_mission_for_camera_drones_gets_a_verdict(wind, safe):
     assert not flown.stands_in
     assert flown.safe == safe
     assert flown.sentence.startswith("Safe" if safe else "Not safe")
+    if not safe:
+        assert airspeeds(flown.touches[0].sentence) == asked(flown.mission, wind)
     if not any(wind):
         assert flown.held == (True, True)
+
+
+def airspeeds(said):
+    """The wind, and the speeds through the air that are asked and held, as a sentence tells them."""
+    found = re.search(r"; in a wind of (\S+) m/s it is to fly at up to (\S+) m/s .* camera holds (\S+) m/s$", said)
+    return tuple(map(float, found.groups()))
+
+
+def asked(flown, wind):
+    (motion,) = flown.trajectories
+    through = motion.at(np.linspace(motion.start, motion.end, 5000)).velocity - wind
+    return pytest.approx((25.0, np.linalg.norm(through, axis=1).max(), 21.0), rel=0.01)
+
+
+def test_who_is_lost_is_said_to_have_been_flown_faster_than_the_vehicle_can():
+    pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
+    planned, wind = mission("camera"), (0.0, -25.0, 0.0)
+    one = sky.fly(planned, wind=wind)
+    another = sky.fly_replanned(sky.Replanner(planned), planned.scenario, wind=wind).flight
+    for flight, fault in ((one, "is lost"), (another, "has not arrived")):
+        (lost,) = [found for found in flight.violations if fault in found.message]
+        assert airspeeds(lost.message) == asked(flight.mission, wind)
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,9 @@ def _given(field: str, value: str | float | None) -> str:
 def told_option(field: str) -> str:
     """Return the option that stands for a parameter, behind its verb if another one is run."""
     option, run = option_of(field), _running.get()
-    for verb in () if run is None else (run[1], ("plan",), ("scenario", "build")):
+    if run is None:
+        return option
+    for verb in (run[1], ("plan",), ("scenario", "build")):
         app = reduce(App.__getitem__, verb, run[0])
         if any(option in one.names for one in app.assemble_argument_collection()):
             return " ".join([*(() if verb == run[1] else verb), option])

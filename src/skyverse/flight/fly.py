@@ -10,7 +10,7 @@ from skyverse.errors import InputError, require_kind
 from skyverse.flight.commands import commands
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
-from skyverse.flight.vehicle import refuse_weak, vehicle_of
+from skyverse.flight.vehicle import refuse_weak, told_airspeeds, vehicle_of
 from skyverse.flight.weather import weather_of
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight, Flown
@@ -106,7 +106,8 @@ def fly(
         if on_progress is not None:
             on_progress(done, len(jobs))
     found, wrong = passings(mission, tuple(flown), margin)
-    violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin, flying[f.uav].end)] + wrong
+    due = {uav: (one.end, told_airspeeds(kind, one, weather.wind)) for uav, one in flying.items()}
+    violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin, *due[f.uav])] + wrong
     return Flight(
         mission,
         kind.name,

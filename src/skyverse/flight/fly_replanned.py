@@ -10,7 +10,7 @@ from skyverse.flight.commands import COMMAND_RATE
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.replanned_fleet import ReplannedFleet, true_scenario
 from skyverse.flight.simulate import require_simulator
-from skyverse.flight.vehicle import refuse_weak, vehicle_of
+from skyverse.flight.vehicle import refuse_weak, told_airspeeds, vehicle_of
 from skyverse.flight.weather import weather_of
 from skyverse.live.replanner import Replanner
 from skyverse.model.disturbances import Disturbances
@@ -104,11 +104,12 @@ def fly_replanned(
     flown = tuple(measure(world, commanded, uav, one, kind) for uav, one in enumerate(samples))
     near, (found, wrong) = approaches(real, flown), passings(commanded, flown, margin)
     due = [fleet.ended if one.lost else 0.0 for one in samples]
+    speeds = [told_airspeeds(kind, reference, weather.wind) for reference in references]
     wrong = [
-        *(fault for one in flown for fault in strayed(real, one, margin, due[one.uav])),
+        *(fault for one in flown for fault in strayed(real, one, margin, due[one.uav], speeds[one.uav])),
         *too_near(real, flown, near, margin),
         *wrong,
-        *_not_arrived(scenario, fleet.arrivals, fleet.ended),
+        *_not_arrived(scenario, fleet.arrivals, fleet.ended, speeds),
     ]
     drawn = weather.random or sensor.error > 0.0
     flight = Flight(
@@ -146,8 +147,12 @@ def _refuse_what_is_not_flown(replanner: Replanner, sensor: Sensor) -> None:
         raise InputError(f"{expected}, but it is {sensor.delay:g} s", field="Sensor.delay")
 
 
-def _not_arrived(scenario: Scenario, arrivals: tuple[float | None, ...], ended: float) -> list[Violation]:
+def _not_arrived(
+    scenario: Scenario, arrivals: tuple[float | None, ...], ended: float, speeds: list[str]
+) -> list[Violation]:
     """Return the violations of UAVs that had not arrived when the flight ended, seconds."""
-    left = [uav for uav, arrival in enumerate(arrivals) if arrival is None]
+    left = {uav: scenario.uavs[uav].name for uav, arrival in enumerate(arrivals) if arrival is None}
     said = f"has not arrived when the flight ends at {ended:.2f} s"
-    return [Violation(Fault.TRAJECTORY_ENDS, (uav,), f"{scenario.uavs[uav].name} {said}", ended) for uav in left]
+    return [
+        Violation(Fault.TRAJECTORY_ENDS, (uav,), f"{name} {said}{speeds[uav]}", ended) for uav, name in left.items()
+    ]

@@ -135,8 +135,11 @@ def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
     return asked
 
 
-def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list[Violation]:
-    """Return the violations of one UAV: too near to obstacles or ground, out of bounds, off its target, or lost."""
+def strayed(scenario: Scenario, flown: Flown, margin: float, due: float, speeds: str) -> list[Violation]:
+    """Return the violations of one UAV: too near to obstacles or ground, out of bounds, off its target, or lost.
+
+    `due` is the instant before which it is lost if it is flown no more, and `speeds` says if that is too fast for it.
+    """
     name, wrong = scenario.uavs[flown.uav].name, []
 
     def note(fault: Fault, message: str, k: int) -> None:
@@ -162,7 +165,7 @@ def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list
     off = float(np.linalg.norm(flown.positions[-1] - flown.commanded[-1]))
     if flown.times[-1] < due:
         cut = f"more than {LOST_DISTANCE:g} m off its trajectory, where its simulation ends; it is due at {due:.2f} s"
-        note(Fault.TRAJECTORY_ENDS, f"is lost {told_instant(flown.times[-1])}: it is {cut}", -1)
+        note(Fault.TRAJECTORY_ENDS, f"is lost {told_instant(flown.times[-1])}: it is {cut}{speeds}", -1)
     elif off > max(margin, 0.01):
         note(Fault.TRAJECTORY_ENDS, f"is {off:.3f} m off its trajectory when it is flown no more", -1)
     return wrong

@@ -8,6 +8,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.flight.run import Fleet, Nearest, fly_run
 from skyverse.flight.tracking_control import LOST_DISTANCE
+from skyverse.flight.vehicle import told_airspeeds
 from skyverse.model.flight_runs import Distribution, Touch
 from skyverse.model.seconds import told_instant
 
@@ -82,11 +83,15 @@ def first_touch(fleet: Fleet, number: int, run: RunSummary) -> Touch | None:
         (run.pair, 2 * radius, "touch each other"),
     ):
         if nearest.distance <= reach:
-            wrong.append((nearest.time, f"{' and '.join(names[uav] for uav in nearest.uavs)} {deed}"))
+            wrong.append((nearest.time, f"{' and '.join(names[uav] for uav in nearest.uavs)} {deed}", ""))
     if run.lost is not None:
-        wrong.append((run.lost[0], f"{names[run.lost[1]]} is lost, more than {LOST_DISTANCE:g} m off its trajectory,"))
+        time, uav = run.lost
+        flown = fleet.mission.trajectories[uav]
+        assert flown is not None
+        why = told_airspeeds(fleet.vehicle, flown, fleet.weather.wind)
+        wrong.append((time, f"{names[uav]} is lost, more than {LOST_DISTANCE:g} m off its trajectory,", why))
     if not wrong:
         return None
-    time, deed = min(wrong)
+    time, deed, why = min(wrong)
     seed = f" (seed {run.seed})" if fleet.weather.random else ""
-    return Touch(number, run.seed, time, f"{deed} {told_instant(time)} in run {number}{seed}")
+    return Touch(number, run.seed, time, f"{deed} {told_instant(time)} in run {number}{seed}{why}")

@@ -10,6 +10,7 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.model.simulated_vehicle import is_stand_in
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.trajectory.limits import GRAVITY
 
@@ -59,13 +60,15 @@ class Vehicle:
         """The largest thrust of all rotors together, newtons."""
         return float(self.parameters["num_rotors"] * self.parameters["k_eta"] * self.parameters["rotor_speed_max"] ** 2)
 
-    def holds(self, airspeed: float) -> bool:
-        """Tell whether it flies level at an airspeed, m/s: its thrust holds weight and drag, within its tilt."""
+    @property
+    def top_airspeed(self) -> float:
+        """The fastest level flight through the air, m/s: its thrust holds weight and drag, within its tilt."""
         made, weight = self.parameters, self.mass * GRAVITY
         hover = math.sqrt(weight / (made["num_rotors"] * made["k_eta"]))
-        drag = (made["c_Dx"] * airspeed + made["num_rotors"] * hover * made["k_d"]) * airspeed
-        tilt = math.degrees(math.atan2(drag, weight))
-        return math.hypot(drag, weight) <= self.max_thrust and tilt <= (self.max_tilt or MOST_TILT)
+        linear, square = made["num_rotors"] * hover * made["k_d"], made["c_Dx"]
+        spare = math.sqrt(max(self.max_thrust**2 - weight**2, 0.0))
+        most = min(spare, weight * math.tan(math.radians(self.max_tilt or MOST_TILT)))
+        return float(2.0 * most / (linear + math.sqrt(linear**2 + 4.0 * square * most)))
 
     @property
     def thrust_to_weight(self) -> float:
@@ -97,7 +100,7 @@ def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...], wind: Sequence[float]) 
     """
     for uav in uavs:
         blows = math.hypot(*wind)
-        if is_stand_in(vehicle.name, (uav,)) and not vehicle.holds(uav.max_speed + blows):
+        if is_stand_in(vehicle.name, (uav,)) and uav.max_speed + blows > vehicle.top_airspeed:
             raise InputError(
                 f"{vehicle.name} cannot hold {uav.max_speed:g} m/s in a wind of {blows:.3g} m/s, and stands in for "
                 f"{uav.vehicle}, of which no model is known: what it does says nothing of {uav.name}",
@@ -118,6 +121,16 @@ def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...], wind: Sequence[float]) 
                 f"{tilt:.3g}; lower its max_acceleration or max_tilt and plan again",
                 field="vehicle",
             )
+
+
+def told_airspeeds(vehicle: Vehicle, trajectory: Trajectory, wind: Sequence[float]) -> str:
+    """Say as the end of a sentence that a trajectory is faster in a wind, m/s, than a vehicle flies, if it is."""
+    velocity = trajectory.at(np.linspace(trajectory.start, trajectory.end, 1001)).velocity
+    asked, blows = np.linalg.norm(velocity - np.array(wind), axis=1).max(), math.hypot(*wind)
+    if asked <= vehicle.top_airspeed:
+        return ""
+    wanted = f"it is to fly at up to {asked:.3g} m/s through the air"
+    return f"; in a wind of {blows:.3g} m/s {wanted}, of which {vehicle.name} holds {vehicle.top_airspeed:.3g} m/s"
 
 
 def _of_rotorpy(name: str, radius: float) -> Vehicle:
