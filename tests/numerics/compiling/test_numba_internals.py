@@ -11,6 +11,7 @@ import pytest
 from numba.core import codegen
 from numba.core.registry import cpu_target
 
+from skyverse.numerics.compiling.references import StructReference
 from skyverse.numerics.kernel import PLAIN_NUMBA, PLAIN_PYTHON, VERIFIED, by_reference, inner, kernel, query
 
 pytestmark = pytest.mark.skipif(PLAIN_PYTHON, reason="nothing is compiled")
@@ -127,6 +128,11 @@ def test_a_field_of_the_wrong_type_is_refused():
         weigh_all(Nested(Numbers(2.0, "text"), np.ones(4)))
 
 
+def test_a_type_from_before_its_namedtuple_had_a_field_is_an_error_of_numba():
+    with pytest.raises(numba.errors.NumbaError):
+        first.compile((StructReference(Numbers, (numba.float64,)),))
+
+
 def test_numba_s_own_target_is_as_it_was():
     @numba.njit
     def twice(x):
@@ -144,6 +150,7 @@ def test_plain_numba_compiles_kernels_too(tmp_path):
     code = """
 import numpy as np
 from skyverse.numerics.arrays import put_box
+from skyverse.numerics.compiling.references import StructReference
 from skyverse.numerics.kernel import PLAIN_NUMBA
 boxes = np.zeros((1, 6))
 put_box(boxes, 0, np.zeros(3), np.ones(3))

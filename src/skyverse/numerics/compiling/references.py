@@ -6,7 +6,6 @@ NamedTuple that holds its fields. A NamedTuple that a kernel makes is handed on 
 what they return of its fields must not be returned further, since it ends with the kernel that made it.
 """
 
-import contextlib
 import hashlib
 from typing import Any
 
@@ -63,9 +62,7 @@ class _Fields(AttributeTemplate):
     key = StructReference
 
     def generic_resolve(self, reference: Any, attribute: str) -> Any:
-        with contextlib.suppress(ValueError):
-            return reference.types[reference.fields.index(attribute)]
-        return None
+        return dict(zip(reference.fields, reference.types, strict=False)).get(attribute)  # a list may be of old fields
 
 
 @register_model(StructReference)
