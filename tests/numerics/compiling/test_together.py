@@ -45,6 +45,14 @@ def test_every_kernel_of_the_list_exists():
     for listed in read_listing().kernels:
         kernel, types = listed.load()
         assert len(types) == len(kernel.py_func.__code__.co_varnames[: kernel.py_func.__code__.co_argcount])
+        assert all(map(is_whole, types)), f"{listed.name}: renew the list: python benchmarks/compiling.py list"
+
+
+def is_whole(kind):
+    """Whether the NamedTuples of a type have a type for each of their fields."""
+    inner = getattr(kind, "types", ())
+    cls = getattr(kind, "instance_class", None)
+    return (cls is None or len(inner) == len(cls._fields)) and all(map(is_whole, inner))
 
 
 def test_a_list_is_read_back_as_it_was_written(tmp_path, monkeypatch):

@@ -94,5 +94,5 @@ def _compile(i: int) -> None:
     from numba.core.errors import NumbaError
 
     kernel, types = read_listing().kernels[i].load()
-    with suppress(NumbaError):
+    with suppress(NumbaError, TypeError):  # as numba says of another number of arguments
         kernel.compile(types)
