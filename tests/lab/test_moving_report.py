@@ -54,6 +54,19 @@ def test_a_planted_difference_is_found_and_none_where_there_is_none(tmp_path, ch
         assert f"{change:+.2f}"[:4] in str(judged.rows[0][judged.head.index("95 %")])
 
 
+def test_opposite_differences_are_told_as_such(tmp_path):
+    rng = np.random.default_rng(4)
+    with MovingRows(tmp_path / "rows.sqlite") as rows:
+        for scenario, change in (("hall", -0.2), ("forest", 0.2)):
+            for seed, ratio in enumerate(rng.uniform(1.5, 2.0, 20)):
+                rows.add(row("kept", seed, ratio + change, KEPT, scenario=scenario), f"kept {scenario} {seed}")
+                rows.add(row("restarted", seed, ratio, RESTARTED, scenario=scenario), f"restarted {scenario} {seed}")
+        report = moving_report(rows)
+    assert "**Scenarios disagree**: kept is faster in some" in said(report)
+    (matrix,) = [block for block in report.blocks if isinstance(block, Table) and block.head[0] == "faster than"]
+    assert "scenarios disagree" in matrix.rows[0][2]
+
+
 def test_flights_that_fail_count_as_endless_in_tests(tmp_path):
     restarted = np.full(12, 1.5)
     with rows_of(tmp_path, np.full(12, 1.4), restarted) as rows:

@@ -45,11 +45,44 @@ def test_opposite_effects_are_not_averaged_away():
     assert alike.p < 1e-6
 
 
+def test_scenarios_where_the_same_planner_is_better_by_more_or_less_agree():
+    rng = np.random.default_rng(0)
+    shifts = {"map1": -4, "map2": -300, "map3": -300}
+    a = {name: dict(enumerate(rng.normal(300 + shift, 5, 60))) for name, shift in shifts.items()}
+    b = {name: dict(enumerate(rng.normal(300, 5, 60))) for name in shifts}
+    found = compare_pairs([a, b])[0, 1]
+    assert (found.scenarios_disagree, found.heterogeneity) == (False, 1.0)
+    assert found.p < 1e-6
+
+
 def test_scenarios_that_agree_are_found_to_disagree_as_often_as_the_level_says():
     rng = np.random.default_rng(1)
-    found = [combined(rng.random(5), rng.choice([-1, 1], 5)) for _ in range(4000)]
-    for p in np.array(found).T:
-        assert abs((p < 0.05).mean() - 0.05) < 0.012
+    p = np.array([combined(rng.random(5), rng.choice([-1, 1], 5)) for _ in range(4000)])
+    assert abs((p[:, 0] < 0.05).mean() - 0.05) < 0.012
+    assert (p[:, 1] < 0.05).mean() < 0.05
+    better_in_one = [combined([1e-99, *rng.random(4)], [1, *rng.choice([-1, 1], 4)])[1] for _ in range(4000)]
+    assert abs(np.mean(np.array(better_in_one) < 0.05) - 0.05) < 0.012  # the worst case
+
+
+def test_the_direction_of_pairs_is_that_of_their_differences():
+    base = np.linspace(100.0, 200.0, 30)
+    change = np.full(30, -0.001)
+    change[:2] = 99.0  # two flights alone are slower, but pass all others
+    a, b = ({name: dict(enumerate(x)) for name in ("map1", "map2")} for x in (base + change, base))
+    alone = compare_pairs([{"map1": a["map1"]}, {"map1": b["map1"]}], paired=True)[0, 1]
+    assert alone.chance < 0.5 < 0.5 + alone.correlation
+    for name in ("map3", "map4"):  # the same, told by chances as well
+        a[name], b[name] = dict(enumerate(base - 50)), dict(enumerate(base))
+    found = compare_pairs([a, b], paired=True)[0, 1]
+    assert not found.scenarios_disagree
+    assert found.p < alone.p
+
+
+def test_many_scenarios_of_few_seeds_are_tested_together():
+    a, b = ({f"map{k}": {seed: cost + seed for seed in range(4)} for k in range(8)} for cost in (200.0, 300.0))
+    for paired in (True, False):
+        assert compare_pairs([{"map0": a["map0"]}, {"map0": b["map0"]}], paired=True)[0, 1].p is None
+        assert compare_pairs([a, b], paired=paired)[0, 1].p < 0.001
 
 
 def test_runs_without_common_seeds_are_not_paired():

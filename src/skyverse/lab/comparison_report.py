@@ -283,11 +283,11 @@ Each of {planners} was run on each of {scenarios} with {seeds}; each UAV's searc
 settings stand in the first table. Of {runs} {failed} did not reach their targets; their costs count with the penalty
 for ending short, or as infinite without any path. Every result was checked by an independent referee. Planners were
 compared by two-sided Mann-Whitney tests, scenario by scenario, adjusted by Holm's method; over several scenarios by
-Stouffer's combination of these, unless Cochran's test found that the scenarios disagree. Effect sizes are Vargha and
-Delaney's A12. Mean ranks were tested by Friedman's and Nemenyi's tests with scenarios as blocks. Confidence intervals
-of means are bootstrapped (BCa, 2,000 resamples), those of success rates Wilson's, all at 95 %. Run lengths and
-convergence count evaluations of the objective, noted at each improvement. Software: {versions}. What stands in
-brackets behind a version is a digest of its source.
+Stouffer's combination of these, unless Gail and Simon's test found that they disagree on the better one. Effect sizes
+are Vargha and Delaney's A12. Mean ranks were tested by Friedman's and Nemenyi's tests with scenarios as blocks.
+Confidence intervals of means are bootstrapped (BCa, 2,000 resamples), those of success rates Wilson's, all at 95 %. Run
+lengths and convergence count evaluations of the objective, noted at each improvement. Software: {versions}. What stands
+in brackets behind a version is a digest of its source.
 """
 _READ = """\
 - *Reached* comes first: a planner that fails is not better for the cheap runs that it has left. Its failures stay in
@@ -296,7 +296,7 @@ _READ = """\
   bootstrap interval (BCa, from 5 runs on). *Gap* is the mean of cost / exact optimum - 1 over the runs that reached.
 - *p* is the Mann-Whitney test, since a seed means nothing from one planner to another; adjusted by Holm for all pairs
   of its table. Differences count from p < 0.05 on. Over several scenarios the tests are combined by Stouffer's method,
-  and Cochran's test tells whether the scenarios agree; where they do not, there is no common difference.
+  and Gail and Simon's test tells whether they agree on the better one; where not, neither is better in general.
 - *A12* is the chance that a run of the first planner is cheaper than one of the second in the same scenario; 0.5 is no
   difference, 0.56 small, 0.64 medium, 0.71 large.
 - Exact planners, which end by themselves at the optimum in every run, are the reference, outside of tests and ranks.

@@ -84,6 +84,8 @@ def _sentence(kept: str, restarted: str, test: PairwiseTest, p: float | None, di
     """Return the verdict on one search in words."""
     if p is None:
         return f"**Cannot be told** for {literal(kept)}: {_flights(test)} are too few to test."
+    if test.scenarios_disagree:
+        return f"**Scenarios disagree**: {literal(kept)} is faster in some and slower in others, over {_flights(test)}."
     mean = f"{abs(float(differences.mean())):.3f}" if len(differences) else "an unknown share"
     over = f"over {_flights(test)} ({p_value(p)})"
     if p >= SIGNIFICANCE_LEVEL:

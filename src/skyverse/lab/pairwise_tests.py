@@ -19,8 +19,8 @@ class PairwiseTest:
 
     Attributes
     ----------
-    paired, runs
-        Whether runs were paired by seed (Wilcoxon) or not (Mann-Whitney), and the number of pairs, or of runs of both.
+    runs
+        The number of pairs by seed (Wilcoxon), or of runs of both that were not paired (Mann-Whitney).
     chance
         The probability that a run of the first planner is cheaper than one of the second in the same scenario, where
         ties count half: Vargha and Delaney's A12, averaged over the scenarios.
@@ -30,19 +30,23 @@ class PairwiseTest:
         Of the scenario's test, or of the tests of several combined (Stouffer); adjusted by Holm for all pairs that were
         tested together; ``None`` where there are too few runs.
     heterogeneity
-        The p of the hypothesis that the scenarios agree; ``None`` for a single scenario.
+        The p of the hypothesis that the same planner is better in all scenarios; ``None`` for a single one.
     """
 
-    paired: bool
     runs: int
     chance: float
     correlation: float | None
     p: float | None
-    heterogeneity: float | None = None
+    heterogeneity: float | None
+
+    @property
+    def paired(self) -> bool:
+        """Whether runs were paired by seed."""
+        return self.correlation is not None
 
     @property
     def scenarios_disagree(self) -> bool:
-        """Whether the difference depends on the scenario, so that no single one stands for all."""
+        """Whether one planner is better in some scenarios and the other in others, so that neither is in general."""
         return self.heterogeneity is not None and self.heterogeneity < SIGNIFICANCE_LEVEL
 
 
@@ -65,24 +69,21 @@ def compare_pairs(planners: Sequence[Costs], *, paired: bool = False) -> dict[tu
 
 def _compare(first: Costs, second: Costs, scenarios: Sequence[str], paired: bool) -> PairwiseTest:
     alone = [_in_one(first[scenario], second[scenario], paired) for scenario in scenarios]
-    if len(alone) == 1:
-        return alone[0]
-    chance = float(np.mean([one.chance for one in alone]))
-    paired = all(one.paired for one in alone)
-    correlation = float(np.mean([one.correlation or 0.0 for one in alone])) if paired else None
-    runs, tested = sum(one.runs for one in alone), [(one.p, one.chance - 0.5) for one in alone if one.p is not None]
-    if not tested:
-        return PairwiseTest(paired, runs, chance, correlation, None)
-    p, heterogeneity = combined(*zip(*tested, strict=True))
-    return PairwiseTest(paired, runs, chance, correlation, p, heterogeneity)
+    runs, chances, correlations, tested, least = zip(*alone, strict=True)
+    correlation = None if None in correlations else float(np.mean(correlations))
+    p, heterogeneity = combined(tested, np.subtract(chances, 0.5) if correlation is None else correlations)
+    enough = combined(least, np.ones(len(least)))[0] <= SIGNIFICANCE_LEVEL
+    return PairwiseTest(sum(runs), float(np.mean(chances)), correlation, p if enough else None, heterogeneity)
 
 
-def _in_one(first: Mapping[int, float], second: Mapping[int, float], paired: bool) -> PairwiseTest:
+def _in_one(
+    first: Mapping[int, float], second: Mapping[int, float], paired: bool
+) -> tuple[int, float, float | None, float, float]:
+    """Return runs, chance, correlation and p in one scenario, and the least p that so many runs could have."""
     a, b = (np.array(list(costs.values())) for costs in (first, second))
     chance, pairs = a12(b, a), [(first[seed], second[seed]) for seed in first if seed in second]
     if paired and 2 * len(pairs) >= max(len(a), len(b)):
         one, other = np.array(pairs).T
-        p = wilcoxon(one, other) if 2.0 ** (1 - len(pairs)) <= SIGNIFICANCE_LEVEL else None
-        return PairwiseTest(True, len(pairs), chance, rank_biserial(other, one), p)
-    p = mann_whitney(a, b) if 2 / math.comb(len(a) + len(b), len(a)) <= SIGNIFICANCE_LEVEL else None
-    return PairwiseTest(False, len(a) + len(b), chance, None, p)
+        return len(pairs), chance, rank_biserial(other, one), wilcoxon(one, other), 2.0 ** (1 - len(pairs))
+    least = min(1.0, 2 / math.comb(len(a) + len(b), len(a)))
+    return len(a) + len(b), chance, None, mann_whitney(a, b), least

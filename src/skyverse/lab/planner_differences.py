@@ -55,7 +55,8 @@ def matrix(
         contrast = found.get((min(row, column), max(row, column)))
         if contrast is None:
             return "no runs"
-        return f"{contrast.chance if row < column else 1 - contrast.chance:.2f} ({p_value(contrast.p)})"
+        told = "scenarios disagree" if contrast.scenarios_disagree else p_value(contrast.p)
+        return f"{contrast.chance if row < column else 1 - contrast.chance:.2f} ({told})"
 
     everyone = range(len(planners))
     return Table(

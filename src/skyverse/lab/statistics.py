@@ -146,15 +146,17 @@ def combined(p: ArrayLike, effect: ArrayLike) -> tuple[float, float | None]:
     Returns
     -------
     p, heterogeneity
-        By Stouffer's sum of z over the square root of k; and of chi-squared with k - 1 degrees of freedom, the sum of
-        squared z less the square of that (Cochran), by which the effects differ more than by chance; ``None`` if k = 1.
+        By Stouffer's sum of z over the square root of k; and of the hypothesis that all effects have the same sign
+        (Gail, Simon 1985), by the sum of squared z of those whose sign is rarer; ``None`` if k = 1.
     """
-    from scipy.stats import chi2, norm
+    from scipy.stats import binom, chi2, norm
 
     z = norm.isf(np.maximum(np.asarray(p, np.float64), 1e-300) / 2) * np.sign(effect)
-    whole = float(z.sum() / math.sqrt(len(z)))
-    differ = float(chi2.sf(np.square(z).sum() - whole**2, len(z) - 1)) if len(z) > 1 else None
-    return float(2 * norm.sf(abs(whole))), differ
+    whole = float(2 * norm.sf(abs(z.sum()) / math.sqrt(len(z))))
+    if len(z) == 1:
+        return whole, None
+    against, other = min(np.square(z[z < 0]).sum(), np.square(z[z > 0]).sum()), np.arange(1, len(z))
+    return whole, float(np.sum(binom.pmf(other, len(z) - 1, 0.5) * chi2.sf(against, other))) if against else 1.0
 
 
 def holm(p: ArrayLike) -> Floats:
