@@ -4,6 +4,7 @@ import json
 import re
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,11 @@ import skyverse as sky
 from skyverse.errors import InputError
 from skyverse.lab.report import Table, Text
 from skyverse.lab.rows import Rows
+from skyverse.lab.run_study import run_jobs
 from skyverse.reproduction import cell_runs as cell_runs_module
-from skyverse.reproduction import claims, cost_claims, effort_claims, fleets, published
-from skyverse.reproduction.cell_runs import FORMS, CellRuns, case, cell, mean, optimum, planner, restarts
+from skyverse.reproduction import claims, cost_claims, effort_claims, fleets, published, timed_claims
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, all_methods, case, cell, mean, optimum, planner, restarts
 from skyverse.reproduction.claim_verdict import ClaimVerdict
-from skyverse.reproduction.lean_runs import run_lean
 from skyverse.reproduction.reproduce import THESIS_PARTS, jobs, named, reproduce
 
 TABLES = Path(__file__).resolve().parents[3] / "shared" / "thesis" / "tables.json"
@@ -159,6 +160,22 @@ def test_other_seeds_give_other_numbers(tmp_path):
     assert pages(tmp_path / "a")["report.md"] != pages(tmp_path / "b")["report.md"]
 
 
+def test_claims_on_time_are_judged_by_milliseconds_of_runs_of_their_own(monkeypatch):
+    monkeypatch.setattr(timed_claims, "TIMED_RUNS", 2)
+    maps = [case(name) for name in published.THESIS_MAPS]
+    blocks = timed_claims.blocks(
+        [(4, "MVO takes about half of GSO's time.", effort_claims.half_the_time)],
+        lambda seeds: all_methods(maps, cost_claims.EQUAL, seeds),
+        SimpleNamespace(seeds=[3, 4, 5]),
+    )
+    judged, measured, *_ = (block for block in blocks if isinstance(block, Table))
+    assert [row[0] for row in judged.rows] == ["Claim 4", "Munkres"]
+    assert "2 runs of each method" in blocks[1].markdown
+    milliseconds = [float(number) for number in re.findall(r"[A-Z]{3} ([\d.]+)", measured.rows[0][1])]
+    assert len(milliseconds) == 2
+    assert all(0.05 < each < 5000 for each in milliseconds)
+
+
 class Fake:
     """Cells whose costs are drawn around means of our choice."""
 
@@ -166,11 +183,9 @@ class Fake:
         self.means, self.at_equal, self.runs, self.deviation = means, equal or means, runs, deviation
         self.rng, self.work, self.unit = np.random.default_rng(0), "generated_nodes", "nodes"
 
-    def values(self, column, given, method, form, population, iterations):
-        return self.rng.normal(self.means[method], self.deviation, self.runs)
-
-    def equal(self, column, given, method, form, population, effort):
-        return self.rng.normal(self.at_equal[method], self.deviation, self.runs)
+    def values(self, column, given, method, form, population, length):
+        means = self.means if isinstance(length, int) else self.at_equal
+        return self.rng.normal(means[method], self.deviation, self.runs)
 
 
 @pytest.mark.parametrize(
@@ -244,10 +259,12 @@ def test_a_cell_and_a_claim_in_the_documentation_are_what_the_code_finds():
     jobs_ = [*cell(given, "BBO", "as run", 20, 25, all_seeds)]
     for how in ("identity", "euclidean"):
         jobs_ += cell(fleets.coordinated(how), "MVO", "as described", 25, 40, few)
-    lean = run_lean(jobs_)
+    with Rows(":memory:") as rows:
+        run_jobs(jobs_, rows)
+        cost = CellRuns(rows, all_seeds).values("cost", given, "BBO", "as run", 20, 25)
+        found = cost_claims.munkres_lowers(("MVO",), CellRuns(rows, few), "as described")
     row = next(line for line in report.splitlines() if line.startswith("| BBO, 20 x 25"))
-    assert str(mean(CellRuns(lean, all_seeds).values("cost", given, "BBO", "as run", 20, 25))) in row
-    found = cost_claims.munkres_lowers(("MVO",), CellRuns(lean, few), "as described")
+    assert str(mean(cost)) in row
     section = judged.split("## Claim 20\n")[1].split("\n## ")[0].split("*As described*")[1]
     assert found.verdict.value in section
     assert all(value in section for value in found.comparisons[0].record().values())

@@ -96,7 +96,7 @@ class Job:
 
 def run_job(job: Job) -> Row:
     """Assign targets, plan and judge; the problems of a scenario are kept for the next job on it."""
-    problems = _compiled(job.case)
+    problems = problems_of(job.case)
     count = len(job.case.scenario.uavs)
     streams = np.random.default_rng(job.seed).spawn(count) if count > 1 else [job.seed]
     results = []
@@ -110,7 +110,8 @@ def run_job(job: Job) -> Row:
 
 
 @lru_cache(maxsize=4)
-def _compiled(case: Case) -> tuple[Problem, ...]:
+def problems_of(case: Case) -> tuple[Problem, ...]:
+    """Return the problem of each UAV of a case that has a target."""
     airspace = Airspace(case.scenario)
     assigned = assign_targets(airspace, case.assignment)
     return tuple(Problem(airspace, uav, target) for uav, target in enumerate(assigned) if target is not None)

@@ -1,25 +1,24 @@
 """The runs behind the thesis's tables and figures: which are needed, and what they found."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.files import read_scenario
 from skyverse.lab.report import Block
-from skyverse.lab.run_job import Case, Job
-from skyverse.mission.plan_mission import Assignment, assign_targets
+from skyverse.lab.rows import Rows
+from skyverse.lab.run_job import Case, Job, problems_of
+from skyverse.mission.plan_mission import Assignment
 from skyverse.model.result import History
 from skyverse.planners import make_planner
 from skyverse.planners.astar import AStar
 from skyverse.planners.base import Planner
 from skyverse.planners.restart import RandomRestart
-from skyverse.problem import Airspace, Problem
 from skyverse.reproduction.published import METHODS
 from skyverse.stop import MaxIterations, MaxNodes, MaxPaths, Stop
 
@@ -36,7 +35,9 @@ VARIANTS: dict[str, dict[str, object]] = {"": {}, "greedy": {"greedy": True}, "u
 """What a word behind a method's name changes: no change for the worse is kept; paths come from Algorithm 1."""
 EQUAL_EFFORTS: dict[str, Stop] = {"1000 paths": MaxPaths(1000), "100000 nodes": MaxNodes(100_000)}
 """The equal efforts at which claims are judged, besides the published iterations."""
-EXACT, EXACT_BUDGET = "A*", "exact search"
+Length = int | str
+"""How long a run is: its number of iterations, or one of `EQUAL_EFFORTS`."""
+EXACT = "A*"
 RESTART = "random restart"
 RESTART_PATHS = 3500
 
@@ -62,15 +63,18 @@ def planner(method: str, form: str, population: int) -> Planner:
     return make_planner(name.lower(), **settings)
 
 
-def cell(given: Case, method: str, form: str, population: int, iterations: int, seeds: Iterable[int]) -> Iterator[Job]:
+def cell(given: Case, method: str, form: str, population: int, length: Length, seeds: Iterable[int]) -> Iterator[Job]:
     """Yield the runs of one cell of a table."""
-    return _runs(given, method, form, population, {f"{iterations} iterations": MaxIterations(iterations)}, seeds)
+    made = planner(method, form, population)
+    stop = MaxIterations(length) if isinstance(length, int) else EQUAL_EFFORTS[length]
+    for seed in seeds:
+        yield Job(given, made, label(method, form, population), stop, budget(length), seed)
 
 
-def all_methods(cases: Iterable[Case], sizes: Iterable[tuple[int, int]], seeds: Iterable[int]) -> Iterator[Job]:
-    """Yield the runs of all methods and forms on these cases, with these populations and iterations."""
-    for given, (population, iterations), method, form in product(cases, sizes, METHODS, FORMS):
-        yield from cell(given, method, form, population, iterations, seeds)
+def all_methods(cases: Iterable[Case], sizes: Iterable[tuple[int, Length]], seeds: Iterable[int]) -> Iterator[Job]:
+    """Yield the runs of all methods and forms on these cases, with these populations and lengths."""
+    for given, size, method, form in product(cases, sizes, METHODS, FORMS):
+        yield from cell(given, method, form, *size, seeds)
 
 
 def no_jobs(seeds: Sequence[int]) -> Iterable[Job]:
@@ -78,17 +82,10 @@ def no_jobs(seeds: Sequence[int]) -> Iterable[Job]:
     return ()
 
 
-def equal(given: Case, method: str, form: str, population: int, seeds: Iterable[int]) -> Iterator[Job]:
-    """Yield the runs of a comparison at each of the equal efforts."""
-    return _runs(given, method, form, population, EQUAL_EFFORTS, seeds)
-
-
-def _runs(
-    given: Case, method: str, form: str, population: int, budgets: Mapping[str, Stop], seeds: Iterable[int]
-) -> Iterator[Job]:
-    made = planner(method, form, population)
-    for (budget, stop), seed in product(budgets.items(), seeds):
-        yield Job(given, made, label(method, form, population), stop, budget, seed)
+def exact_searches(given: Case, seeds: Iterable[int]) -> Iterator[Job]:
+    """Yield searches of A*, which ends by itself at the optimum."""
+    for seed in seeds:
+        yield Job(given, AStar(), EXACT, MaxIterations(1), EXACT, seed)
 
 
 def restarts(given: Case, seeds: Iterable[int]) -> Iterator[Job]:
@@ -103,18 +100,15 @@ def label(method: str, form: str, population: int) -> str:
     return f"{method} {form}, {population}"
 
 
-@cache
-def problems(given: Case) -> tuple[Problem, ...]:
-    """Return the problem of each UAV of a case."""
-    airspace = Airspace(given.scenario)
-    assigned = assign_targets(airspace, given.assignment)
-    return tuple(Problem(airspace, uav, target) for uav, target in enumerate(assigned) if target is not None)
+def budget(length: Length) -> str:
+    """Return the label of a length in the rows."""
+    return f"{length} iterations" if isinstance(length, int) else length
 
 
 @cache
 def optimum(given: Case) -> float:
     """Return the exact optimum of a case, summed over its UAVs."""
-    return sum(problem.route.price for problem in problems(given) if problem.route is not None)
+    return sum(problem.route.price for problem in problems_of(given) if problem.route is not None)
 
 
 class Mean(NamedTuple):
@@ -132,19 +126,6 @@ def mean(values: Floats) -> Mean:
     return Mean(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
 
 
-class RunTable(Protocol):
-    """The runs that cells are read from: `Rows`, or fewer columns of runs that no referee has judged."""
-
-    def labels(self, kind: str) -> list[str]:
-        """Return the labels of the runs of one kind."""
-
-    def select(self, columns: Sequence[str], **where: object) -> dict[str, NDArray[Any]]:
-        """Return columns of the runs with these labels, (n,) each."""
-
-    def histories(self, **where: object) -> Iterator[History]:
-        """Yield the histories of these runs."""
-
-
 class CellRuns:
     """What the runs of the tables' cells found.
 
@@ -158,12 +139,12 @@ class CellRuns:
         The column by which claims on time are judged.
     """
 
-    def __init__(self, rows: RunTable, seeds: Sequence[int], work: str = "generated_nodes") -> None:
+    def __init__(self, rows: Rows, seeds: Sequence[int], work: str = "generated_nodes") -> None:
         self.rows = rows
         self.work = work
         self.seeds = sorted(seeds)
-        budgets = [budget.split() for budget in rows.labels("budget")]
-        self._lengths = sorted(int(count) for count, unit in budgets if unit == "iterations")
+        lengths = [budget.removesuffix(" iterations") for budget in rows.labels("budget")]
+        self._lengths = sorted(int(length) for length in lengths if length.isdecimal())
         self._kept: dict[tuple[str, str, str], list[History]] = {}
 
     @property
@@ -176,17 +157,17 @@ class CellRuns:
         """The unit of work."""
         return self.work.split("_")[-1]
 
-    def values(self, column: str, given: Case, method: str, form: str, population: int, iterations: int) -> Floats:
-        """Return a column, one of `History`'s, ``seconds`` or ``success``, of a cell's runs, (n,)."""
+    def values(self, column: str, given: Case, method: str, form: str, population: int, length: Length) -> Floats:
+        """Return a column of a cell's runs, (n,): one of `History`'s, ``seconds``, ``milliseconds`` or ``success``."""
         named = label(method, form, population)
-        found = self._select(column, given.label, named, f"{iterations} iterations")
-        if len(found) == self.runs or method in SCHEDULED:
+        found = self._select(column, given.label, named, budget(length))
+        if len(found) == self.runs or method in SCHEDULED or not isinstance(length, int):
             return self._whole(found, named)
         for longer in self._lengths:  # a cell that another part has run only in part does not count
-            if longer > iterations and column in HISTORY_VALUES:
-                histories = self._histories(given.label, named, f"{longer} iterations")
+            if longer > length and column in HISTORY_VALUES:
+                histories = self._histories(given.label, named, budget(longer))
                 if len(histories) == self.runs:
-                    values = [getattr(history.by_iteration(), column)[iterations] for history in histories]
+                    values = [getattr(history.by_iteration(), column)[length] for history in histories]
                     return np.array(values, dtype=np.float64)
         return self._whole(found, named)
 
@@ -213,18 +194,9 @@ class CellRuns:
             raise ValueError(f"expected {self.runs} runs of {named}, found {len(found)}")
         return found
 
-    def equal(self, column: str, given: Case, method: str, form: str, population: int, effort: str) -> Floats:
-        """Return a column of the runs at an equal effort, one of `EQUAL_EFFORTS`, (n,)."""
-        named = label(method, form, population)
-        return self._whole(self._select(column, given.label, named, effort), named)
-
     def exact(self, column: str, given: Case) -> Floats:
-        """Return a column of exact searches, (n,): as measured if they are among the runs, else of one search."""
-        found = self._select(column, given.label, EXACT, EXACT_BUDGET)
-        if len(found):
-            return found
-        result = AStar().plan(problems(given)[0], rng=0)
-        return np.full(self.runs, getattr(result if column == "cost" else result.effort, column), dtype=np.float64)
+        """Return a column of exact searches, (n,)."""
+        return self._whole(self._select(column, given.label, EXACT, EXACT), EXACT)
 
     def restart(self, given: Case, paths: float) -> Floats:
         """Return the baseline's costs, (n,), after `paths` generated paths."""
@@ -237,13 +209,14 @@ class CellRuns:
         self, bound: float, given: Case, method: str, form: str, population: int, iterations: int
     ) -> Floats:
         """Return after how many iterations a cell's runs cost at most `bound`, (n,); one more than all if never."""
-        kept = self._histories(given.label, label(method, form, population), f"{iterations} iterations")
+        kept = self._histories(given.label, label(method, form, population), budget(iterations))
         until = [np.flatnonzero(history.by_iteration().cost <= bound * (1 + 1e-9))[:1] for history in kept]
         return np.array([found[0] if len(found) else iterations + 1 for found in until], dtype=np.float64)
 
     def _select(self, column: str, scenario: str, planner: str, budget: str) -> Floats:
-        found = self.rows.select(("seed", column), scenario=scenario, planner=planner, budget=budget)
-        return found[column][np.isin(found["seed"], self.seeds)].astype(np.float64)
+        kept, factor = ("seconds", 1000.0) if column == "milliseconds" else (column, 1.0)
+        found = self.rows.select(("seed", kept), scenario=scenario, planner=planner, budget=budget)
+        return factor * found[kept][np.isin(found["seed"], self.seeds)].astype(np.float64)
 
     def _histories(self, scenario: str, planner: str, budget: str) -> list[History]:
         which = (scenario, planner, budget)

@@ -1,7 +1,7 @@
 """The verdict on a claim of the thesis, with the comparisons behind it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -9,6 +9,8 @@ from skyverse._typing import Floats
 from skyverse.lab.report import Block, Cell, Table, Text
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
 from skyverse.reproduction.mean_difference import SAME_WITHIN, MeanDifference, mean_difference, sample
+
+LOWER = (-math.inf, 0.0)
 
 
 class ClaimVerdict(Enum):
@@ -36,14 +38,14 @@ class Comparison:
     Attributes
     ----------
     asked
-        The range of the difference over the second mean; one that goes from -inf to 0 asks for a lower mean.
+        The range of the difference over the second mean; `LOWER` asks for a lower mean.
     """
 
     where: str
     names: tuple[str, str]
     first: Floats
     second: Floats
-    asked: tuple[float, float] = (-math.inf, 0.0)
+    asked: tuple[float, float] = LOWER
 
     @property
     def difference(self) -> MeanDifference:
@@ -71,13 +73,6 @@ class Comparison:
             "p": "< 0.001" if found.p < 0.001 else f"{found.p:.2g}",
             "could be seen": f"{found.detectable:.1%} ({counted(found.detectable * means[1])})",
         }
-
-
-def compare(
-    where: str, pair: tuple[str, str], read: Callable[[str], Floats], asked: tuple[float, float] = (-math.inf, 0.0)
-) -> Comparison:
-    """Return the comparison of what `read` returns for each of a pair of names."""
-    return Comparison(where, pair, read(pair[0]), read(pair[1]), asked)
 
 
 @dataclass(frozen=True)

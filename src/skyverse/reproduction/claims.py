@@ -12,22 +12,21 @@ from skyverse.reproduction import cost_claims, effort_claims, fleets, parameter_
 from skyverse.reproduction.cell_runs import (
     EQUAL_EFFORTS,
     FORMS,
-    LAST_ITERATION,
     CellRuns,
     ThesisPart,
     all_methods,
     case,
     cell,
-    equal,
+    exact_searches,
     without_obstacles,
 )
 from skyverse.reproduction.claim_verdict import ClaimVerdict, Finding
 from skyverse.reproduction.convergence import up_to
-from skyverse.reproduction.cost_claims import ALIKE_WITHIN, munkres_lowers, order, order_after
+from skyverse.reproduction.cost_claims import ALIKE_WITHIN, EQUAL, LAST, munkres_lowers, order, order_after
 from skyverse.reproduction.effort_claims import WORK_SIZES
 from skyverse.reproduction.mean_difference import SAME_WITHIN
 from skyverse.reproduction.parameter_claims import SWEPT_ITERATIONS, SWEPT_POPULATIONS, populations
-from skyverse.reproduction.published import CASES, CONVERGENCE_POPULATION, FLEET_RUNS, METHODS, THESIS_MAPS
+from skyverse.reproduction.published import CASES, FLEET_RUNS, METHODS, THESIS_MAPS
 from skyverse.reproduction.spread_claims import gso_settles_faster
 
 CLAIMED_ITERATIONS = (1, 2, 5, 10, 15, 30, 40, 50)
@@ -103,17 +102,16 @@ CLAIMS = (
 def parts() -> list[ThesisPart]:
     """Return the page of claims."""
     on_time = [(number, claim.text, claim.judge) for number, claim in enumerate(CLAIMS, 1) if "nodes" in claim.measure]
-    return [ThesisPart("claims", claimed_jobs, page, partial(timed_claims.blocks, on_time))]
+    return [ThesisPart("claims", claimed_jobs, page, partial(timed_claims.blocks, on_time, claimed_jobs))]
 
 
 def claimed_jobs(seeds: Sequence[int]) -> Iterable[Job]:
     """Yield the runs that the claims need."""
     maps, few = [case(name) for name in THESIS_MAPS], seeds[:FLEET_RUNS]
-    yield from all_methods(maps, CASES[:1], seeds)
+    yield from all_methods(maps, [CASES[0], *EQUAL], seeds)
     for given in maps:
         yield from up_to(given, CLAIMED_ITERATIONS, seeds)
-        for method, form in product(METHODS, FORMS):
-            yield from equal(given, method, form, CONVERGENCE_POPULATION, seeds)
+        yield from exact_searches(given, seeds)
     for part in fleets.parts():
         if part.name == "table-4.10":
             yield from part.jobs(few)
@@ -125,7 +123,7 @@ def claimed_jobs(seeds: Sequence[int]) -> Iterable[Job]:
             for population in SWEPT_POPULATIONS:
                 yield from cell(given, "MVO", form, population, SWEPT_ITERATIONS, few)
         for name in THESIS_MAPS:
-            yield from cell(without_obstacles(name), "MVO", form, CONVERGENCE_POPULATION, LAST_ITERATION, few)
+            yield from cell(without_obstacles(name), "MVO", form, *LAST, few)
         for method, given in product(METHODS, (fleets.coordinated("identity"), fleets.coordinated("euclidean"))):
             yield from cell(given, method, form, *CASES[1], few)
 

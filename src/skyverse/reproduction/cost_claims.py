@@ -7,8 +7,8 @@ from itertools import product
 from skyverse._typing import Floats
 from skyverse.lab.statistics import wilson
 from skyverse.reproduction import fleets
-from skyverse.reproduction.cell_runs import EQUAL_EFFORTS, LAST_ITERATION, CellRuns, case, optimum
-from skyverse.reproduction.claim_verdict import ClaimVerdict, Comparison, Finding, compare, judged
+from skyverse.reproduction.cell_runs import EQUAL_EFFORTS, LAST_ITERATION, CellRuns, Length, case, optimum
+from skyverse.reproduction.claim_verdict import LOWER, ClaimVerdict, Comparison, Finding, judged
 from skyverse.reproduction.costs import MAP_TITLES
 from skyverse.reproduction.published import CASES, CONVERGENCE_POPULATION, FLEET_RUNS, METHODS, THESIS_MAPS
 
@@ -18,9 +18,10 @@ OPTIMAL_SHARE = 0.95
 """The share of runs that have to be optimal."""
 
 Pairs = Sequence[tuple[str, str]]
-Effort = tuple[int, int] | str
-"""Population and iterations, or one of `EQUAL_EFFORTS`."""
+Size = tuple[int, Length]
+"""The population, and how long runs are."""
 LAST = (CONVERGENCE_POPULATION, LAST_ITERATION)
+EQUAL: list[Size] = [(CONVERGENCE_POPULATION, effort) for effort in EQUAL_EFFORTS]
 
 
 def order(
@@ -30,8 +31,8 @@ def order(
 
     Instead of the two cases, `sizes` may give other populations and numbers of iterations.
     """
-    published = [_compared(cells, form, pair, name, size) for name, size, pair in product(maps, sizes, pairs)]
-    equal = [_compared(cells, form, pair, name, effort) for effort, name, pair in product(EQUAL_EFFORTS, maps, pairs)]
+    published = [compared(cells, form, pair, name, size) for name, size, pair in product(maps, sizes, pairs)]
+    equal = [compared(cells, form, pair, name, size) for size, name, pair in product(EQUAL, maps, pairs)]
     return judged(published, equal, same_refutes=True)
 
 
@@ -44,7 +45,7 @@ def munkres_lowers(methods: Sequence[str], cells: CellRuns, form: str) -> Findin
     """Judge whether coordination lowers the total cost; the number of iterations is the same with and without."""
     few = cells.first(FLEET_RUNS)
     straight, without = fleets.coordinated("euclidean"), fleets.coordinated("identity")
-    compared = [
+    found = [
         Comparison(
             f"five UAVs, {method}",
             ("with Munkres", "without"),
@@ -53,17 +54,17 @@ def munkres_lowers(methods: Sequence[str], cells: CellRuns, form: str) -> Findin
         )
         for method in methods
     ]
-    return judged(compared, text=f"Exact paths: {optimum(straight):g} with it, {optimum(without):g} without.")
+    return judged(found, text=f"Exact paths: {optimum(straight):g} with it, {optimum(without):g} without.")
 
 
 def mvo_catches_up(cells: CellRuns, form: str) -> Finding:
     """Judge whether MVO is worse than GSO after 1 and 2 iterations, but at most `ALIKE_WITHIN` worse after 50."""
     sizes, pair, within = [(CONVERGENCE_POPULATION, t) for t in (1, 2)], ("MVO", "GSO"), (-math.inf, ALIKE_WITHIN)
     maps, excepted = ("map1", "map3"), "map2"
-    early = [_compared(cells, form, ("GSO", "MVO"), name, size) for name, size in product(maps, sizes)]
-    late = [_compared(cells, form, pair, name, LAST, within) for name in maps]
-    equal = [_compared(cells, form, pair, name, effort, within) for effort, name in product(EQUAL_EFFORTS, maps)]
-    left_out = _compared(cells, form, pair, excepted, LAST, within).difference
+    early = [compared(cells, form, ("GSO", "MVO"), name, size) for name, size in product(maps, sizes)]
+    late = [compared(cells, form, pair, name, LAST, within) for name in maps]
+    equal = [compared(cells, form, pair, name, size, within) for size, name in product(EQUAL, maps)]
+    left_out = compared(cells, form, pair, excepted, LAST, within).difference
     low, high = left_out.interval
     return judged(
         [*early, *late],
@@ -76,13 +77,14 @@ def mvo_catches_up(cells: CellRuns, form: str) -> Finding:
 
 def alike_in_the_end(cells: CellRuns, form: str) -> Finding:
     """Judge whether the means of MVO and GSO after 50 iterations differ by at most `ALIKE_WITHIN`."""
-    asked = (-ALIKE_WITHIN, ALIKE_WITHIN)
-    efforts: tuple[Effort, ...] = (LAST, *EQUAL_EFFORTS)
-    found = [
-        [_compared(cells, form, ("MVO", "GSO"), name, effort, asked) for name in THESIS_MAPS] for effort in efforts
-    ]
-    told = f"Alike is taken to mean within {ALIKE_WITHIN:.0%}."
-    return judged(found[0], [one for each in found[1:] for one in each], told)
+    published, equal = (
+        [
+            compared(cells, form, ("MVO", "GSO"), name, size, (-ALIKE_WITHIN, ALIKE_WITHIN))
+            for size, name in product(sizes, THESIS_MAPS)
+        ]
+        for sizes in ([LAST], EQUAL)
+    )
+    return judged(published, equal, f"Alike is taken to mean within {ALIKE_WITHIN:.0%}.")
 
 
 def flattens(cells: CellRuns, form: str) -> Finding:
@@ -123,20 +125,21 @@ def optimal(cells: CellRuns, form: str) -> Finding:
     return Finding(verdict, f"Optimal, 25 x 40 (asked: {OPTIMAL_SHARE:.0%} on each map): {'; '.join(told)}.")
 
 
-def costs(cells: CellRuns, form: str, name: str, method: str, effort: Effort) -> Floats:
-    """Return the costs of a method on a map at an effort, (n,)."""
-    if isinstance(effort, str):
-        return cells.equal("cost", case(name), method, form, CONVERGENCE_POPULATION, effort)
-    return cells.values("cost", case(name), method, form, *effort)
+def costs(cells: CellRuns, form: str, name: str, method: str, size: Size) -> Floats:
+    """Return the costs of a method on a map, (n,)."""
+    return cells.values("cost", case(name), method, form, *size)
 
 
-def _compared(
+def compared(
     cells: CellRuns,
     form: str,
     pair: tuple[str, str],
     name: str,
-    effort: Effort,
-    asked: tuple[float, float] = (-math.inf, 0.0),
+    size: Size,
+    asked: tuple[float, float] = LOWER,
+    column: str = "cost",
 ) -> Comparison:
-    where = f"{MAP_TITLES[name]}, {effort if isinstance(effort, str) else '{} x {}'.format(*effort)}"
-    return compare(where, pair, lambda method: costs(cells, form, name, method, effort), asked)
+    """Return the comparison of two methods on a map by a column of their runs."""
+    first, second = (cells.values(column, case(name), method, form, *size) for method in pair)
+    said = "{} x {}".format(*size) if isinstance(size[1], int) else size[1]
+    return Comparison(f"{MAP_TITLES[name]}, {said}", pair, first, second, asked)

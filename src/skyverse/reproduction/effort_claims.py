@@ -1,31 +1,29 @@
 """How claims on time are judged: by generated nodes, or by milliseconds, whichever counts as the cells' work."""
 
 import math
-from collections.abc import Iterable
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from skyverse._typing import Floats
 from skyverse.reproduction.cell_runs import CellRuns, case
 from skyverse.reproduction.claim_verdict import (
+    LOWER,
     ClaimVerdict,
     Comparison,
     Evidence,
     Finding,
-    compare,
     counted,
     judged,
     verdict,
 )
-from skyverse.reproduction.cost_claims import LAST
+from skyverse.reproduction.cost_claims import EQUAL, LAST, Size, compared
 from skyverse.reproduction.costs import MAP_TITLES
 from skyverse.reproduction.fleets import FLEET_SCENARIOS
 from skyverse.reproduction.mean_difference import MeanDifference, explained, mean_difference, sample
 from skyverse.reproduction.published import (
     CASES,
-    CONVERGENCE_POPULATION,
     COSTS,
     FLEET_RUNS,
     FLEETS,
@@ -34,7 +32,7 @@ from skyverse.reproduction.published import (
     THESIS_MAPS,
 )
 
-EQUAL_PATHS = "1000 paths"
+EQUAL_PATHS = EQUAL[:1]
 """The equal effort at which generated nodes are compared."""
 ABOUT_HALF = (-0.6, -0.35)
 """The range of the thesis's own times of MVO, as differences from GSO's: 0.40 to 0.65 of them."""
@@ -49,44 +47,44 @@ def half_the_time(cells: CellRuns, form: str) -> Finding:
     """Judge whether MVO's work is about half of GSO's, at equal iterations and at equal paths."""
     pair, (low, high) = ("MVO", "GSO"), ABOUT_HALF
     told = f"Asked: {1 + low:.2f} to {1 + high:.2f} of GSO's {cells.unit}, as the published times."
-    return judged(_nodes(cells, form, pair, CASES, ABOUT_HALF), _equal_nodes(cells, form, pair, ABOUT_HALF), told)
+    published, equal = (_work(cells, form, [pair], sizes, ABOUT_HALF) for sizes in (CASES, EQUAL_PATHS))
+    return judged(published, equal, told)
 
 
 def bbo_is_fastest(cells: CellRuns, form: str) -> Finding:
     """Judge whether BBO works least, at equal iterations and at equal paths."""
     pairs = [("BBO", rival) for rival in ("GSO", "MVO")]
-    return judged(
-        [one for pair in pairs for one in _nodes(cells, form, pair, CASES)],
-        [one for pair in pairs for one in _equal_nodes(cells, form, pair)],
-    )
+    return judged(_work(cells, form, pairs, CASES), _work(cells, form, pairs, EQUAL_PATHS))
 
 
 def best_and_fastest(cells: CellRuns, form: str) -> Finding:
     """Judge on how many maps MVO has both the lowest cost and the least work after fifty iterations."""
-    compared: list[Comparison] = []
+    rows: list[Comparison] = []
     verdicts = []
     for name in THESIS_MAPS:
         found = [
-            compare(f"{MAP_TITLES[name]}, {what}", ("MVO", rival), partial(_last, cells, form, name, column))
+            replace(
+                compared(cells, form, ("MVO", rival), name, LAST, column=column), where=f"{MAP_TITLES[name]}, {what}"
+            )
             for (what, column), rival in product((("cost", "cost"), (cells.unit, cells.work)), ("GSO", "BBO"))
         ]
         verdicts.append(verdict([one.evidence() for one in found]))
-        compared += found
+        rows += found
     holds, fails = (verdicts.count(which) for which in (ClaimVerdict.HOLDS, ClaimVerdict.FAILS))
     return Finding(
         ClaimVerdict.HOLDS if holds >= 2 else ClaimVerdict.FAILS if fails >= 2 else ClaimVerdict.OPEN,
         f"On {holds} of 3 maps MVO has both the lowest mean cost and the fewest {cells.unit}; on {fails} it is shown "
         "not to. In the thesis's own Tables 4.2 to 4.7 BBO takes less time than MVO in 28 of 30 cells.",
-        compared,
+        rows,
     )
 
 
 def less_time_than_gso(cells: CellRuns, form: str) -> Finding:
     """Judge whether MVO works at least 20 % less than GSO with every population."""
-    few, pair = cells.first(FLEET_RUNS), ("MVO", "GSO")
+    few, pairs = cells.first(FLEET_RUNS), [("MVO", "GSO")]
     told = f"Much less is taken to mean at least 20 % less. {few.runs} runs a cell at equal iterations."
-    found = _nodes(few, form, pair, WORK_SIZES, MUCH_LESS)
-    return judged(found, _equal_nodes(cells, form, pair, MUCH_LESS), told)
+    equal = _work(cells, form, pairs, EQUAL_PATHS, MUCH_LESS)
+    return judged(_work(few, form, pairs, WORK_SIZES, MUCH_LESS), equal, told)
 
 
 def lead_grows(cells: CellRuns, form: str) -> Finding:
@@ -108,9 +106,8 @@ def lead_grows(cells: CellRuns, form: str) -> Finding:
             "{} x {}: ".format(*size) + f"{counted(lead[0].value)} on Map 1 (8 obstacles), "
             f"{counted(lead[1].value)} on Map 3 (14); published {seconds[0]:.2f} and {seconds[1]:.2f} s"
         )
-    equal = [
-        Evidence(1.0, min(1.0, 2 * one.difference.above(0.0))) for one in _equal_nodes(cells, form, ("MVO", "GSO"))
-    ]
+    at_equal = _work(cells, form, [("MVO", "GSO")], EQUAL_PATHS)
+    equal = [Evidence(1.0, min(1.0, 2 * one.difference.above(0.0))) for one in at_equal]
     return Finding(
         verdict(evidence, equal),
         f"GSO's {cells.unit} less MVO's, {'; '.join(told)}. As a share of GSO's the published lead does not grow "
@@ -149,30 +146,14 @@ def polynomial(cells: CellRuns, form: str) -> Finding:
     )
 
 
-def _last(cells: CellRuns, form: str, name: str, column: str, method: str) -> Floats:
-    return cells.values(column, case(name), method, form, *LAST)
-
-
-def _nodes(
+def _work(
     cells: CellRuns,
     form: str,
-    pair: tuple[str, str],
-    sizes: Iterable[tuple[int, int]],
-    asked: tuple[float, float] = (-math.inf, 0.0),
+    pairs: Sequence[tuple[str, str]],
+    sizes: Sequence[Size],
+    asked: tuple[float, float] = LOWER,
 ) -> list[Comparison]:
-    def read(name: str, size: tuple[int, int], method: str) -> Floats:
-        return cells.values(cells.work, case(name), method, form, *size)
-
     return [
-        compare("{}, {} x {}".format(MAP_TITLES[name], *size), pair, partial(read, name, size), asked)
-        for name, size in product(THESIS_MAPS, sizes)
+        compared(cells, form, pair, name, size, asked, cells.work)
+        for pair, name, size in product(pairs, THESIS_MAPS, sizes)
     ]
-
-
-def _equal_nodes(
-    cells: CellRuns, form: str, pair: tuple[str, str], asked: tuple[float, float] = (-math.inf, 0.0)
-) -> list[Comparison]:
-    def read(name: str, method: str) -> Floats:
-        return cells.equal(cells.work, case(name), method, form, CONVERGENCE_POPULATION, EQUAL_PATHS)
-
-    return [compare(f"{MAP_TITLES[name]}, {EQUAL_PATHS}", pair, partial(read, name), asked) for name in THESIS_MAPS]

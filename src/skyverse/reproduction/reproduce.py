@@ -14,7 +14,6 @@ from skyverse.lab.run_study import OnRun, run_jobs
 from skyverse.reproduction import claims, convergence, costs, fleets, flight_figures, populations
 from skyverse.reproduction.cell_runs import CellRuns, ThesisPart
 from skyverse.reproduction.claim_verdict import ClaimVerdict
-from skyverse.reproduction.lean_runs import kept_lean
 
 MAX_RUNS = 10_000
 MAX_SETS = 100
@@ -123,21 +122,15 @@ def reproduce(
             run_jobs(wanted, rows, workers=workers, on_run=on_run)
         cells = CellRuns(rows, seeds)
         command = " ".join(["skyverse reproduce", *names, f"--runs {runs} --seed {seed}"])
+        command += f" --sets {sets}" * (sets > 1)
         elsewhere: list[list[list[ClaimVerdict]]] = []
-        if sets > 1:
-            command += f" --sets {sets}"
-            elsewhere = [
-                _verdicts(range(first, first + runs), folder / "sets")
-                for first in range(seed + runs, seed + sets * runs, runs)
-            ]
+        for first in range(seed + runs, seed + sets * runs, runs):
+            others = range(first, first + runs)
+            with Rows(folder / f"rows-{first}.sqlite") as more:
+                run_jobs(jobs([THESIS_PARTS["claims"]], others), more, workers=workers, on_run=on_run)
+                judged = claims.judge_all(CellRuns(more, others))
+            elsewhere.append([[finding.verdict for finding in findings] for findings in judged])
         return _write_pages(parts, cells, elsewhere, command, folder)
-
-
-def _verdicts(seeds: Sequence[int], folder: Path) -> list[list[ClaimVerdict]]:
-    """Return the verdicts on all claims, by form, by other seeds, whose runs are kept in the folder."""
-    wanted = jobs([THESIS_PARTS["claims"]], seeds)
-    cells = CellRuns(kept_lean(wanted, folder / f"seeds-{seeds[0]}.npz"), seeds)
-    return [[finding.verdict for finding in findings] for findings in claims.judge_all(cells)]
 
 
 def _write_pages(
