@@ -96,6 +96,7 @@ def test_versions_name_the_packages_and_the_module(shake):
         ("math:pi", "'math:pi', which is 3.14"),
         ("skyverse:Missing", "which is None"),
         ("skyverse:Scenario", "expected a Planner as module:Class"),
+        ("skyverse:Metaheuristic", "expected a Planner as module:Class"),
         (":", "cannot be imported"),
     ],
 )

@@ -84,6 +84,15 @@ def test_a_path_that_was_sought_for_something_else_is_priced_and_keeps_no_histor
     assert rescored(problem, objective, priced) is priced
 
 
+def test_a_path_that_ends_short_has_no_price_of_the_objective_and_keeps_none_of_the_scenario():
+    problem, objective = sky.Problem(sky.read("map1")), Danger()
+    short = sky.MVO(universes=2, generator="uniform").plan(problem, stop=sky.MaxPaths(2), rng=0)
+    assert short.status is sky.Status.INCOMPLETE
+    priced = rescored(problem, objective, short)
+    assert (priced.cost, priced.status, priced.effort) == (math.inf, sky.Status.NO_PATH, short.effort)
+    assert not len(priced.history.cost)
+
+
 def test_what_forbids_every_path_leaves_none():
     class Never(Danger):
         def prices(self, problem, paths):
@@ -126,6 +135,14 @@ def test_a_study_compares_all_planners_by_the_objective(tmp_path):
     assert costs == pytest.approx([2.0 * sum(map(math.dist, exact, exact[1:]))] * 2)
     write_study(study, tmp_path / "study.yaml")
     assert read_study(tmp_path / "study.yaml").objective.make() == Length(metres=2.0)
+    by_name = sky.Study(scenarios=["map1"], planners=["woa"], objective=f"{__name__}:Length")
+    assert by_name.objective.make() == Length()
+
+
+def test_a_planner_with_an_objective_of_its_own_is_not_compared_with_others():
+    study = sky.Study(scenarios=["map1"], planners=[sky.WOA(objective=Length()), sky.DA(legs="straight")])
+    with pytest.raises(sky.InputError, match=r"woa objective=.*: expected the study's objective"):
+        list(study.jobs())
 
 
 @dataclass(frozen=True)

@@ -59,10 +59,10 @@ class StudyPlanner(MadeByName):
 
 
 def _said(value: Any) -> Any:
-    """Return what a study's file says for a planner or an objective that is given as such or by its name."""
-    key = "objective" if isinstance(value, PathObjective) else "planner"
+    """Return what a study's file says for a planner or an objective that is given as such."""
     if not isinstance(value, Planner | PathObjective):
-        return {key: value} if isinstance(value, str) else value
+        return value
+    key = "objective" if isinstance(value, PathObjective) else "planner"
     fields: tuple[Any, ...] = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
     settings = {f.name: getattr(value, f.name) for f in fields}
     name = name_of(value)
@@ -154,7 +154,9 @@ class Study(ScenarioStudy):
 
     format: Literal["skyverse/study/1"] = "skyverse/study/1"
     planners: Annotated[
-        tuple[Annotated[StudyPlanner, BeforeValidator(_said)], ...], BeforeValidator(as_tuple), Field(min_length=1)
+        tuple[Annotated[StudyPlanner, named_by("planner"), BeforeValidator(_said)], ...],
+        BeforeValidator(as_tuple),
+        Field(min_length=1),
     ]
     seeds: Seeds = 30  # type: ignore[assignment]
     budget: Annotated[
@@ -200,7 +202,12 @@ class Study(ScenarioStudy):
                 )
             for contender in self.planners:
                 planner = contender.make()
-                if objective is not None and isinstance(planner, WaypointSearch):
+                if isinstance(planner, WaypointSearch) and planner.objective != objective:
+                    if planner.objective is not None:
+                        raise InputError(
+                            f"{contender.label}: expected the study's objective, by which all planners are compared, "
+                            f"found {planner.objective!r}"
+                        )
                     planner = dataclasses.replace(planner, objective=objective)
                 for budget in self.budget:
                     for seed in self.seeds:

@@ -1,6 +1,7 @@
 """The planners: frozen parameters with one verb, ``plan(problem, *, stop, rng, on_iteration) -> Result``."""
 
 import importlib
+import inspect
 from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError, did_you_mean, shown
@@ -65,7 +66,7 @@ def own_class(name: str, kind: Any) -> Any:
         found = getattr(importlib.import_module(module), attribute, None)
     except (ImportError, ValueError) as error:
         raise InputError(f"{asked}, but {module!r} cannot be imported: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, kind)):
+    if not (isinstance(found, type) and issubclass(found, kind)) or inspect.isabstract(found):
         raise InputError(f"{asked}, found {name!r}, which is {shown(found)}")
     return found
 

@@ -116,10 +116,13 @@ def priced_result(
 
 
 def rescored(problem: Problem, objective: PathObjective, result: Result) -> Result:
-    """Return a result priced by an objective of one's own, for which it was not sought; it keeps no history."""
-    if result.objective or not result.status.reached:
+    """Return a result priced by an objective of one's own, for which it was not sought; it keeps no history.
+
+    A path that ends short of the target has no price.
+    """
+    if result.objective or not len(result.path):
         return result
-    price = float(objective.prices(problem, result.path[None])[0])
+    price = float(objective.prices(problem, result.path[None])[0]) if result.status.reached else math.inf
     record = SearchRecord(result.provenance, result.effort, result.seconds, stopped_by=result.stopped_by)
     return priced_result(problem, objective, result.path, price, record)
 
