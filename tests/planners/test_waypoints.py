@@ -176,6 +176,11 @@ def test_a_draft_has_room_for_the_longest_path_and_no_more():
     assert length == len(run.workspace.draft)
 
 
+def test_more_habitats_than_counts_of_species_fit_into_a_float_are_bred_all_the_same():
+    habitats = sky.WaypointBBO(waypoints=1, candidates=1100)
+    assert habitats.plan(sky.Problem(ROOM), stop=sky.MaxIterations(1), rng=0).effort.evaluations == 2200
+
+
 def test_candidates_beyond_the_budget_are_not_looked_at():
     run = opened(sky.Problem(ROOM), stop=sky.MaxPaths(3))
     fitness = waypoints.decode(run.task, run.workspace, run.best, np.random.default_rng(0).random((5, 9)), 100.0)

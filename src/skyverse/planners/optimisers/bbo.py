@@ -29,8 +29,8 @@ def bbo(
     n, d = first.shape
     species = np.arange(n, 0, -1)
     immigration, emigration = 1.0 - species / n, species / n  # of the best habitat first
-    chance = np.array([math.comb(n, int(k)) for k in species], dtype=np.float64)  # E = I: theorem 1, but for 2^-n
-    mutate = mutation * (1.0 - chance / chance.max())
+    chance = np.array([math.comb(n, k) / math.comb(n, n // 2) for k in species.tolist()])  # P/P_max by theorem 1, E = I
+    mutate = mutation * (1.0 - chance)
     wheel = np.cumsum(emigration)
     H, cost = first, evaluate(first)
     while True:
