@@ -35,12 +35,9 @@ def mvo(
     n, d = first.shape
     wheel = np.cumsum(np.arange(n, 0, -1))
     U, cost = first, evaluate(first)  # (3.5)
-    best, lowest = U[0], math.inf
     while True:
         order = np.argsort(cost, kind="stable")
         U, cost = U[order], cost[order]
-        if cost[0] < lowest:
-            best, lowest = U[0], cost[0]
         spent = yield
         exists = wep[0] + spent * (wep[1] - wep[0])  # (3.8)
         tdr = 1.0 - spent ** (1.0 / p)  # (3.9)
@@ -48,7 +45,7 @@ def mvo(
         norm = math.sqrt(np.square(cost).sum())
         k = np.searchsorted(wheel, spin * wheel[-1], side="right")
         X = np.where(r1 * norm < cost[1:, None], U[k, np.arange(d)], U[1:])  # (3.6), NI = cost / norm
-        X = np.where(r2 < exists, best + np.where(r3 < 0.5, tdr, -tdr) * r4, X)  # (3.7)
+        X = np.where(r2 < exists, U[0] + np.where(r3 < 0.5, tdr, -tdr) * r4, X)  # (3.7)
         X = np.clip(X, 0.0, 1.0)
         new = evaluate(X)
         if greedy:
