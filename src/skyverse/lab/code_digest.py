@@ -25,7 +25,7 @@ def code_digest(*made_by: object) -> str:
     InputError
         If there is a module without a file.
     """
-    return _digest(_of_skyverse(), *(_of_module(module) for module in sorted(_own_modules(made_by))))
+    return digest(_of_skyverse(), *(_of_module(module) for module in sorted(_own_modules(made_by))))
 
 
 def versions(*made_by: object) -> str:
@@ -71,7 +71,7 @@ def _of_module(name: str) -> str:
         )
     files = sorted(each for folder in folders for each in Path(folder).rglob("*.py")) or [Path(str(file))]
     stats = ((each, each.stat()) for each in files)
-    return _digest(*(_of_file(each, found.st_mtime_ns, found.st_size) for each, found in stats))
+    return digest(*(_of_file(each, found.st_mtime_ns, found.st_size) for each, found in stats))
 
 
 @lru_cache(maxsize=2048)
@@ -79,5 +79,6 @@ def _of_file(file: Path, _changed: int, _size: int) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _digest(*parts: str) -> str:
-    return hashlib.sha256(" ".join(parts).encode()).hexdigest()
+def digest(*parts: object) -> str:
+    """Return a digest of what things say of themselves."""
+    return hashlib.sha256(repr(parts).encode()).hexdigest()

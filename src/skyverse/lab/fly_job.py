@@ -1,15 +1,14 @@
 """One flight of a study among movers: planned, flown by a policy, judged by the referee and summarised in one row."""
 
-import hashlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.lab.code_digest import code_digest, versions
+from skyverse.lab.code_digest import code_digest, digest, versions
 from skyverse.lab.hindsight import least_lengths, least_seconds
 from skyverse.lab.moving_row import MovingRow
 from skyverse.lab.scenario_text import scenario_text
@@ -91,7 +90,7 @@ class MovingCase:
     def digest(self) -> str:
         """A digest of all but the labels."""
         rest = (self.kind, self.count, self.speed, self.hidden, repr(self.sensor), self.longest)
-        return _digest(scenario_text(self.scenario), *rest)
+        return digest(scenario_text(self.scenario), *rest)
 
     def truth(self, seed: int) -> Scenario:
         """Return the scenario with all that there is."""
@@ -122,7 +121,7 @@ class MovingJob:
     @cached_property
     def key(self) -> str:
         """A digest of the labels and of all that determines the answer, including the version of skyverse."""
-        return _digest(*self.run, self.case.digest, repr(self.contender), code_digest(self.contender))
+        return digest(*self.run, self.case.digest, repr(self.contender), code_digest(self.contender))
 
     def row(self) -> MovingRow:
         """Fly, and return the row of the flight."""
@@ -276,8 +275,3 @@ def _gaps(truth: Scenario, trajectories: Sequence[Trajectory | None], last: floa
             places = flown.at(np.clip(instants, flown.start, flown.end)).position
             found.append(mover_gaps(shapes, instants, places).min(axis=1))
     return np.concatenate(found)
-
-
-@lru_cache(maxsize=1)
-def _digest(*parts: object) -> str:
-    return hashlib.sha256(repr(parts).encode()).hexdigest()

@@ -1,13 +1,12 @@
 """One run of a study: its mission planned, judged by the referee and summarised in one row."""
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
-from skyverse.lab.code_digest import code_digest, versions
+from skyverse.lab.code_digest import code_digest, digest, versions
 from skyverse.lab.row import Row
 from skyverse.lab.scenario_text import scenario_text
 from skyverse.mission.plan_mission import Assignment, assign_targets
@@ -35,7 +34,7 @@ class Case:
     @cached_property
     def digest(self) -> str:
         """A digest of scenario and assignment, without the label."""
-        return _digest(scenario_text(self.scenario), self.assignment)
+        return digest(scenario_text(self.scenario), self.assignment)
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, Case) else NotImplemented
@@ -80,7 +79,7 @@ class Job:
     def key(self) -> str:
         """A digest of the labels and of all that determines the answer, including the code."""
         made_by = (self.planner, self.objective)
-        return _digest(*self.run, self.case.digest, repr(made_by), repr(self.stop), code_digest(*made_by))
+        return digest(*self.run, self.case.digest, repr(made_by), repr(self.stop), code_digest(*made_by))
 
     def row(self) -> Row:
         """Make the run and return its row."""
@@ -191,7 +190,3 @@ def _history(results: Sequence[Result]) -> History:
         for total, column, final in zip(totals, astuple(history), (result.cost, 0, 0, 0), strict=False):
             total += np.pad(column, (0, missing), mode="edge") if missing < length else final
     return History(*totals)
-
-
-def _digest(*parts: object) -> str:
-    return hashlib.sha256(repr(parts).encode()).hexdigest()
