@@ -21,7 +21,7 @@ from skyverse.reproduction.claim_verdict import (
 from skyverse.reproduction.cost_claims import EQUAL, LAST, Size, compared
 from skyverse.reproduction.costs import MAP_TITLES
 from skyverse.reproduction.fleets import FLEET_SCENARIOS
-from skyverse.reproduction.mean_difference import MeanDifference, explained, mean_difference, sample
+from skyverse.reproduction.mean_difference import MeanDifference, mean_difference, sample
 from skyverse.reproduction.published import (
     CASES,
     COSTS,
@@ -117,13 +117,15 @@ def lead_grows(cells: CellRuns, form: str) -> Finding:
 
 def linear_in_fleet(cells: CellRuns, form: str) -> Finding:
     """Judge how far the mean work for fleets lies from a straight line over the number of UAVs."""
+    from scipy.stats import linregress
+
     few, off, fits = cells.first(FLEET_RUNS), [], []
     given = [case(FLEET_SCENARIOS[uavs], "euclidean") for uavs in FLEETS]
     for which, method in product(CASES, METHODS):
         nodes = np.array([few.values(few.work, fleet, method, form, *which).mean() for fleet in given])
-        line, _, fit = explained(FLEETS, nodes)
-        off.append(float(np.max(np.abs(nodes / line - 1))))
-        fits.append(fit)
+        line = linregress(FLEETS, nodes)
+        off.append(float(np.max(np.abs(nodes / (line.intercept + line.slope * np.array(FLEETS)) - 1))))
+        fits.append(line.rvalue**2)
     return Finding(
         ClaimVerdict.HOLDS if max(off) <= NEAR_LINE else ClaimVerdict.OPEN,
         f"The mean {cells.unit} of {FLEETS[0]} to {FLEETS[-1]} UAVs lie at most {max(off):.0%} off a straight line (R² "
@@ -135,10 +137,12 @@ def linear_in_fleet(cells: CellRuns, form: str) -> Finding:
 
 def polynomial(cells: CellRuns, form: str) -> Finding:
     """Say what the runs show of complexity: the work is linear in population times iterations."""
+    from scipy.stats import linregress
+
     few, sizes, fits = cells.first(FLEET_RUNS), [n * t for n, t in WORK_SIZES], []
     for name in THESIS_MAPS:
         nodes = [few.values(few.work, case(name), "MVO", form, *size).mean() for size in WORK_SIZES]
-        fits.append(explained(sizes, nodes)[2])
+        fits.append(linregress(sizes, nodes).rvalue ** 2)
     return Finding(
         ClaimVerdict.OPEN,
         "No experiment of the thesis varies the size of the problem. What can be told: MVO's generated nodes are "

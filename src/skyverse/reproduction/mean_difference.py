@@ -4,9 +4,6 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from skyverse._typing import Floats
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, Interval
 
@@ -89,17 +86,3 @@ def deviations_differ(first: Sample, second: Sample) -> float:
 
     ratio, freedom = (first.deviation / second.deviation) ** 2, (first.runs - 1, second.runs - 1)
     return 2 * float(min(f.sf(ratio, *freedom), f.cdf(ratio, *freedom)))
-
-
-def explained(x: ArrayLike, y: ArrayLike, *, zero: bool = False) -> tuple[Floats, float, float]:
-    """Return the values of the straight line through points, (n,), its value at 0, and R², the share it explains.
-
-    With `zero` the line goes through the origin; R² may then be negative.
-    """
-    a, b = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    slope = (
-        np.sum(a * b) / np.sum(a * a) if zero else np.sum((a - a.mean()) * (b - b.mean())) / np.sum((a - a.mean()) ** 2)
-    )
-    at_zero = 0.0 if zero else float(b.mean() - slope * a.mean())
-    line = at_zero + slope * a
-    return line, at_zero, float(1 - np.sum((b - line) ** 2) / np.sum((b - b.mean()) ** 2))
