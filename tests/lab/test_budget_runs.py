@@ -38,7 +38,7 @@ def test_a_sheet_has_one_budgets_runs_only(runs):
 
 
 def test_the_reference_is_the_optimum_or_the_best_that_arrived(runs):
-    assert [runs.exact(scenario) for scenario in runs.scenarios] == [None, 200.0, None]
+    assert [runs.bound(scenario) for scenario in runs.scenarios] == [None, 200.0, None]
     assert [runs.reference(scenario) for scenario in runs.scenarios] == [300.0, 200.0, np.inf]
 
 

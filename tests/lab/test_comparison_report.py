@@ -160,6 +160,17 @@ def test_equal_costs_are_not_told_apart(tmp_path):
     assert "nan" not in text(report)
 
 
+@pytest.mark.parametrize(
+    ("least", "says"), [(265.0, "The exact optimum is 265."), (270.0, "No path costs less than 265.")]
+)
+def test_a_bound_that_no_run_attains_is_not_called_an_optimum(tmp_path, least, says):
+    costs = [least + seed for seed in range(8)]
+    runs = [run(planner=p, seed=k, cost=c) for p in "ab" for k, c in enumerate(costs)]
+    with study(tmp_path, runs) as rows:
+        captions = [table.caption for table in tables(comparison_report(rows), "planner")]
+    assert says in captions
+
+
 def test_unequal_seeds_are_said(tmp_path):
     first = [run(planner="a", seed=seed, cost=270.0 + seed) for seed in range(10)]
     second = [run(planner="b", seed=100 + seed, cost=290.0 + seed) for seed in range(10)]

@@ -43,17 +43,17 @@ class BudgetRuns:
         """Return one column of all runs of a planner."""
         return np.concatenate([self.cells[scenario, planner][column] for scenario in self.scenarios])
 
-    def exact(self, scenario: str) -> float | None:
-        """Return the exact optimum of a scenario, or ``None`` where it is not known."""
+    def bound(self, scenario: str) -> float | None:
+        """Return the lower bound of a scenario, on the lattice its exact optimum, or ``None`` where none is proven."""
         known = np.concatenate([self.cells[scenario, planner]["bound"] for planner in self.planners])
         known = known[np.isfinite(known)]
         return float(known.min()) if len(known) else None
 
     def reference(self, scenario: str) -> float:
-        """Return the exact optimum, else the least cost of a run that reached its target, else the least of any run."""
-        exact = self.exact(scenario)
-        if exact is not None:
-            return exact
+        """Return the lower bound, else the least cost of a run that reached its target, else the least of any run."""
+        bound = self.bound(scenario)
+        if bound is not None:
+            return bound
         cells = [self.cells[scenario, planner] for planner in self.planners]
         reached = np.concatenate([cell["cost"][cell["success"]] for cell in cells])
         return float(np.min(reached if len(reached) else np.concatenate([cell["cost"] for cell in cells])))

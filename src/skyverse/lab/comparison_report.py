@@ -21,13 +21,14 @@ from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
 from skyverse.lab.statistics import summary, wilson
 from skyverse.model.short_lines import counted, listed
+from skyverse.numerics.tolerances import OPTIMALITY_GAP
 
 EQUAL_EFFORT_FACTOR = 1.05
 """Mean efforts within this factor count as equal."""
 _MAX_PANELS = 6
 """The number of panels in one figure; more are split over several figures."""
 _TARGETS = (0.1, 0.05, 0.02, 0.01)
-"""How far above the exact optimum, or the best cost known, the targets of run lengths lie."""
+"""How far above the lower bound, or the best cost known, the targets of run lengths lie."""
 _EFFORT_TITLES = {
     "generated_paths": "generated paths",
     "generated_nodes": "generated nodes",
@@ -168,7 +169,7 @@ def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
         if len(found) > 1 and len(runs.scenarios) > 1:
             yield matrix(runs.contestants, found)
     panels = [
-        figures.Panel(s, runs.exact(s), costs=[runs.cells[s, planner]["cost"] for planner in runs.planners])
+        figures.Panel(s, runs.bound(s), costs=[runs.cells[s, planner]["cost"] for planner in runs.planners])
         for s in runs.scenarios
     ]
     for name, some in _split(f"costs{mark}", panels):
@@ -212,8 +213,10 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
                 "seconds": float(cell["seconds"].mean()),
             }
         )
-    exact = runs.exact(scenario)
-    caption = "The exact optimum is not known." if exact is None else f"The exact optimum is {exact:,.6g}."
+    bound, gaps = runs.bound(scenario), [runs.cells[scenario, planner]["gap"] for planner in runs.planners]
+    attained = np.any(np.concatenate(gaps) <= OPTIMALITY_GAP)
+    said = "The exact optimum is" if attained else "No path costs less than"
+    caption = "No lower bound is known." if bound is None else f"{said} {bound:,.6g}."
     compared = runs.contestants
     means = [s.mean for planner, s in zip(runs.planners, summaries, strict=True) if planner in compared]
     best = " ".join(best_mean(compared, means, found))
@@ -228,7 +231,7 @@ def _convergence(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
         at = grid(float(most))
         where = {"scenario": scenario, "budget": runs.budget}
         bands = [band(rows.histories(planner=planner, **where), at) for planner in compared]
-        panels.append(figures.Panel(scenario, runs.exact(scenario), bands=bands))
+        panels.append(figures.Panel(scenario, runs.bound(scenario), bands=bands))
     reached = np.concatenate([[], *(runs.all(planner, "success") for planner in compared)])
     drawn = [any(np.isfinite(panel.bands[k].low).any() for panel in panels) for k in range(len(compared))]
     bare = [planner for planner, shown in zip(compared, drawn, strict=True) if not shown]
@@ -264,8 +267,8 @@ def _run_lengths(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
         records.append(record)
     yield Table.from_records(
         records,
-        "Expected run lengths: the evaluations that restarts take in the mean to come within so much of the exact "
-        "optimum or, where that is unknown, of the best cost known; in brackets how many runs did.",
+        "Expected run lengths: the evaluations that restarts take in the mean to come within so much of the lower "
+        "bound or, where there is none, of the best cost known; in brackets how many runs did.",
     )
     caption = f"The share of runs and of {len(_TARGETS)} targets that were reached after so many evaluations."
     each = [np.concatenate(found) for found in lengths.values()]
@@ -293,7 +296,7 @@ _READ = """\
 - *Reached* comes first: a planner that fails is not better for the cheap runs that it has left. Its failures stay in
   every mean, at what their paths cost with the penalty for ending short of the target.
 - *± SE* is the standard error of the mean. *95 % of rate* is Wilson's interval of the success rate, *95 % of mean* a
-  bootstrap interval (BCa, from 5 runs on). *Gap* is the mean of cost / exact optimum - 1 over the runs that reached.
+  bootstrap interval (BCa, from 5 runs on). *Gap* is the mean of cost / lower bound - 1 over the runs that reached.
 - *p* is the Mann-Whitney test, since a seed means nothing from one planner to another; adjusted by Holm for all pairs
   of its table. Differences count from p < 0.05 on. Over several scenarios the tests are combined by Stouffer's method,
   and Gail and Simon's test tells whether they agree on the better one; where not, neither is better in general.

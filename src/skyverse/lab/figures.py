@@ -74,7 +74,7 @@ def image(figure: "Figure", suffix: str) -> bytes:
 
 @dataclass(frozen=True)
 class Panel:
-    """One scenario's part of a figure: title, exact optimum where known, and a band or the costs of each planner."""
+    """One scenario's part of a figure: title, lower bound where known, and a band or the costs of each planner."""
 
     title: str
     bound: float | None
@@ -139,7 +139,7 @@ def boxes(
         if panel.bound is not None:
             axes.axvline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
         axes.set_title(plain(_short(panel.title)))
-        axes.set_xlabel(quantity if panel.bound is None else f"{quantity} (dashed: exact optimum, {panel.bound:,.6g})")
+        axes.set_xlabel(quantity if panel.bound is None else f"{quantity} (dashed: lower bound, {panel.bound:,.6g})")
         _named(axes, labels)
     return figure
 
@@ -314,7 +314,7 @@ def _legend(figure: "Figure", labels: Sequence[str], *, bound: bool) -> None:
     names = [plain(_short(label)) for label in labels]
     if bound:
         lines.append(Line2D([], [], color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1))
-        names.append("exact optimum")
+        names.append("lower bound")
     figure.legend(lines, names, loc="outside lower center", ncols=_columns(labels), handlelength=2.4)
 
 

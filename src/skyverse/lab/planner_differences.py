@@ -68,8 +68,8 @@ def matrix(
 
 def difference_section(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     """Yield the comparison of the planners over all scenarios: pair by pair, by mean ranks, by performance profiles."""
-    exact = all(runs.exact(scenario) is not None for scenario in runs.scenarios)
-    against = "exact optimum" if exact else "exact optimum or best cost known"
+    known = all(runs.bound(scenario) is not None for scenario in runs.scenarios)
+    against = "lower bound" if known else "lower bound or best cost known"
     found = compare_pairs([runs.costs(planner, runs.scenarios) for planner in runs.contestants])
     if found:
         yield _pairs(runs, found)
