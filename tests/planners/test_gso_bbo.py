@@ -184,3 +184,9 @@ def test_a_setting_that_cannot_be_is_refused_by_name(kind, setting):
     with pytest.raises(ValueError, match=next(iter(setting))) as refused:
         kind(**setting)
     assert repr(next(iter(setting.values()))) in str(refused.value)
+
+
+def test_a_greedy_habitat_that_migrates_and_mutates_keeps_within_the_evaluations():
+    problem, planner = sky.Problem(sky.read("map1")), sky.BBO(habitats=10, mutation=1.0, greedy=True)
+    for most in range(60, 72):
+        assert planner.plan(problem, stop=sky.MaxEvaluations(most), rng=3).effort.evaluations == most

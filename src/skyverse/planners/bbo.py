@@ -105,6 +105,8 @@ def _described(
             length = graft(task, workspace, rng, H, i, order[_emigrant(n, rank, rng)])
             if greedy:
                 adopt(task, workspace, H, i, best, length, greedy)
+                if exhausted(workspace):
+                    return
                 length = 0
             else:
                 put(H, i, workspace, length, H.cost[i])  # it is priced once, after the mutation

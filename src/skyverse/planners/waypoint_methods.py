@@ -54,9 +54,9 @@ class WaypointMVO(WaypointSearch):
 class WaypointGSO(WaypointSearch):
     """Glowworm Swarm Optimization of vectors.
 
-    It is made to find many optima side by side: the brightest glowworm never moves, and none leaves the hull of all.
-    Its settings are those of `WaypointSearch`, and these; lengths are shares of the diagonal of [0, 1]^d, and their
-    defaults those of the paper in the square [-3, 3] x [-3, 3].
+    It is made to find many optima side by side: the brightest glowworm never moves, and others only towards brighter
+    ones. Its settings are those of `WaypointSearch`, and these; lengths are shares of the diagonal of [0, 1]^d, and
+    their defaults those of the paper in the square [-3, 3] x [-3, 3].
 
     Attributes
     ----------
