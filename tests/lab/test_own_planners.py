@@ -3,6 +3,8 @@
 import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version
 
 import pytest
 
@@ -85,8 +87,13 @@ def test_versions_name_the_packages_and_the_module(shake):
     own = make_planner(f"{shake}:Shake")
     assert f"{shake} (" in versions(own)
     pytest.importorskip("cma", reason="needs skyverse[optimisers]")
-    assert "cma 4" in versions(sky.CMAES())
     assert "cma" not in versions(sky.MVO())
+    for planner, package in ((sky.CMAES(), "cma"), (sky.DE(), "pymoo"), (sky.LSHADE(), "niapy")):
+        told = versions(planner)
+        for each in (package, "scipy", "numba"):
+            assert f"{each} {version(each)}" in told
+        assert f"{datetime.now(UTC):%Y-%m-%d}" in told
+        assert f"{package} {version(package)}" in versions(sky.HybridMVO(seeds=(planner,)))
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import os
 import sys
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
@@ -33,7 +34,7 @@ def versions(*made_by: object) -> str:
     from llvmlite.binding import get_host_cpu_name
 
     told = [f"skyverse {__version__} ({_of_skyverse()[:12]})", provenance("", None, None).platform]
-    libraries = filter(None, (getattr(one, "library", "") for one in made_by))
+    libraries = dict.fromkeys(filter(None, (getattr(part, "library", "") for part in _parts(made_by))))
     told += [f"{package} {version(package)}" for package in ("numba", "scipy", *libraries)]
     for module in sorted(_own_modules(made_by)):
         try:
@@ -43,15 +44,21 @@ def versions(*made_by: object) -> str:
     return ", ".join([*told, f"{os.cpu_count()} cores ({get_host_cpu_name()})", f"{datetime.now(UTC):%Y-%m-%d}"])
 
 
+def _parts(thing: object) -> Iterator[object]:
+    """Yield a thing, its settings, what is in tuples of these, and so on."""
+    yield thing
+    for part in vars(thing).values() if dataclasses.is_dataclass(thing) else thing if isinstance(thing, tuple) else ():
+        yield from _parts(part)
+
+
 def _own_modules(thing: object) -> set[str]:
-    """Return the top-level modules that are not Python's, numpy's or skyverse's of a thing, its bases, its settings."""
-    modules = {getattr(thing, "__module__", None) or "", *(kind.__module__ for kind in type(thing).__mro__)}
+    """Return the top-level modules that are not Python's, numpy's or skyverse's of all parts of a thing."""
     tops = {
-        module.partition(".")[0].replace("__mp_main__", "__main__") for module in modules
-    }  # as spawned processes say
-    own = tops - sys.stdlib_module_names - {"skyverse", "numpy", ""}
-    parts = vars(thing).values() if dataclasses.is_dataclass(thing) else thing if isinstance(thing, tuple) else ()
-    return own.union(*map(_own_modules, parts))
+        module.partition(".")[0].replace("__mp_main__", "__main__")  # as spawned processes say
+        for part in _parts(thing)
+        for module in (getattr(part, "__module__", None) or "", *(kind.__module__ for kind in type(part).__mro__))
+    }
+    return tops - sys.stdlib_module_names - {"skyverse", "numpy", ""}
 
 
 @cache
