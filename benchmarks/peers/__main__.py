@@ -43,9 +43,11 @@ def main(words: list[str]) -> None:
 
 def _options(words: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python benchmarks/peers", description="Skyverse beside other planners.")
-    parser.add_argument("--seconds", type=float, help="for each run of a planner that does not end by itself (10)")
+    parser.add_argument(
+        "--seconds", type=float, help="processor time of each run of a planner that does not end by itself (10)"
+    )
     parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="planners, problems, or both")
-    parser.add_argument("--seeds", type=int, choices=range(1, 6), default=5, help="at most so many (5)")
+    parser.add_argument("--seeds", type=int, default=5, help="of planners that draw random numbers (5)")
     parser.add_argument("--quick", action="store_true", help="map1, one seed, one second")
     parser.add_argument("-o", "--output", default="out/peers", help="folder to write to (out/peers)")
     asked = parser.parse_args(words)
@@ -57,6 +59,8 @@ def _options(words: list[str]) -> argparse.Namespace:
         asked.seconds = 1.0 if asked.quick else 10.0
     if asked.quick:
         asked.seeds = 1
+    if asked.seeds < 1:
+        parser.error(f"--seeds takes a number from 1 on, not {asked.seeds}")
     if not asked.seconds > 0:
         parser.error(f"--seconds takes a number above 0, not {asked.seconds:g}")
     return asked

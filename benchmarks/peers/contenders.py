@@ -11,6 +11,9 @@ import skyverse as sky
 Better = Callable[..., None]
 """Called with every better path: seconds since the start, metres, calls of the point and of the segment test."""
 
+MANY = 1000
+"""Seeds that a planner takes at most, if it draws random numbers."""
+
 Run = Callable[[sky.Scenario, int, float, Better], tuple[np.ndarray | None, Mapping[str, Any]]]
 """Takes scenario, seed, seconds and callback; returns the path, (n, 3), and facts such as the time to set up."""
 

@@ -1,4 +1,4 @@
-"""The length of the best path over time, of one run and as the median of several."""
+"""The length of the best path over processor time, of one run and as the quartiles of several."""
 
 import json
 import math
@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 GRACE = 120.0
 """Seconds that a run may take in addition to its search: for imports, kernels and setting up."""
+SLOWER = 10.0
+"""How many seconds a second of processor time may last on a busy machine."""
 
 
 class Step(NamedTuple):
@@ -44,7 +46,7 @@ def follow(contender: str, problem: str, seed: int, seconds: float) -> Course:
     script = str(Path(__file__).with_name("run.py"))
     command = [sys.executable, script, contender, problem, str(seed), str(seconds)]
     try:
-        ran = subprocess.run(command, capture_output=True, text=True, timeout=seconds + GRACE)
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=SLOWER * seconds + GRACE)
         output, code, complaint = ran.stdout, ran.returncode, ran.stderr
     except subprocess.TimeoutExpired as late:
         given = late.stdout or ""
@@ -65,7 +67,7 @@ def follow(contender: str, problem: str, seed: int, seconds: float) -> Course:
 
 def _trouble(facts: dict[str, Any], code: int | None, complaint: str) -> str:
     if code is None:
-        return f"still ran {GRACE:g} s after its time"
+        return "still ran long after its time"
     if not facts:
         return f"crashed ({signal.Signals(-code).name})" if code < 0 else (complaint.strip().splitlines() or ["?"])[-1]
     if facts.get("faults") is None:
@@ -76,3 +78,9 @@ def _trouble(facts: dict[str, Any], code: int | None, complaint: str) -> str:
 def median(courses: Sequence[Course], what: Callable[[Course], float]) -> float:
     """Return the median of what the courses say; infinite where half of them never get there."""
     return statistics.median_high([what(course) for course in courses])
+
+
+def quartiles(courses: Sequence[Course], what: Callable[[Course], float]) -> tuple[float, float]:
+    """Return the lower and the upper quartile of what the courses say, two of these values."""
+    values = sorted(map(what, courses))
+    return values[len(values) // 4], values[(3 * len(values)) // 4]

@@ -71,7 +71,7 @@ def draw(
         fontsize=9,
         transform=panels[len(cases)].transAxes,
     )
-    figure.supxlabel("time of the search", fontsize=10)
+    figure.supxlabel("processor time of the search", fontsize=10)
     for kind in ("png", "svg"):
         figure.savefig(folder / f"peers.{kind}", dpi=150)
 

@@ -3,26 +3,27 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from course import Course, median
+from course import Course, median, quartiles
 from problems import Case
 
 WITHIN = (0.10, 0.05, 0.01)
 AFTER = (0.01, 0.1, 1.0, 10.0)
 
 NOTES = """\
-Terms that are not equal:
+## Terms that are not equal
 
-- Times are those of the search, on one core. Setting up (a scenario's world and, where it is used, its lattice, or its
-  cells and edges) is in a column of its own; loading Python, libraries and kernels is not counted for anybody.
+- Times are processor times of the search, on one core. Setting up (a scenario's world and, where it is used, its
+  lattice, or its cells and edges) is in a column of its own; loading Python, libraries and kernels is not counted.
 - Taut, Theta*, A* and pathfinding3d end by themselves: one path, no seed, the median time of five calls (pathfinding3d:
-  one call, given up after the time). All others go on for the whole time, one process a seed.
+  one call, given up after four times the time). All others go on for the whole time, one process a seed.
 - Any-angle paths go straight from the true start to the true target, off the lattice. Lattice paths go by its moves,
   with straight legs to the true start and target: the scenario's lattice, 0.1 x 0.1 x 0.5 m on the maps, 5 m in the
   cities; HybridMVO's is 26-connected.
 - OMPL's planners are C++, but every test of a point or a segment crosses into Python, which calls skyverse's compiled
-  test. What a crossing costs is measured, and the calls are counted: "without calls" is the time less all crossings,
-  about what a C++ program with the same test would take. Settings are OMPL's defaults; segments are tested exactly, not
-  in steps. Coordinates are scaled so that the longest side is 20, without which AORRTC crashes in the cities.
+  test, and so does the question whether time is up. What a crossing of a test costs is measured, and the calls are
+  counted: "without calls" is the time less all crossings, about what a C++ program with the same test would take.
+  Settings are OMPL's defaults; segments are tested exactly, not in steps. Coordinates are scaled so that the longest
+  side is 20, without which AORRTC crashes in the cities.
 - pathfinding3d is pure Python and knows only cells, cubes of 0.25 m that are blocked or not. Its A* goes diagonally
   only between free cells; its Theta* may cut corners, and its line of sight samples cells: the referee says whether it
   went too close. The cities have too many cells for its objects.
@@ -52,16 +53,16 @@ def _table(case: Case, of_case: Mapping[str, Sequence[Course]], best: float, sec
     source = "shortest known" if case.known is not None else "the best found here"
     after = [t for t in AFTER if t <= seconds] or [seconds]
     head = ["planner", "path", "seeds", "set-up", *(f"to {w:.0%}" for w in WITHIN), "to 1% without calls"]
-    head += [*(f"after {t:g} s" for t in after), "referee"]
+    head += [*(f"longer after {t:g} s" for t in after), "referee"]
     rows = []
     for name, courses in of_case.items():
         times = [_times(courses, best * (1 + within)) for within in WITHIN]
         called = any("crossing" in course.facts for course in courses)
         without = _times(courses, best * (1 + WITHIN[-1]), corrected=True) if called else ""
-        lengths = [_metres(median(courses, lambda c, t=t: c.metres(t)), best) for t in after]
+        lengths = [_metres(courses, t, best) for t in after]
         set_up = _seconds(median(courses, lambda c: c.facts.get("set_up", 0.0))) if courses else ""
         rows.append([name, _kind(courses), str(len(courses)), set_up, *times, without, *lengths, _verdict(courses)])
-    title = f"{case.name}: reference {best:.4f} m ({source}), straight line {case.straight:.4f} m\n"
+    title = f"## {case.name}\n\nReference {best:.4f} m ({source}), straight line {case.straight:.4f} m.\n"
     return title + "\n" + markdown(head, rows)
 
 
@@ -84,8 +85,18 @@ def _seconds(seconds: float) -> str:
     return f"{seconds * 1e3:.3g} ms" if seconds < 0.9995 else f"{seconds:.3g} s"
 
 
-def _metres(metres: float, best: float) -> str:
-    return f"{metres:.2f} ({round(100 * (metres / best - 1), 2) + 0.0:+.2f}%)" if math.isfinite(metres) else "none"
+def _metres(courses: Sequence[Course], seconds: float, best: float) -> str:
+    """Return by how much the paths of so many seconds are longer than the best: the median, and the quartiles."""
+
+    def metres(course: Course) -> float:
+        return course.metres(seconds)
+
+    def above(metres: float) -> str:
+        return f"{round(100 * (metres / best - 1), 2) + 0.0:.2f} %" if math.isfinite(metres) else "none"
+
+    middle = above(median(courses, metres))
+    low, high = map(above, quartiles(courses, metres))
+    return middle if low == high else f"{middle} ({low} to {high})"
 
 
 def _verdict(courses: Sequence[Course]) -> str:
@@ -105,7 +116,11 @@ def _calls(found: Mapping[tuple[str, str], Sequence[Course]]) -> str:
             each = [f"{c * 1e6:.1f} µs" for c in cost]
             rows.append([name, problem, f"{points:,.0f}", each[0], f"{motions:,.0f}", each[1], _seconds(overhead)])
     head = ["planner", "problem", "points tested", "crossing, each", "segments tested", "crossing, each", "in all"]
-    return "Crossings from C++ into Python and back, means a run\n\n" + markdown(head, rows) if rows else ""
+    return (
+        "## Crossings\n\nCrossings from C++ into Python and back, means a run.\n\n" + markdown(head, rows)
+        if rows
+        else ""
+    )
 
 
 def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
