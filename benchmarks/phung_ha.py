@@ -42,7 +42,7 @@ LONGEST = 2 * math.dist(START, END) / NODES
 TOWARDS, ANGLE = math.atan2(END[1] - START[1], END[0] - START[0]), math.pi / 4
 LENGTH, HEIGHT = 5.0, 10.0
 """The weights of a metre, and of a metre off the middle height at a node; those of threats and turns are 1."""
-PUBLISHED = ("the paper's code, ported by others", "4,766.6", "5,003.9", "209.8", "3.4 %", "8.5 %", "unknown", "6 s")
+PUBLISHED = ("the paper's code, ported by others", "4,766.6", "5,003.9", "209.8", "3.2 %", "8.4 %", "")
 
 
 @cache
@@ -290,14 +290,13 @@ def report(rows, bound: float) -> None:
     """Print the table."""
     lines = [PUBLISHED]
     for label in rows.labels("planner"):
-        found = rows.select(("cost", "verdict", "seconds"), planner=label)
+        found = rows.select(("cost", "verdict"), planner=label)
         costs = found["cost"]
         figures = (costs.min(), costs.mean(), costs.std(ddof=1) if len(costs) > 1 else 0.0)
         wrong = f"{np.count_nonzero(found['verdict'] != '')} of {len(costs)}"
         gaps = (f"{100 * (figure / bound - 1):.1f} %" for figure in figures[:2])
-        seconds = f"{np.median(found['seconds']):.1f} s"
-        lines.append((label, *(f"{figure:,.1f}" for figure in figures), *gaps, wrong, seconds))
-    table(("", "best", "mean", "SD", "best above the bound", "mean", "not as the scenario asks", "median time"), lines)
+        lines.append((label, *(f"{figure:,.1f}" for figure in figures), *gaps, wrong))
+    table(("", "best", "mean", "SD", "best above the bound", "mean", "found fault with"), lines)
     print(f"Proven bound: {bound:,.1f}.")
 
 
