@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -56,6 +57,79 @@ def test_a_first_mistake_is_refused_in_one_sentence(call, field, says):
     assert "\n" not in str(refused.value)
     if field is not None:
         assert refused.value.sentence.field == field
+
+
+ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500)
+NOT_A_NUMBER = (None, "x", np.nan, np.inf, [[1.0]], True, object())
+NOT_PLACES = (None, "x", [1.0, 2.0], [[1.0, 2.0]], [[1.0, np.nan, 0.0]], [[["x"]]], object())
+NOT_FILES = ("dem.tif", 3, [3], [["dem.tif"]], {"dem.tif": 1}, object())
+NOT_A_PATH = (None, 3, ["x"], np.nan, object())
+NOT_A_THING = (None, "map1", 3, [MAP1], object())
+NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_weight", "lattice_step", "terrain_step")
+
+
+@pytest.mark.parametrize(
+    ("call", "field", "wrong"),
+    [
+        *((one, "metres", NOT_A_NUMBER) for one in (sky.AboveGround, sky.AboveSea, sky.AboveHome)),
+        (sky.parse_altitude, "text", (None, 3, ["60 m agl"])),
+        (lambda one: sky.wind_from(one, 270.0), "speed", (*NOT_A_NUMBER, -1.0)),
+        (lambda one: sky.wind_from(8.0, one), "direction", NOT_A_NUMBER),
+        (lambda one: sky.to_local(ORIGIN, one), "places", NOT_PLACES),
+        (lambda one: sky.to_wgs84(ORIGIN, one), "points", NOT_PLACES),
+        (lambda one: sky.to_local(one, [[46.8, 9.85, 1500.0]]), "origin", (None, "x", (46.8, 9.85, 1500.0))),
+        (lambda one: sky.to_wgs84(one, [[0.0, 0.0, 0.0]]), "origin", (None, "x", (46.8, 9.85, 1500.0))),
+        *(
+            (lambda one, name=name: sky.build_scenario("x", **{name: one}), name, NOT_FILES)
+            for name in ("terrain", "buildings", "zones", "voxels", "soft_zones")
+        ),
+        (lambda one: sky.build_scenario("x", soft_zones=one), "soft_zones", (["a.geojson"], [("a.geojson", "x")])),
+        *(
+            (lambda one, name=name: sky.build_scenario("x", **{name: one}), name, (3, "46.8,9.85", object()))
+            for name in ("uavs", "targets")
+        ),
+        *(
+            (lambda one, name=name: sky.build_scenario("x", **{name: one}), name, NOT_A_NUMBER[1:])
+            for name in NUMBERS_OF_MAPS
+        ),
+        (lambda one: sky.build_scenario("x", area=one), "area", ("x", 3, (1.0, 2.0), (1.0, 2.0, 3.0, "x"))),
+        (lambda one: sky.Raster(one), "Raster.path", NOT_A_PATH),
+        (lambda one: sky.Reading(building_height=one), "Reading.building_height", NOT_A_NUMBER[1:]),
+        (lambda one: sky.Reading(buffer=one), "Reading.buffer", NOT_A_NUMBER[1:]),
+        (lambda one: sky.Reading(lod=one), "Reading.lod", ([[1]], object(), "x")),
+        (sky.World, "scenario", NOT_A_THING),
+        (lambda one: sky.find_conflicts(one, ()), "scenario", NOT_A_THING),
+        (sky.routes, "mission", NOT_A_THING),
+        (lambda one: sky.certify(MAP1, one), "mission", NOT_A_THING),
+        (lambda one: sky.check_optimality(MAP1, one), "mission", NOT_A_THING),
+        (lambda one: sky.window_swap(one), "room", NOT_A_THING),
+        (lambda one: sky.write_figures(one, "x"), "mission", NOT_A_THING),
+        (lambda one: sky.write_figures(MAP1, one), "folder", NOT_A_PATH),
+        (lambda one: sky.write(MAP1, one), "path", NOT_A_PATH),
+        (sky.read_flight, "path", NOT_A_PATH),
+        (sky.read_mission, "source", NOT_A_PATH),
+        (sky.read_study, "path", NOT_A_PATH),
+        (sky.read_moving_study, "path", NOT_A_PATH),
+        (sky.read_track, "path", NOT_A_PATH),
+    ],
+)  # fmt: skip
+def test_wrong_values_of_one_argument_are_refused_in_one_sentence(call, field, wrong):
+    for one in wrong:
+        with pytest.raises(sky.InputError) as refused:
+            call(one)
+        told = refused.value
+        assert "\n" not in str(told)
+        assert (told.sentence.field or "").partition("[")[0] == field, (one, str(told))
+
+
+@pytest.mark.parametrize("suffix", [".plan", ".waypoints", ".csv", ".skyc"])
+def test_wrong_values_of_an_export_are_refused_in_one_sentence(mission, suffix, tmp_path):
+    named = {"rate": NOT_A_NUMBER[1:], "radius": NOT_A_NUMBER, "takeoff": NOT_A_NUMBER}
+    named |= {"return_altitude": NOT_A_NUMBER[1:], "origin": (3, "x", (46.8, 9.85, 1500.0))}
+    for name, wrong in named.items():
+        for one in wrong:
+            with suppress(sky.InputError):  # as others may be refused first, or have no part in it
+                sky.export(mission, tmp_path / f"x{suffix}", **{name: one})
 
 
 @pytest.mark.parametrize("t", [None, np.nan, [0.0, np.nan], [[1.0]], "now", [1, "a"], [[1.0], [1.0, 2.0]], object()])

@@ -3,13 +3,15 @@
 A user of the library reads names of parameters, a user of the command line the options that stand for them.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import islice
+from numbers import Real
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeGuard
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,26 @@ def require_kind(value: object, kinds: type | tuple[type, ...], field: str) -> N
     if not isinstance(value, kinds):
         names = " or a ".join(kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,)))
         raise InputError(f"expected a {names}, found {shown(value)}", field=field)
+
+
+def path_of(value: object, field: str = "path") -> Path:
+    """Return the path that a text or a path is, or raise `InputError`."""
+    require_kind(value, (str, Path), field)
+    return Path(value)  # type: ignore[arg-type]
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Tell whether a value is a finite number; true and false are none."""
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def require_number(
+    value: object, field: str, what: str = "a number", least: float = -math.inf, most: float = math.inf
+) -> None:
+    """Raise `InputError` for what is no finite number, or less than the least or more than the most."""
+    if not (is_number(value) and least <= value <= most):
+        span = "" if least == -math.inf else f" from {least:g} {'on' if most == math.inf else f'to {most:g}'}"
+        raise InputError(f"expected {what}{span}, found {shown(value)}", field=field)
 
 
 def shown(value: object, most: int = 40) -> str:

@@ -19,7 +19,7 @@ from skyverse.deconfliction.curves import (
     stay_at_start,
 )
 from skyverse.deconfliction.pair_conflicts import conflict_spans, is_given, nearness_at_ends
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.model.kept_ellipsoid import strayed_share
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
@@ -59,6 +59,7 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     ValueError
         If there is not one entry for each UAV.
     """
+    require_kind(scenario, Scenario, "scenario")
     uavs = scenario.uavs
     if len(trajectories) != len(uavs):
         raise InputError(f"{len(uavs)} UAVs need as many trajectories (or None), not {len(trajectories)}")

@@ -75,10 +75,8 @@ def write_instants(flight: Flight | ReplannedFlight, folder: Path | str, *, suff
 
     Raises
     ------
-    ValueError
-        For another suffix.
     InputError
-        If the folder does not exist or a file cannot be written.
+        For another suffix, or if the folder does not exist or a file cannot be written.
     """
     drawn = flight_scene(flight)
     draw = partial(still, ReplannedScene(flight)) if isinstance(flight, ReplannedFlight) else partial(instant, drawn)

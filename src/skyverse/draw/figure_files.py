@@ -9,6 +9,7 @@ from skyverse.atomic import whole_file
 from skyverse.draw.map_figure import ends, legend, line, map_figure, ring, uav
 from skyverse.draw.scene import Scene, SceneFinding
 from skyverse.draw.track import Track
+from skyverse.errors import InputError, path_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,16 +51,15 @@ def write_stills(figures: Iterable[tuple[str, Callable[[], "Figure"]]], folder: 
 
     Raises
     ------
-    ValueError
-        For a suffix other than ``".png"``, ``".svg"`` and ``".pdf"``.
     InputError
-        If the folder does not exist or a file cannot be written.
+        For a suffix other than ``".png"``, ``".svg"`` and ``".pdf"``, or if the folder does not exist or a file cannot
+        be written.
     """
     if suffix not in (".png", ".svg", ".pdf"):
-        raise ValueError(f"figures are written as .png, .svg or .pdf, not as {suffix!r}")
-    written = []
+        raise InputError(f"figures are written as .png, .svg or .pdf, not as {suffix!r}", field="suffix")
+    folder, written = path_of(folder, "folder"), []
     for name, draw in figures:
-        path = Path(folder) / f"{name}{suffix}"
+        path = folder / f"{name}{suffix}"
         with whole_file(path) as beside:
             draw().savefig(beside, dpi=DOTS_PER_INCH, facecolor="white")
         written.append(path)

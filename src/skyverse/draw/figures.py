@@ -13,6 +13,7 @@ from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, blank, logarithmic,
 from skyverse.draw.scenario_scene import scenario_scene
 from skyverse.draw.scene import MissionScene, Scene, scene
 from skyverse.draw.track import Track
+from skyverse.errors import require_kind
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 
@@ -34,14 +35,13 @@ def write_figures(mission: Mission | Scenario, folder: str | Path, *, suffix: st
 
     Raises
     ------
-    ValueError
-        For another suffix.
     InputError
-        If the folder does not exist or a file cannot be written.
+        For another suffix, or if the folder does not exist or a file cannot be written.
     """
+    require_kind(mission, (Mission, Scenario), "mission")
     if isinstance(mission, Scenario):
-        return write_stills([("scenario", partial(given, scenario_scene(mission)))], Path(folder), suffix)
-    return write_stills(mission_figures(scene(mission)), Path(folder), suffix)
+        return write_stills([("scenario", partial(given, scenario_scene(mission)))], folder, suffix)
+    return write_stills(mission_figures(scene(mission)), folder, suffix)
 
 
 def mission_figures(drawn: MissionScene) -> list[tuple[str, Callable[[], "Figure"]]]:

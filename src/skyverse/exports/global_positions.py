@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError, Remedy, require_kind
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.ground_height import home_height
@@ -56,6 +56,7 @@ def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
     """
     scenario = mission.scenario
     if origin is not None:
+        require_kind(origin, Origin, "origin")
         known = scenario.frame.origin
         moved = known is not None and origin.model_copy(update={"geoid": known.geoid}) != known
         if known is not None and moved and (scenario.terrain is not None or scenario.sources):

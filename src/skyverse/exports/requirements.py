@@ -2,7 +2,7 @@
 
 import math
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
 from skyverse.exports.file_names import ALTITUDE_REFERENCES, ROUTE_SUFFIXES
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, require_reference
@@ -51,7 +51,7 @@ def require_radius_and_takeoff(radius: float, takeoff: float) -> None:
         ("radius", radius, MIN_ACCEPTANCE_RADIUS, 1000.0),
         ("takeoff", takeoff, 0.0, math.inf),
     ):
-        if not (math.isfinite(value) and least <= value <= most):
+        if not (is_number(value) and least <= value <= most):
             until = f"to {most:g}" if most < math.inf else "on"
             raise InputError(f"expected metres from {least:g} {until}, found {value!r}", field=noun)
 

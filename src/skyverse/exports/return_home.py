@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number
 from skyverse.exports.autopilots import Autopilot
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, return_bends
@@ -161,7 +161,7 @@ def plan_return(
 def require_return_altitude(autopilot: Autopilot, altitude: float) -> None:
     """Raise `InputError` for a return altitude, metres above home, that an autopilot does not keep to."""
     least, most = RETURN_ALTITUDES[autopilot.name]
-    if not (math.isfinite(altitude) and least <= altitude <= most):
+    if not (is_number(altitude) and least <= altitude <= most):
         until = f"to {most:g}" if most < math.inf else "on"
         raise InputError(
             f"expected metres above home from {least:g} {until} for {autopilot.title}, found {altitude!r}",

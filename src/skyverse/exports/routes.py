@@ -5,7 +5,7 @@ from typing import get_args
 
 import numpy as np
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName, rates_of
 from skyverse.exports.flight_plan import flight_plans
@@ -54,6 +54,7 @@ def routes(
     InputError
         As for `export`.
     """
+    require_kind(mission, Mission, "mission")
     require_no_movers(mission.scenario, "waypoints")
     mission = with_zones_always_active(mission, "waypoints")
     scenario = with_origin(mission, origin, "waypoints")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, overload
 
 from skyverse.atomic import whole_file, write_text
-from skyverse.errors import InputError, require_file, require_kind
+from skyverse.errors import InputError, is_number, path_of, require_file
 from skyverse.files.builtin import BUILTIN_NAMES, BuiltinName, builtin
 from skyverse.files.document import parse, read_text
 from skyverse.files.grid_archive import GridArchive
@@ -56,13 +56,12 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     InputError
         If there is no such scenario or file, or it cannot be used; the message names file and field.
     """
-    require_kind(source, (str, Path), "source")
-    if unknown is not None and Path(source).suffix.lower() not in voxels.OCTOMAP_SUFFIXES:
+    path = path_of(source, "source")
+    if unknown is not None and path.suffix.lower() not in voxels.OCTOMAP_SUFFIXES:
         suffixes = ", ".join(voxels.OCTOMAP_SUFFIXES)
         raise InputError(f"expected it for an OctoMap ({suffixes}) only, found it for {source}", field="unknown")
     if str(source) in BUILTIN_NAMES:
         return builtin(str(source))
-    path = Path(source)
     suffix = path.suffix.lower()
     require_file(path, BUILTIN_NAMES)
     if suffix == ".txt":
@@ -95,7 +94,7 @@ def read_scenario(source: str | Path, *, unknown: Unknown | None = None) -> Scen
 def read_mission(source: str | Path) -> Mission:
     """Read a mission; see `read`. A scenario is refused with `InputError`."""
     if str(source) not in BUILTIN_NAMES:
-        require_file(Path(source))  # scenarios may be built in, missions not
+        require_file(path_of(source, "source"))  # scenarios may be built in, missions not
     found = read(source)
     if isinstance(found, Mission):
         return found
@@ -104,7 +103,7 @@ def read_mission(source: str | Path) -> Mission:
 
 def read_flight(path: str | Path) -> Flight | ReplannedFlight:
     """Read a flight, or one that was replanned, from its file, or raise `InputError`."""
-    path = Path(path)
+    path = path_of(path)
     require_file(path)
     data = parse(path, read_text(path))
     for kind in (FLIGHTS, REPLANNED_FLIGHTS):
@@ -135,7 +134,7 @@ def write(what: Scenario | Mission | Flight | ReplannedFlight, path: str | Path,
     InputError
         If the suffix does not fit, or the file cannot be written.
     """
-    path = Path(path)
+    path = path_of(path)
     suffix = path.suffix.lower()
     if isinstance(what, Scenario):
         if suffix not in (".yaml", ".yml", ".json"):
@@ -155,7 +154,7 @@ def write(what: Scenario | Mission | Flight | ReplannedFlight, path: str | Path,
     elif path.name.lower().endswith(".waypoints.csv"):
         write_text(path, waypoints_csv(what))
     elif suffix == ".csv":
-        if not 0 < rate < float("inf"):
+        if not (is_number(rate) and rate > 0):
             raise InputError(f"expected samples a second above 0, found {rate!r}", field="rate")
         write_text(path, trajectories_csv(what, rate))
     else:

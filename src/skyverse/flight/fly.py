@@ -1,12 +1,11 @@
 """Flies a mission in simulation, each UAV in rotorpy, and judges the flight."""
 
-import math
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
-from skyverse.errors import InputError, require_kind
+from skyverse.errors import InputError, require_kind, require_number
 from skyverse.flight.commands import commands
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
@@ -81,8 +80,7 @@ def fly(
     weather = weather_of(wind, noise, disturbances)
     if margin is None:
         margin = mission.scenario.clearance / 2
-    if not (isinstance(margin, (int, float)) and 0 <= margin < math.inf):
-        raise InputError(f"expected metres from 0 on, found {margin!r}", field="margin")
+    require_number(margin, "margin", "metres", 0.0)
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
     generator, seed = seeded(rng)

@@ -1,10 +1,9 @@
 """Flies a mission in rotorpy that is replanned in flight, among what sensors see, and judges the flight."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_number
 from skyverse.flight.approaches import approaches, too_near
 from skyverse.flight.commands import COMMAND_RATE
 from skyverse.flight.judge import measure, passings, strayed
@@ -82,10 +81,8 @@ def fly_replanned(
     weather = weather_of(wind, noise, disturbances)
     margin = scenario.clearance / 2 if margin is None else margin
     longest = 2.0 * mission.makespan + 60.0 if longest is None else longest
-    for name, value in (("margin", margin), ("longest", longest)):
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-            what = "metres" if name == "margin" else "seconds"
-            raise InputError(f"expected {what} from 0 on, found {value!r}", field=name)
+    require_number(margin, "margin", "metres", 0.0)
+    require_number(longest, "longest", "seconds", 0.0)
     if longest == 0:
         raise InputError("expected seconds above 0, found 0", field="longest")
     _refuse_what_is_not_flown(replanner, sensor)

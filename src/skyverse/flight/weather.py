@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_number
 from skyverse.model.disturbances import MAX_NOISE, Disturbances
 
 MAX_WIND = 100.0
@@ -38,8 +38,7 @@ class Weather:
 def weather_of(wind: Sequence[float], noise: float, disturbances: Disturbances | None) -> Weather:
     """Return what disturbs a mission, or raise `InputError`; the parameters are those of `fly`."""
     blown, others = _wind(wind), disturbances or Disturbances()
-    if isinstance(noise, bool) or not isinstance(noise, (int, float)) or not 0 <= noise <= MAX_NOISE:
-        raise InputError(f"expected metres from 0 to {MAX_NOISE:g}, found {noise!r}", field="noise")
+    require_number(noise, "noise", "metres", 0.0, MAX_NOISE)
     if others.gusts and not math.hypot(blown[0], blown[1]):
         raise InputError("gusts need a wind, as their strength follows from its horizontal speed", field="gusts")
     return Weather(blown, float(noise), others)

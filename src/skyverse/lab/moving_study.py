@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from skyverse.atomic import write_text
 from skyverse.documents.yaml import yaml_text
-from skyverse.errors import InputError
+from skyverse.errors import InputError, path_of
 from skyverse.files import read_scenario
 from skyverse.files.document import explained, parse, read_text
 from skyverse.lab.fly_job import Contender, KnownBeforehand, MovingCase, MovingJob, OwnReplanner
@@ -168,7 +168,7 @@ class MovingStudy(ScenarioStudy):
 
 def read_moving_study(path: str | Path) -> MovingStudy:
     """Read the file of a study among movers, YAML or JSON; the paths of scenarios in it are relative to the file."""
-    path = Path(path)
+    path = path_of(path)
     return moving_study_from_data(path, parse(path, read_text(path)), path.parent)
 
 

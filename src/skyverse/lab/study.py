@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer, ValidationError, m
 
 from skyverse.atomic import write_text
 from skyverse.documents.yaml import yaml_text
-from skyverse.errors import InputError
+from skyverse.errors import InputError, path_of
 from skyverse.files import read_scenario
 from skyverse.files.document import explained, parse, read_text
 from skyverse.lab.run_job import Case, Job
@@ -224,7 +224,7 @@ class Study(ScenarioStudy):
 
 def read_study(path: str | Path) -> Study:
     """Read a study file, YAML or JSON; the paths of scenarios in it are relative to the file."""
-    path = Path(path)
+    path = path_of(path)
     return study_from_data(path, parse(path, read_text(path)), path.parent)
 
 

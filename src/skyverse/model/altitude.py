@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass
 
+from skyverse.errors import InputError, require_kind, require_number
+
 FOOT = 0.3048
 """Metres."""
 MAX_BELOW, MAX_ABOVE = 11_000, 50_000
@@ -10,24 +12,23 @@ MAX_BELOW, MAX_ABOVE = 11_000, 50_000
 
 
 @dataclass(frozen=True)
-class AboveSea:
+class _Metres:
+    metres: float
+
+    def __post_init__(self) -> None:
+        require_number(self.metres, "metres", "metres")
+
+
+class AboveSea(_Metres):
     """Metres above mean sea level."""
 
-    metres: float
 
-
-@dataclass(frozen=True)
-class AboveHome:
+class AboveHome(_Metres):
     """Metres above the place where the UAV takes off."""
 
-    metres: float
 
-
-@dataclass(frozen=True)
-class AboveGround:
+class AboveGround(_Metres):
     """Metres above the ground below."""
-
-    metres: float
 
 
 Altitude = AboveSea | AboveHome | AboveGround
@@ -57,23 +58,24 @@ def parse_altitude(text: str, unit: float | None = None) -> Altitude:
 
     Raises
     ------
-    ValueError
+    InputError
         If the text is no altitude, or does not say its unit or what the altitude is counted from.
     """
+    require_kind(text, str, "text")
     found = _WRITTEN.fullmatch(text) if len(text) <= MAX_WRITTEN else None
     if found is None:
-        raise ValueError(f"expected an altitude such as '60 m agl', found {text!r:.40}")
+        raise InputError(f"expected an altitude such as '60 m agl', found {text!r:.40}")
     number, written_unit, frame = found.groups()
     if frame is None:
-        raise ValueError(
+        raise InputError(
             f"expected an altitude with what it is counted from, amsl (mean sea level), agl (the ground) or home, "
             f"found {text.strip()!r:.40}"
         )
     if written_unit is not None:
         unit = FOOT if written_unit.lower() == "ft" else 1.0
     if unit is None:
-        raise ValueError(f"expected an altitude in m or ft, as in '{number} m {frame}', found {text.strip()!r:.40}")
+        raise InputError(f"expected an altitude in m or ft, as in '{number} m {frame}', found {text.strip()!r:.40}")
     metres = float(number) * unit
     if not -MAX_BELOW <= metres <= MAX_ABOVE:
-        raise ValueError(f"expected an altitude from -{MAX_BELOW:,} to {MAX_ABOVE:,} m, found {text.strip()!r:.40}")
+        raise InputError(f"expected an altitude from -{MAX_BELOW:,} to {MAX_ABOVE:,} m, found {text.strip()!r:.40}")
     return _FRAMES[frame.lower()](metres)

@@ -75,6 +75,17 @@ def instants_of(t: ArrayLike) -> Floats:
     return instants
 
 
+def rows_of(points: ArrayLike, field: str) -> Floats:
+    """Return one point or several as an array (m, 3), or raise `InputError` unless they are rows of three numbers."""
+    try:
+        rows = np.atleast_2d(np.asarray(points, dtype=np.float64))
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or rows.shape[1] != 3 or not np.isfinite(rows).all():
+        raise InputError(f"expected rows of three finite numbers, found {shown(points)}", field=field)
+    return rows
+
+
 def integers(value: object) -> Ints:
     """Return whole numbers as a read-only array, or raise `ValueError`."""
     array = _array(value, None, "whole numbers")

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from pydantic import ConfigDict
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_number
 from skyverse.model.quantities import Flag, Real
 
 MAX_MISMATCH = 0.5
@@ -28,6 +28,8 @@ def wind_from(speed: float, direction: float) -> tuple[float, float, float]:
     direction
         Where it blows from: degrees from north, clockwise, so that 270 is a west wind, which blows towards east.
     """
+    require_number(speed, "speed", "m/s", 0.0)
+    require_number(direction, "direction", "degrees")
     angle = math.radians(direction)
     return round(-speed * math.sin(angle), 12) + 0.0, round(-speed * math.cos(angle), 12) + 0.0, 0.0
 
@@ -65,9 +67,7 @@ class Disturbances:
             ("position_noise", "metres", MAX_NOISE),
             ("delay", "seconds", MAX_DELAY),
         ):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= most:
-                raise InputError(f"expected {unit} from 0 to {most:g}, found {value!r}", field=name)
+            require_number(getattr(self, name), name, unit, 0.0, most)
         if not isinstance(self.gusts, bool):
             raise InputError(f"expected true or false, found {self.gusts!r}", field="gusts")
 

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
+from skyverse.errors import require_kind
+from skyverse.model.arrays import rows_of
 from skyverse.model.elementary import arctan2
 from skyverse.model.scenario import Origin
 
@@ -20,22 +22,17 @@ ECCENTRICITY_SQUARED = FLATTENING * (2 - FLATTENING)
 
 def to_local(origin: Origin, places: ArrayLike) -> Floats:
     """Return (n, 3) local east, north, up of (n, 3) latitude, longitude (degrees), altitude above mean sea level."""
-    rows = _rows(places)
+    require_kind(origin, Origin, "origin")
+    rows = rows_of(places, "places")
     geoid = origin.geoid or 0.0
     return np.einsum("ij,kj->ik", _geocentric(rows, geoid) - _geocentric(_place(origin), geoid), _axes(origin))
 
 
 def to_wgs84(origin: Origin, points: ArrayLike) -> Floats:
     """Return (n, 3) latitude, longitude (degrees), altitude above mean sea level of (n, 3) local metres."""
-    geoid = origin.geoid or 0.0
-    return _geodetic(_geocentric(_place(origin), geoid) + np.einsum("ij,jk->ik", _rows(points), _axes(origin)), geoid)
-
-
-def _rows(values: ArrayLike) -> Floats:
-    rows = np.atleast_2d(np.asarray(values, dtype=np.float64))
-    if rows.ndim != 2 or rows.shape[1] != 3:
-        raise ValueError(f"places are rows of three numbers, but the array has shape {np.shape(values)}")
-    return rows
+    require_kind(origin, Origin, "origin")
+    rows, geoid = rows_of(points, "points"), origin.geoid or 0.0
+    return _geodetic(_geocentric(_place(origin), geoid) + np.einsum("ij,jk->ik", rows, _axes(origin)), geoid)
 
 
 def _place(origin: Origin) -> Floats:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
-from skyverse.errors import InputError, shown
+from skyverse.errors import require_number, shown
 from skyverse.model.built_with import BuiltWith
 from skyverse.model.digest import digest_of
 from skyverse.model.drawing import Drawn, drawing
@@ -162,8 +162,7 @@ MAX_GEOID = 150.0
 
 def require_geoid(metres: float) -> None:
     """Raise `InputError` for a height of mean sea level above the ellipsoid that is nowhere on Earth."""
-    if not -MAX_GEOID <= metres <= MAX_GEOID:
-        raise InputError(f"expected metres from {-MAX_GEOID:g} to {MAX_GEOID:g}, found {metres:g}", field="geoid")
+    require_number(metres, "geoid", "metres", -MAX_GEOID, MAX_GEOID)
 
 
 class Origin(Model):

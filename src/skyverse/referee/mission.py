@@ -91,6 +91,7 @@ def certify(scenario: Scenario, mission: Mission) -> Certificates:
     Certificates
         A certificate that is refuted names the worst instant of the first thing that is wrong.
     """
+    require_kind(mission, Mission, "mission")
     with np.errstate(all="ignore"):
         return judge_fleet(RefereeWorlds(scenario), mission).certificates
 

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.errors import require_kind
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.result import Result, Status
@@ -60,6 +61,7 @@ def check_optimality(
         In the scenario's order: proven, or refuted (by a path that costs less), or undecided, which means that the
         claim is the planner's alone. ``None`` for a UAV whose result claims nothing of the kind.
     """
+    require_kind(mission, Mission, "mission")
     with np.errstate(all="ignore"):
         judge = _Judge(scenario, max_states)
         found: list[Certificate | None] = []

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
@@ -38,6 +38,7 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
         If the number is odd or out of range, or a place is not free in the room.
     """
     require_whole("window_swap", "uavs", uavs, 2, 100, even=True)
+    require_kind(room, Scenario, "room")
     half = uavs // 2
     near, far = _places(half, -3.0, -1), _places(half, 7.0, 1)
     starts = near + far

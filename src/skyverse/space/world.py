@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
@@ -161,6 +161,7 @@ class World:
     """
 
     def __init__(self, scenario: Scenario, error: TrackingError = NO_ERROR) -> None:
+        require_kind(scenario, Scenario, "scenario")
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
         top = scenario.bounds.max[2] + ABOVE_BOUNDS
         for number, obstacle in numbered_shapes(scenario.obstacles, top):

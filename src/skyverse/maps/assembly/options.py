@@ -2,7 +2,6 @@
 
 import functools
 import inspect
-import math
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
@@ -10,7 +9,7 @@ from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number, require_kind, require_number, shown
 from skyverse.maps.georeference.choices import Raster, Reading
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.fleet_limits import FleetLimits
@@ -190,6 +189,22 @@ class BuildOptions(FleetLimits, MapDetail, MapRegion, MapFiles):
     def __post_init__(self) -> None:
         super().__post_init__()
         _require(0.0, margin=self.margin)
+        for name in ("uavs", "targets"):
+            require_kind(getattr(self, name), (list, tuple, Mapping), name)
+        for name in ("terrain", "buildings", "zones", "voxels", "soft_zones"):
+            require_kind(getattr(self, name), (list, tuple), name)
+            for number, one in enumerate(getattr(self, name)):
+                if name == "soft_zones":
+                    require_kind(one, (list, tuple), f"soft_zones[{number}]")
+                    one, risk = one if len(one) == 2 else (one, None)
+                    require_number(risk, f"soft_zones[{number}]", "a file and a risk")
+                require_kind(one, (str, Path, Raster) if name == "terrain" else (str, Path), f"{name}[{number}]")
+        for name, count in (("area", 4), ("band", 2), ("tracking_error", 2)):
+            row = getattr(self, name)
+            if row is not None and not (
+                isinstance(row, list | tuple) and len(row) == count and all(map(is_number, row))
+            ):
+                raise InputError(f"expected {count} numbers, found {shown(row)}", field=name)
         if isinstance(self.ceiling, AboveGround):  # one idea: a ceiling above ground follows it
             if self.max_height is not None and self.max_height != self.ceiling:
                 raise InputError(
@@ -204,10 +219,11 @@ class BuildOptions(FleetLimits, MapDetail, MapRegion, MapFiles):
 def _require(least: float, **numbers: float | None) -> None:
     """Raise `InputError` for a number that is too small or too large."""
     for name, value in numbers.items():
+        if value is not None:
+            require_number(value, name)
         if value is not None and not least <= value <= MAX_NUMBER:
             limits = f"from {least:g} on" if value < least else f"of at most {MAX_NUMBER:,.0f}"
-            kind = "number" if math.isfinite(value) else "finite number"
-            raise InputError(f"expected a {kind} {limits}, found {value:,.12g}", field=name)
+            raise InputError(f"expected a number {limits}, found {value:,.12g}", field=name)
 
 
 def documentation(options: type) -> dict[str, str]:

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError, Remedy, is_number
 from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
 from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
@@ -26,14 +26,12 @@ def named_places(places: GlobalPlaces, kind: str) -> dict[str, GlobalPlace]:
     """Return places by name, which is such as ``uav-1`` where none is given; refuse what is not a place."""
     given = places if isinstance(places, Mapping) else {f"{kind}-{k}": place for k, place in enumerate(places, 1)}
     for name, place in given.items():
-        if len(place) != 3 or not isinstance(place[2], AboveSea | AboveGround | AboveHome):
+        known = isinstance(place, list | tuple) and len(place) == 3 and all(map(is_number, place[:2]))
+        if not known or not isinstance(place[2], AboveSea | AboveGround | AboveHome):
             raise InputError(
                 f"{name}: expected latitude, longitude and an altitude such as AboveGround(60), found {place!r:.60}"
             )
-        latitude, longitude, altitude = place
-        require_on_globe(name, latitude, longitude)
-        if not np.isfinite(altitude.metres):
-            raise InputError(f"{name}: expected an altitude in metres, found {altitude.metres:g}")
+        require_on_globe(name, *place[:2])
     return dict(given)
 
 

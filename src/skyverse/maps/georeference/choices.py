@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.errors import InputError, Remedy, Sentence, is_number, path_of, shown
 
 MAX_BUFFER = 100_000.0
 """The widest band, metres, that may be put around a point or a line."""
@@ -38,6 +38,9 @@ class Raster:
     band: int | None = None
     unit: str | None = None
     nodata: float | None = None
+
+    def __post_init__(self) -> None:
+        path_of(self.path, "Raster.path")
 
 
 @dataclass(frozen=True)
@@ -88,13 +91,13 @@ class Reading:
             )
         for name in ("building_height", "buffer"):
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise InputError(f"expected metres above zero, found {value}", field=f"Reading.{name}")
+            if value is not None and not (is_number(value) and value > 0):
+                raise InputError(f"expected metres above zero, found {shown(value)}", field=f"Reading.{name}")
         if self.buffer is not None and self.buffer > MAX_BUFFER:
             raise InputError(f"expected at most {MAX_BUFFER:g} metres, found {self.buffer:g}", field="Reading.buffer")
         try:
             level = math.isfinite(float(self.lod or 0))
-        except ValueError:
+        except (TypeError, ValueError):
             level = False
         if not level:
             raise InputError(f"expected a level of detail such as 2.2, found {self.lod!r:.40}", field="Reading.lod")

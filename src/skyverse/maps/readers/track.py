@@ -6,7 +6,7 @@ from typing import NamedTuple, get_args
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, require_file, shown
+from skyverse.errors import InputError, path_of, require_file, shown
 from skyverse.maps.readers import track_csv, track_gpx
 from skyverse.maps.readers.track_fixes import Fixes, Reference, Unit, time
 from skyverse.model.altitude import FOOT
@@ -71,7 +71,9 @@ def read_track(
         If the file is none of these, a number is missing or none, times do not rise, a gap is too long, or it is not
         known what altitudes are counted from, and in what; the message names file, line and column.
     """
-    return recorded_track(Path(path), origin, altitude=altitude, unit=unit, vehicle=vehicle, zero=zero, gap=gap).motion
+    return recorded_track(
+        path_of(path), origin, altitude=altitude, unit=unit, vehicle=vehicle, zero=zero, gap=gap
+    ).motion
 
 
 def recorded_track(
