@@ -66,5 +66,5 @@ def test_the_origin_is_zero_and_one_row_will_do():
 
 
 def test_rows_of_two_numbers_are_refused():
-    with pytest.raises(ValueError, match="rows of three numbers"):
+    with pytest.raises(ValueError, match="places: expected rows of three finite numbers"):
         to_local(Origin(latitude=0, longitude=0, altitude=0), [[1.0, 2.0]])

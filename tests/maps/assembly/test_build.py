@@ -377,7 +377,7 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
         ({"uavs": [START], "clearance": -1.0}, r"clearance: expected a number from 0 on, found -1"),
         ({"uavs": [START], "clearance": 1e9}, r"clearance: expected a number of at most [\d,]+, found 1,000,000,000"),
         ({"uavs": [START], "lattice_step": 0.0}, r"lattice_step: expected a number from 0\.001 on, found 0"),
-        ({"uavs": [START], "terrain_step": float("nan")}, r"terrain_step: expected a finite number .* found nan"),
+        ({"uavs": [START], "terrain_step": float("nan")}, r"terrain_step: expected a number, found nan"),
         ({"uavs": [START], "lattice_step": 0.01}, r"lattice\.step"),
         ({"uavs": [START], "band": (80, 40)}, r"band: expected low,high"),
         ({"uavs": [START], "licences": {"no.tif": "x"}}, r"licences: no\.tif: expected one of the files given"),

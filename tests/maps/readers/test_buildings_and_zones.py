@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from altitudes import About
 from skyverse.errors import InputError
 from skyverse.model.altitude import AboveGround, AboveSea
 
@@ -142,7 +143,7 @@ def test_heights_of_buildings_without_a_unit_are_in_the_unit_that_is_given(read)
     metres = [house.high.metres for house in read(document, kind="building", unit="ft")]
     assert metres == pytest.approx([30.48, 30.48, 100, 30.48, 33])
     low = read(collection(feature(height=100, min_height=50)), kind="building", unit="ft")[0].low
-    assert low == AboveGround(pytest.approx(15.24))
+    assert low == About(AboveGround, 15.24)
     assert [house.high.metres for house in read(document, kind="building", unit="m")][:2] == [100, 100]
 
 
@@ -157,9 +158,9 @@ def test_ed_318_layers_and_circles_belong_to_their_part(read):
     geometry = {"type": "GeometryCollection", "geometries": parts}
     disc, zone = read(collection({"type": "Feature", "properties": fields, "geometry": geometry}))
     assert disc.name == "Hospital"
-    assert disc.low == AboveSea(pytest.approx(30.48))
-    assert disc.high == AboveGround(pytest.approx(121.92))
-    assert (zone.low, zone.high) == (None, AboveGround(pytest.approx(15.24)))
+    assert disc.low == About(AboveSea, 30.48)
+    assert disc.high == About(AboveGround, 121.92)
+    assert (zone.low, zone.high) == (None, About(AboveGround, 15.24))
 
 
 def test_coordinates_that_cannot_be_degrees_are_refused_with_a_hint(read):

@@ -5,6 +5,7 @@ import zipfile
 import numpy as np
 import pytest
 
+from altitudes import About
 from skyverse.errors import InputError
 from skyverse.model.altitude import AboveGround, AboveSea
 
@@ -32,7 +33,7 @@ def test_kml_altitudes_follow_their_mode(read):
         (None, None),
         (None, AboveGround(60.0)),
         (None, AboveSea(600.0)),
-        (None, AboveGround(pytest.approx(121.92))),
+        (None, About(AboveGround, 121.92)),
         (None, None),
         (None, AboveGround(5.0)),
     ]
