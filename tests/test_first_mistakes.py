@@ -102,7 +102,11 @@ NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_wei
         (sky.routes, "mission", NOT_A_THING),
         (lambda one: sky.certify(MAP1, one), "mission", NOT_A_THING),
         (lambda one: sky.check_optimality(MAP1, one), "mission", NOT_A_THING),
-        (lambda one: sky.window_swap(one), "room", NOT_A_THING),
+        (sky.window_swap, "room", NOT_A_THING),
+        *(
+            (lambda one, name=name: sky.random_city(**{name: one}), None, (*NOT_A_NUMBER, -1.0))
+            for name in ("ceiling", "clearance")
+        ),
         (lambda one: sky.write_figures(one, "x"), "mission", NOT_A_THING),
         (lambda one: sky.write_figures(MAP1, one), "folder", NOT_A_PATH),
         (lambda one: sky.write(MAP1, one), "path", NOT_A_PATH),
@@ -119,7 +123,7 @@ def test_wrong_values_of_one_argument_are_refused_in_one_sentence(call, field, w
             call(one)
         told = refused.value
         assert "\n" not in str(told)
-        assert (told.sentence.field or "").partition("[")[0] == field, (one, str(told))
+        assert (told.sentence.field or "").partition("[")[0] == (field or ""), (one, str(told))
 
 
 @pytest.mark.parametrize("suffix", [".plan", ".waypoints", ".csv", ".skyc"])

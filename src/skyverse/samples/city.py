@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.short_lines import counted
@@ -142,8 +142,8 @@ def _checked_side(
     for name, number in (("buildings", buildings), ("uavs", uavs), ("seed", seed)):
         require_whole(generator, name, number, 0)
     for name, metres in (("side", side), ("ceiling", ceiling), ("clearance", clearance)):
-        number = isinstance(metres, int | float | np.number) and not isinstance(metres, bool) and math.isfinite(metres)
-        if metres is not None and (not number or metres < 0 or (metres == 0 and name != "clearance")):
+        sound = is_number(metres) and (metres > 0 or (metres == 0 and name == "clearance"))
+        if not sound and not (metres is None and name == "side"):
             raise InputError(f"{generator}'s {name} is metres above 0, not {metres!r}")
     return float(math.ceil(math.sqrt(max(buildings, 1) / density))) if side is None else side
 
