@@ -69,8 +69,8 @@ def test_it_looks_as_far_as_ever_once_it_has_another_target(kept_away):
     looked_ahead = {}
     for t in np.arange(0.0, 40.0, 0.2):
         asked = {0: (1.0, 5.0, 1.0)} if t == 20.0 else {}
-        near = kept_away and t < 20.0
-        (answer,) = flight.observe(t, movers=seen if near else [], gone=[] if near else ["ball"], targets=asked)
+        near, gone = kept_away and t < 20.0, ["ball"] if kept_away and t >= 20.0 else []
+        (answer,) = flight.observe(t, movers=seen if near else [], gone=gone, targets=asked)
         assert answer.proven or t < 20.0
         looked_ahead[t] = answer.clear_until - answer.time
     assert flight.arrival(0) is not None
