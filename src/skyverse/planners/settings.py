@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number
 
 
 def require_integer(settings: object, name: str, least: float) -> None:
@@ -15,8 +15,7 @@ def require_integer(settings: object, name: str, least: float) -> None:
 def require_number(settings: object, name: str, least: float, most: float) -> None:
     """Refuse a setting that is no number, or not within these limits."""
     value = getattr(settings, name)
-    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not number or not least <= value <= most:
+    if not (is_number(value) and least <= value <= most):
         raise InputError(f"{type(settings).__name__}'s {name} is a number from {least:g} to {most:g}, not {value!r}")
 
 
