@@ -8,6 +8,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.lab.study import read_study, write_study
+from skyverse.model.uav import TrackingError
 from skyverse.planners.objective import priced_result, rescored
 from worlds import ROOM
 
@@ -82,6 +83,19 @@ def test_a_path_that_was_sought_for_something_else_is_priced_and_keeps_no_histor
     assert priced.effort == found.effort
     assert not len(priced.history.cost)
     assert rescored(problem, objective, priced) is priced
+
+
+def test_what_is_priced_lies_between_the_columns_and_what_is_told_begins_at_the_uav():
+    uav = sky.UAV(start=(0.6, 0.7, 0.02), tracking_error=TrackingError(vertical=0.05))
+    low = EMPTY.model_copy(update={"uavs": (uav,)})
+    problem, objective = sky.Problem(low), Danger()
+    assert len(problem.columns[0]) == 1
+    for found in (
+        sky.WOA(waypoints=1, objective=objective).plan(problem, stop=STOP, rng=0),
+        rescored(problem, objective, sky.Taut().plan(problem)),
+    ):
+        assert found.cost == objective.prices(problem, problem.without_columns(found.path)[None])[0]
+        assert sky.check_result(low, 0, 0, found) == []
 
 
 def test_a_path_that_ends_short_has_no_price_of_the_objective_and_keeps_none_of_the_scenario():

@@ -105,12 +105,13 @@ class ObjectiveRun(Run):
 def priced_result(
     problem: Problem, objective: PathObjective, path: Floats, price: float, record: SearchRecord
 ) -> Result:
-    """Return the result of a path that costs so much by an objective of one's own."""
+    """Return the result of a path that costs so much by an objective of one's own; columns at its ends are added."""
     if not math.isfinite(price):
         return replace(refused_result(problem, Status.NO_PATH, record.provenance), **vars(record))
     bound = objective.bound(problem)
     status = Status.OPTIMAL if bound is not None and price <= bound * (1 + OPTIMALITY_GAP) else Status.COMPLETE
-    terms, ends = {"objective": price}, (problem.uav_place, problem.target_place)
+    terms, ends, (up, down) = {"objective": price}, (problem.uav_place, problem.target_place), problem.columns
+    path = np.concatenate([up, path, down])
     result = Result(status, path, price, terms, bound, *ends, **vars(record), any_angle=True)
     return replace(result, objective=repr(objective))
 
@@ -122,9 +123,10 @@ def rescored(problem: Problem, objective: PathObjective, result: Result) -> Resu
     """
     if result.objective or not len(result.path):
         return result
-    price = float(objective.prices(problem, result.path[None])[0]) if result.status.reached else math.inf
+    path = problem.without_columns(result.path) if result.any_angle else result.path
+    price = float(objective.prices(problem, path[None])[0]) if result.status.reached else math.inf
     record = SearchRecord(result.provenance, result.effort, result.seconds, stopped_by=result.stopped_by)
-    return priced_result(problem, objective, result.path, price, record)
+    return priced_result(problem, objective, path, price, record)
 
 
 def in_order(X: Floats, line: Floats) -> Floats:
