@@ -93,7 +93,7 @@ def test_the_parts_of_a_mission_are_shown_in_a_few_lines(fleet):
     result, trajectory = fleet.results[0], fleet.trajectories[0]
     assert lines(result)[0].startswith(f"Result: {result.status.value}, cost {result.cost:.4g} m")
     assert lines(trajectory)[0].startswith(f"Trajectory: {trajectory.form}, ")
-    assert lines(result.history)[0].startswith("History: 1 row, ")
+    assert lines(result.history)[0].startswith("History: no iterations, best cost ")
     problem = sky.Problem(fleet.scenario, 1, 0)
     assert lines(problem)[0].startswith("Problem in scenario 'table-4.9-2': uav-2 from ")
     certificates = sky.certify(fleet.scenario, fleet)

@@ -83,9 +83,10 @@ def mission_to_2(data: Any) -> Any:
             raise ValueError(f"{name}: {MISSION_1!r} has no such field; {MISSION_2!r}, as the format, has it")
     results = data.get("results")
     for number, result in enumerate(results if isinstance(results, list | tuple) else ()):
-        if isinstance(result, dict) and "straight_bound" in result:
-            place = f"results[{number}].straight_bound"
-            raise ValueError(f"{place}: {MISSION_1!r} has no such field; {MISSION_2!r}, as the format, has it")
+        for name in ("straight_bound", "objective"):
+            if isinstance(result, dict) and name in result:
+                place = f"results[{number}].{name}"
+                raise ValueError(f"{place}: {MISSION_1!r} has no such field; {MISSION_2!r}, as the format, has it")
     return {**data, "format": MISSION_2}
 
 
