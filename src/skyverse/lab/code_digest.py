@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from functools import cache, lru_cache
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -77,13 +77,7 @@ def _of_module(name: str) -> str:
             field="planner",
         )
     files = sorted(each for folder in folders for each in Path(folder).rglob("*.py")) or [Path(str(file))]
-    stats = ((each, each.stat()) for each in files)
-    return digest(*(_of_file(each, found.st_mtime_ns, found.st_size) for each, found in stats))
-
-
-@lru_cache(maxsize=2048)
-def _of_file(file: Path, _changed: int, _size: int) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+    return digest(*(each.read_bytes() for each in files))
 
 
 def digest(*parts: object) -> str:
