@@ -18,7 +18,7 @@ SHOWN, OPEN, AGAINST, WEAKLY_AGAINST = (
 @pytest.mark.parametrize(
     ("published", "equal", "expected"),
     [
-        ([SHOWN], [], ClaimVerdict.HOLDS),
+        ([SHOWN], [], ClaimVerdict.AS_PUBLISHED),
         ([SHOWN] * 12, [SHOWN] * 6, ClaimVerdict.HOLDS),  # each at 5 %: no adjustment where all are needed
         ([SHOWN, OPEN], [SHOWN], ClaimVerdict.OPEN),
         ([SHOWN, AGAINST], [SHOWN], ClaimVerdict.FAILS),
@@ -54,7 +54,12 @@ def test_only_evidence_at_equal_effort_makes_a_claim_one_on_unequal_effort(equal
 
 @pytest.mark.parametrize(
     ("first", "expected"),
-    [(50, ClaimVerdict.HOLDS), (62, ClaimVerdict.HOLDS), (70, ClaimVerdict.FAILS), (30, ClaimVerdict.FAILS)],
+    [
+        (50, ClaimVerdict.AS_PUBLISHED),
+        (62, ClaimVerdict.AS_PUBLISHED),
+        (70, ClaimVerdict.FAILS),
+        (30, ClaimVerdict.FAILS),
+    ],
 )
 def test_a_share_may_be_asked_to_lie_in_a_range(first, expected):
     assert judged([compared(first, 100, (-0.6, -0.35), deviation=2.0)]).verdict is expected
@@ -64,7 +69,7 @@ def test_a_false_claim_on_two_comparisons_is_accepted_in_at_most_one_of_twenty_s
     rng, held = np.random.default_rng(0), 0
     for _ in range(500):
         true, false = (Comparison("", ("a", "b"), rng.normal(a, 8, 30), rng.normal(280, 8, 30)) for a in (260.0, 280.0))
-        held += judged([true, false]).verdict is ClaimVerdict.HOLDS
+        held += judged([true, false]).verdict is ClaimVerdict.AS_PUBLISHED
     assert held / 500 <= 0.05
 
 

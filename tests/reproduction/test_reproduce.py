@@ -239,6 +239,11 @@ def documented_runs():
     return int(re.search(r"`skyverse reproduce --runs (\d+) --seed 0", (DOCS / "report.md").read_text("utf-8"))[1])
 
 
+def test_other_sets_of_seeds_are_run_only_where_claims_are_judged(tmp_path):
+    reproduce(["fig-4.1"], tmp_path, runs=2, sets=3)
+    assert [file.name for file in tmp_path.glob("*.sqlite")] == ["rows.sqlite"]
+
+
 @pytest.mark.skipif(not DOCS.exists(), reason="the documentation is not here")
 def test_a_sample_of_the_pages_in_the_documentation_is_what_the_code_makes(tmp_path):
     reproduce(["fig-4.1", "fig-4.27", "fig-4.28"], tmp_path, runs=documented_runs(), seed=0)

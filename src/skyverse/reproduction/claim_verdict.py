@@ -17,6 +17,7 @@ class ClaimVerdict(Enum):
     """Whether a claim holds."""
 
     HOLDS = "holds"
+    AS_PUBLISHED = "holds as published"
     UNEQUAL = "holds only at unequal effort"
     NOT_SHOWN = "not shown at equal effort"
     FAILS = "does not hold"
@@ -93,12 +94,14 @@ def verdict(published: Sequence[Evidence], equal: Sequence[Evidence] = ()) -> Cl
     """Return the verdict on a claim that needs all of its comparisons, at the published iterations and at equal effort.
 
     All have to be shown, each at the significance level (an intersection-union test needs no adjustment); any refutes
-    the claim, adjusted by Holm's method.
+    the claim, adjusted by Holm's method. Where nothing is compared at equal effort, a claim holds as published at most.
     """
     if _refuted(published):
         return ClaimVerdict.FAILS
     if not _shown(published):
         return ClaimVerdict.OPEN
+    if not equal:
+        return ClaimVerdict.AS_PUBLISHED
     if _shown(equal):
         return ClaimVerdict.HOLDS
     return ClaimVerdict.UNEQUAL if _refuted(equal) else ClaimVerdict.NOT_SHOWN

@@ -158,12 +158,13 @@ def page(cells: CellRuns, elsewhere: Sequence[Sequence[Sequence[ClaimVerdict]]] 
 
 
 def _explained(runs: int) -> str:
-    holds, unequal, not_shown, fails, undecided = (verdict.value for verdict in ClaimVerdict)
+    holds, as_published, unequal, not_shown, fails, undecided = (verdict.value for verdict in ClaimVerdict)
     return (
         "The verdict *as run* is on the experiment behind the published numbers; the verdict *as described* on "
         f"the algorithms that the text describes. **{holds}**: at equal iterations, as published, and at equal effort "
-        f"({' and '.join(EQUAL_EFFORTS)} a run) as well. **{unequal}**: at equal iterations, where the methods do "
-        "different amounts of work; at equal effort the contrary is found, or means that are equal within "
+        f"({' and '.join(EQUAL_EFFORTS)} a run) as well. **{as_published}**: at equal iterations; equal effort is not "
+        f"at issue, or no runs compare it. **{unequal}**: at equal iterations, where the methods do different amounts "
+        "of work; at equal effort the contrary is found, or means that are equal within "
         f"{SAME_WITHIN:.0%} (two one-sided tests). **{not_shown}**: at equal iterations it holds; at equal effort "
         f"the runs show neither that it does nor that it does not. **{fails}**: at equal iterations the contrary is "
         f"found. **{undecided}**: the runs do not tell. Means are compared by Welch's two-sided test at 5 %. A claim "

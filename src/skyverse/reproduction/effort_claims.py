@@ -70,9 +70,9 @@ def best_and_fastest(cells: CellRuns, form: str) -> Finding:
         ]
         verdicts.append(verdict([one.evidence() for one in found]))
         rows += found
-    holds, fails = (verdicts.count(which) for which in (ClaimVerdict.HOLDS, ClaimVerdict.FAILS))
+    holds, fails = (verdicts.count(which) for which in (ClaimVerdict.AS_PUBLISHED, ClaimVerdict.FAILS))
     return Finding(
-        ClaimVerdict.HOLDS if holds >= 2 else ClaimVerdict.FAILS if fails >= 2 else ClaimVerdict.OPEN,
+        ClaimVerdict.AS_PUBLISHED if holds >= 2 else ClaimVerdict.FAILS if fails >= 2 else ClaimVerdict.OPEN,
         f"On {holds} of 3 maps MVO has both the lowest mean cost and the fewest {cells.unit}; on {fails} it is shown "
         "not to. In the thesis's own Tables 4.2 to 4.7 BBO takes less time than MVO in 28 of 30 cells.",
         rows,
@@ -127,7 +127,7 @@ def linear_in_fleet(cells: CellRuns, form: str) -> Finding:
         off.append(float(np.max(np.abs(nodes / (line.intercept + line.slope * np.array(FLEETS)) - 1))))
         fits.append(line.rvalue**2)
     return Finding(
-        ClaimVerdict.HOLDS if max(off) <= NEAR_LINE else ClaimVerdict.OPEN,
+        ClaimVerdict.AS_PUBLISHED if max(off) <= NEAR_LINE else ClaimVerdict.OPEN,
         f"The mean {cells.unit} of {FLEETS[0]} to {FLEETS[-1]} UAVs lie at most {max(off):.0%} off a straight line (R² "
         f"{min(fits):.2f} to {max(fits):.2f}; three methods, two cases; asked: {NEAR_LINE:.0%}). Four points, each of "
         "another fleet with ways of its own, are no test of linearity; UAVs are planned one after another, so that "
