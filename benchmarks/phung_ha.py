@@ -8,8 +8,8 @@ our own. All contenders minimise the same objective, a `PathObjective`, in a stu
 paper or its package gives it; nothing is tuned. `TenCorners` is no optimiser of vectors: it takes the path of
 `Cheapest`, which is sought at 150 m above ground and proven clear, and keeps ten of its corners.
 
-The paper checks the ground at nodes alone; the referee judges each path as it would be flown, and the last column
-counts the paths with which it finds fault. The rows, a report, and the picture of docs/showcase.md stand in the output.
+The paper checks the ground at nodes alone; the referee judges each path as it would be flown. The rows, a report, and
+the picture of docs/showcase.md stand in the output.
 
 M. D. Phung, Q. P. Ha, "Safety-enhanced UAV path planning with spherical vector-based particle swarm optimization",
 Applied Soft Computing 107 (2021), 107376.
@@ -42,6 +42,8 @@ LONGEST = 2 * math.dist(START, END) / NODES
 TOWARDS, ANGLE = math.atan2(END[1] - START[1], END[0] - START[0]), math.pi / 4
 LENGTH, HEIGHT = 5.0, 10.0
 """The weights of a metre, and of a metre off the middle height at a node; those of threats and turns are 1."""
+CHEAPER_WAY = 5000.0
+"""Ways between the threats in the middle cost less, and those around them more."""
 PUBLISHED = ("the paper's code, ported by others", "4,766.6", "5,003.9", "209.8", "3.2 %", "8.4 %", "")
 
 
@@ -290,14 +292,14 @@ def report(rows, bound: float) -> None:
     """Print the table."""
     lines = [PUBLISHED]
     for label in rows.labels("planner"):
-        found = rows.select(("cost", "verdict"), planner=label)
-        costs = found["cost"]
+        costs = rows.select(("cost",), planner=label)["cost"]
         figures = (costs.min(), costs.mean(), costs.std(ddof=1) if len(costs) > 1 else 0.0)
-        wrong = f"{np.count_nonzero(found['verdict'] != '')} of {len(costs)}"
+        cheap = f"{np.count_nonzero(costs < CHEAPER_WAY)} of {len(costs)}"
         gaps = (f"{100 * (figure / bound - 1):.1f} %" for figure in figures[:2])
-        lines.append((label, *(f"{figure:,.1f}" for figure in figures), *gaps, wrong))
-    table(("", "best", "mean", "SD", "best above the bound", "mean", "found fault with"), lines)
-    print(f"Proven bound: {bound:,.1f}.")
+        lines.append((label, *(f"{figure:,.1f}" for figure in figures), *gaps, cheap))
+    table(("", "best", "mean", "SD", "best above the bound", "mean", "cheaper way"), lines)
+    wrong = np.count_nonzero(rows.select(("verdict",))["verdict"] != "")
+    print(f"Proven bound: {bound:,.1f}. The referee finds fault with {wrong} paths.")
 
 
 if __name__ == "__main__":

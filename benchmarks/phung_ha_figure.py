@@ -44,6 +44,7 @@ def fall(axes, rows: sky.Rows) -> None:
     axes.axhline(bound, color=INK, linestyle=(0, (4, 3)), linewidth=1.2, label="no path is cheaper (proven)")
     logarithmic(axes, "x", (1.0,))
     axes.set(xlim=(100, at[-1]), ylim=(bound - 100, MOST), xlabel="evaluations", ylabel="price of the best path so far")
+    axes.yaxis.set_major_formatter("{x:,.0f}")
     axes.set_title(f"Median and quartiles of {len(np.unique(found['seed']))} runs")
 
 
