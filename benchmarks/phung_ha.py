@@ -217,6 +217,8 @@ class TenCorners(DirectPlanner):
             ways = least[:, None] + prices
             before.append(ways.argmin(axis=0))
             least = ways.min(axis=0)
+        if not np.isfinite(least[-1]):  # it has fewer corners, or cannot do with ten
+            return found
         kept = [len(corners) - 1]
         for step in reversed(before):
             kept.append(int(step[kept[-1]]))
