@@ -75,13 +75,16 @@ def result_record(result):
     return SearchRecord(result.provenance, result.effort, result.seconds, result.history, result.stopped_by)
 
 
-def test_a_path_that_was_sought_for_something_else_is_priced_and_keeps_no_history():
+def test_a_path_that_was_sought_for_something_else_is_priced_where_it_ended():
     problem, objective = sky.Problem(ROOM), Danger()
     found = sky.MVO().plan(problem, stop=sky.MaxPaths(50), rng=0)
     priced = rescored(problem, objective, found)
     assert priced.cost == objective.prices(problem, found.path[None])[0]
     assert priced.effort == found.effort
-    assert not len(priced.history.cost)
+    end = {"cost": [priced.cost], "iteration": found.history.iteration[-1:].tolist()} | {
+        name: [count] for name, count in vars(found.effort).items()
+    }
+    assert {name: column.tolist() for name, column in vars(priced.history).items()} == end
     assert rescored(problem, objective, priced) is priced
 
 
@@ -104,7 +107,7 @@ def test_a_path_that_ends_short_has_no_price_of_the_objective_and_keeps_none_of_
     assert short.status is sky.Status.INCOMPLETE
     priced = rescored(problem, objective, short)
     assert (priced.cost, priced.status, priced.effort) == (math.inf, sky.Status.NO_PATH, short.effort)
-    assert not len(priced.history.cost)
+    assert priced.history.cost.tolist() == [math.inf]
 
 
 def test_what_forbids_every_path_leaves_none():
@@ -118,16 +121,95 @@ def test_what_forbids_every_path_leaves_none():
         assert result.effort.evaluations == 300
 
 
-@pytest.mark.parametrize("found", [[1.0], [[1.0] * 25], [np.nan] * 25])
-def test_what_is_no_price_for_each_path_is_refused(found):
-    class Wrong(Danger):
-        def prices(self, problem, paths):
-            return np.array(found)
+WRONG = {
+    "short": lambda price: price[:-1],
+    "nested": lambda price: price[:, None],
+    "nan": lambda price: price * np.nan,
+    "unbounded": lambda price: price * -np.inf,
+    "words": lambda price: ["much"] * len(price),
+    "nothing": lambda price: None,
+    "single": lambda price: 3.0 if len(price) > 1 else np.zeros(3),
+}
 
+
+@dataclass(frozen=True)
+class Told(Danger):
+    """Prices as somebody's code may return them."""
+
+    way: str = "short"
+
+    def prices(self, problem, paths):
+        return WRONG[self.way](super().prices(problem, paths))
+
+
+@pytest.mark.parametrize("way", WRONG)
+def test_what_is_no_price_for_each_path_is_refused_however_the_path_was_found(way):
+    problem = sky.Problem(EMPTY)
     with pytest.raises(sky.InputError, match="expected a price for each of 25 paths"):
-        sky.WOA(objective=Wrong()).plan(sky.Problem(EMPTY), stop=STOP, rng=0)
+        sky.WOA(objective=Told(way=way)).plan(problem, stop=STOP, rng=0)
+    with pytest.raises(sky.InputError, match="expected a price for each of 1 paths"):
+        rescored(problem, Told(way=way), sky.Taut().plan(problem))
+
+
+def test_a_list_of_prices_counts_as_an_array():
+    class Listed(Danger):
+        def prices(self, problem, paths):
+            return super().prices(problem, paths).tolist()
+
+    problem = sky.Problem(EMPTY)
+    found, listed = (sky.WOA(objective=kind()).plan(problem, stop=STOP, rng=0) for kind in (Danger, Listed))
+    assert listed.cost == found.cost
+
+
+def test_wrong_settings_and_what_is_no_objective_are_refused():
     with pytest.raises(sky.InputError, match="WOA's objective is a PathObjective"):
         sky.WOA(objective="short")
+    with pytest.raises(sky.InputError, match="Danger has no setting 'raech'; it has reach"):
+        Danger(raech=1.0)
+
+
+@pytest.mark.parametrize("bound", [1e9, math.nan, "3"])
+def test_a_bound_that_a_path_undercuts_proves_nothing_and_is_refused(bound):
+    class Bounded(Danger):
+        def bound(self, problem):
+            return bound
+
+    problem = sky.Problem(EMPTY)
+    with pytest.raises(sky.InputError, match=r"objective: .*bound"):
+        rescored(problem, Bounded(), sky.Taut().plan(problem))
+    with pytest.raises(sky.InputError, match=r"objective: .*bound"):
+        sky.WOA(objective=Bounded()).plan(problem, stop=STOP, rng=0)
+
+
+def test_a_bound_below_zero_is_reached_like_any_other():
+    class Gain(Danger):
+        def prices(self, problem, paths):
+            return super().prices(problem, paths) - 1000.0
+
+        def bound(self, problem):
+            return rescored(problem, Plain(), sky.Taut().plan(problem)).cost
+
+    class Plain(Gain):
+        def bound(self, problem):
+            return None
+
+    problem = sky.Problem(EMPTY)
+    assert rescored(problem, Gain(), sky.Taut().plan(problem)).status is sky.Status.OPTIMAL
+
+
+@pytest.mark.parametrize("budget", [1, 10, 26, 75])
+def test_no_path_is_priced_beyond_the_budget(budget):
+    seen = []
+
+    class Counted(Danger):
+        def prices(self, problem, paths):
+            seen.extend(paths)
+            return super().prices(problem, paths)
+
+    for stop in (sky.MaxEvaluations(budget), sky.MaxPaths(budget), sky.MaxNodes(7 * budget - 1)):
+        seen.clear()
+        result = sky.WOA(waypoints=6, objective=Counted()).plan(sky.Problem(EMPTY), stop=stop, rng=0)
+        assert len(seen) == result.effort.evaluations == budget
 
 
 def test_a_study_compares_all_planners_by_the_objective(tmp_path):

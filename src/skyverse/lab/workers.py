@@ -30,7 +30,12 @@ def in_process(jobs: Sequence[StudyJob[R]]) -> Generator[tuple[StudyJob[R], R]]:
 
     with on_interrupt(catch):  # an exception raised inside a kernel may crash the process
         for job in jobs:
-            yield job, job.row()
+            try:
+                row = job.row()
+            except Exception as error:
+                error.add_note(f"in the run {job}")
+                raise
+            yield job, row
             if interrupts:
                 raise KeyboardInterrupt
 

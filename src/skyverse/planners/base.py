@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse._version import __version__
 from skyverse.errors import InputError, shown
 from skyverse.model.result import History, Provenance, Result, Status
@@ -18,8 +19,8 @@ from skyverse.stop import OnIteration, Stop, require_stop
 Seed = int | np.random.Generator | None
 
 
-class Planner(ABC):
-    """A planner is its settings, a frozen dataclass, and one verb."""
+class Settings:
+    """What is given by its settings: a frozen dataclass."""
 
     def __new__(cls, *args: Any, **settings: Any) -> Self:
         """Refuse a misspelt setting with a list of the settings that exist."""
@@ -30,6 +31,10 @@ class Planner(ABC):
                 f"{cls.__name__} has no setting {', '.join(map(repr, unknown))}; it has {', '.join(known) or 'none'}"
             )
         return super().__new__(cls)
+
+
+class Planner(Settings, ABC):
+    """A planner is its settings, a frozen dataclass, and one verb."""
 
     @abstractmethod
     def plan(
@@ -81,6 +86,26 @@ def require_problem(problem: object, stop: object = None) -> None:
         one = "; Problem(scenario, uav=0, target=0) is one" if isinstance(problem, Scenario | Airspace) else ""
         raise InputError(f"expected a Problem, found {shown(problem)}{one}", field="problem")
     require_stop(stop)
+
+
+def numbers_of(found: object, shape: tuple[int, ...], what: str, field: str, infinite: bool = False) -> Floats:
+    """Return what somebody's code has returned as an array of this shape, in which -1 stands for any length.
+
+    Raises
+    ------
+    InputError
+        If it is of another shape, or holds nan or -inf, or inf unless that may be.
+    """
+    try:
+        numbers = np.ascontiguousarray(found, dtype=np.float64)
+    except (TypeError, ValueError):
+        numbers = np.empty(())
+    fits = numbers.ndim == len(shape) and all(n in (-1, m) for n, m in zip(shape, numbers.shape, strict=True))
+    if not (fits and (numbers > -np.inf).all() and (infinite or (numbers < np.inf).all())):
+        lengths = ", ".join("any" if n < 0 else str(n) for n in shape)
+        held = f" of shape {np.shape(found)}" if isinstance(found, np.ndarray) else ""
+        raise InputError(f"expected {what}, shape ({lengths}), found {shown(found)}{held}", field=field)
+    return numbers
 
 
 def seeded(rng: Seed) -> tuple[np.random.Generator, int | None]:

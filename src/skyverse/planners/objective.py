@@ -2,15 +2,16 @@
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
-from skyverse.model.result import Result, Status
+from skyverse.errors import InputError, require_number
+from skyverse.model.result import History, Result, Status
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
-from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, exhausted, note_best
+from skyverse.planners.base import Settings, numbers_of
+from skyverse.planners.moves import note_best
 from skyverse.planners.results import SearchRecord, refused_result
 from skyverse.planners.run import Run
 from skyverse.problem import Problem
@@ -18,7 +19,7 @@ from skyverse.problem import Problem
 FORBIDDEN = 1e100
 
 
-class PathObjective(ABC):
+class PathObjective(Settings, ABC):
     """An objective of one's own: a frozen dataclass of its settings, which says what paths cost.
 
     A `WaypointSearch` with such an `objective` minimises it, and a study with one compares all its planners by it. What
@@ -83,15 +84,13 @@ class ObjectiveRun(Run):
         Infinite ones are told as `FORBIDDEN`, since some optimisers cannot count with infinity.
         """
         paths = self.objective.paths(self.problem, np.clip(X, 0.0, 1.0))
-        found, spent = self.objective.prices(self.problem, paths), self.workspace.spent
-        if np.shape(found) != (len(X),) or np.isnan(found).any():
-            raise InputError(f"expected a price for each of {len(X)} paths, found {found!r:.60}", field="objective")
+        paths = numbers_of(paths, (len(X), -1, 3), f"{len(X)} paths of x, y, z in metres", "objective")
+        spent, each = self.workspace.spent, np.array([1, max(1, paths.shape[1] - 1), 1])  # paths, nodes, evaluations
+        left = max(0, int(((self.workspace.limit - spent + each - 1) // each).min()))
         prices = np.full(len(X), math.nan)
-        for i, price in enumerate(found.tolist()):
-            if exhausted(self.workspace):
-                break
+        for i, price in enumerate(prices_of(self.problem, self.objective, paths[:left]).tolist()):
             prices[i] = min(price, FORBIDDEN)
-            spent[[PATHS, NODES, EVALUATIONS]] += (1, paths.shape[1] - 1, 1)
+            spent += each
             if price < self.best.cost[0]:
                 self.best.path, self.best.cost = paths[i].copy(), np.array([price])
                 note_best(self.workspace, price)
@@ -102,14 +101,26 @@ class ObjectiveRun(Run):
         return priced_result(problem, self.objective, self.best.path, float(self.best.cost[0]), record)
 
 
+def prices_of(problem: Problem, objective: PathObjective, paths: Floats) -> Floats:
+    """Return what paths (m, k, 3) cost by an objective of one's own, (m,); `InputError` for what is no price."""
+    found = objective.prices(problem, paths) if len(paths) else ()
+    return numbers_of(found, (len(paths),), f"a price for each of {len(paths)} paths", "objective", infinite=True)
+
+
 def priced_result(
     problem: Problem, objective: PathObjective, path: Floats, price: float, record: SearchRecord
 ) -> Result:
     """Return the result of a path that costs so much by an objective of one's own; columns at its ends are added."""
     if not math.isfinite(price):
         return replace(refused_result(problem, Status.NO_PATH, record.provenance), **vars(record))
-    bound = objective.bound(problem)
-    status = Status.OPTIMAL if bound is not None and price <= bound * (1 + OPTIMALITY_GAP) else Status.COMPLETE
+    bound, status = objective.bound(problem), Status.COMPLETE
+    if bound is not None:
+        require_number(bound, "objective", "a bound that is a number or None")
+        within = OPTIMALITY_GAP * abs(bound)
+        if price < bound - within:
+            said = f"expected no path below {objective!r:.60}'s bound of {bound:g}, found one that costs {price:g}"
+            raise InputError(said, field="objective")
+        status = Status.OPTIMAL if price <= bound + within else status
     terms, ends, (up, down) = {"objective": price}, (problem.uav_place, problem.target_place), problem.columns
     path = np.concatenate([up, path, down])
     result = Result(status, path, price, terms, bound, *ends, **vars(record), any_angle=True)
@@ -117,15 +128,17 @@ def priced_result(
 
 
 def rescored(problem: Problem, objective: PathObjective, result: Result) -> Result:
-    """Return a result priced by an objective of one's own, for which it was not sought; it keeps no history.
+    """Return a result priced by an objective of one's own, for which it was not sought.
 
-    A path that ends short of the target has no price.
+    A path that ends short of the target has no price. Of its history the end is kept, the only place with a price.
     """
     if result.objective or not len(result.path):
         return result
     path = problem.without_columns(result.path) if result.any_angle else result.path
-    price = float(objective.prices(problem, path[None])[0]) if result.status.reached else math.inf
-    record = SearchRecord(result.provenance, result.effort, result.seconds, stopped_by=result.stopped_by)
+    price = float(prices_of(problem, objective, path[None])[0]) if result.status.reached else math.inf
+    effort, iteration = result.effort, int(result.history.iteration.max(initial=0))
+    end = History(*map(np.atleast_1d, (price, *astuple(effort), iteration)))
+    record = SearchRecord(result.provenance, effort, result.seconds, end, result.stopped_by)
     return priced_result(problem, objective, path, price, record)
 
 

@@ -1,6 +1,5 @@
 """Metaheuristics on waypoints: a candidate is a vector of numbers, so that any optimiser of vectors can plan."""
 
-import contextlib
 import importlib.util
 import math
 from abc import abstractmethod
@@ -16,6 +15,7 @@ from skyverse.errors import InputError
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.planners.base import numbers_of
 from skyverse.planners.metaheuristic import Metaheuristic
 from skyverse.planners.moves import (
     NODES,
@@ -33,7 +33,7 @@ from skyverse.planners.moves import (
 from skyverse.planners.objective import ObjectiveRun, PathObjective, PricedPath, in_order
 from skyverse.planners.optimisers import Evaluate, Iterations
 from skyverse.planners.results import refused_result
-from skyverse.planners.run import LatticeRun, make_workspace
+from skyverse.planners.run import LatticeRun, Run, make_workspace
 from skyverse.planners.settings import require_integer, require_number
 from skyverse.planners.straight_legs import Polylines, StraightRun, StraightTask, judge_legs, open_straight_run
 from skyverse.problem import Problem
@@ -152,22 +152,24 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
 
     def begin(self, run: LatticeRun | StraightRun | ObjectiveRun) -> Iterations:
         """Start the optimiser on the first population."""
+        first = numbers_of(self._first(run), (-1, -1), "a first population of finite numbers", "objective")
 
         def evaluate(candidates: Floats) -> Floats:
-            X = np.ascontiguousarray(candidates, dtype=np.float64)
+            X = numbers_of(candidates, (-1, first.shape[1]), "candidates of finite numbers", self._told)
+            if not len(X):
+                return np.empty(0)
             if isinstance(run, ObjectiveRun):
                 fitness = run.evaluate(X)
             elif isinstance(run, LatticeRun):
                 fitness = decode(run.task, run.workspace, run.best, X, float(self.collision))
             else:
                 fitness = decode_straight(run.task, run.workspace, run.best, X)
-            if len(fitness) and math.isnan(fitness[-1]):
+            if math.isnan(fitness[-1]):
                 raise _BudgetSpentError
             return fitness
 
-        iterations = self.optimise(evaluate, self._first(run), run.rng)
-        with contextlib.suppress(_BudgetSpentError):
-            next(iterations)
+        iterations = self.optimise(evaluate, first, run.rng)
+        self._advance(iterations, run, None)
         return iterations
 
     def _first(self, run: LatticeRun | StraightRun | ObjectiveRun) -> Floats:
@@ -184,9 +186,26 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
 
     def step(self, run: LatticeRun | StraightRun | ObjectiveRun, spent: float) -> None:
         """Let the optimiser do one iteration."""
-        assert isinstance(run.memory, Generator)
-        with contextlib.suppress(_BudgetSpentError):
-            run.memory.send(spent)
+        self._advance(run.memory, run, spent)
+
+    @property
+    def _told(self) -> str:
+        return f"{type(self).__name__}.optimise"
+
+    def _advance(self, iterations: object, run: Run, spent: float | None) -> None:
+        """Let the optimiser go on to its next yield; `InputError` where it ends, or has evaluated nothing."""
+        before, evaluated = int(run.workspace.spent[PATHS]), False
+        try:
+            if isinstance(iterations, Generator):
+                iterations.send(spent)
+                evaluated = run.workspace.spent[PATHS] > before
+        except _BudgetSpentError:
+            return
+        except StopIteration:
+            pass
+        if not evaluated:
+            said = "expected it to evaluate candidates and yield, again and again; it ended, or evaluated none"
+            raise InputError(said, field=self._told)
 
 
 @kernel
