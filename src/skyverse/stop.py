@@ -132,7 +132,8 @@ class MaxIterations(_Counted):
 class MaxPaths(_Counted):
     """End after so many generated paths; the fairest budget between metaheuristics.
 
-    A path decoded from waypoints is one generated path; a candidate on lattice paths may take several.
+    A path decoded from waypoints is one generated path. A candidate on lattice paths may take several; budgets are
+    looked at between candidates, so that the last one may take a few paths more than there were left.
     """
 
     _counter: ClassVar[str] = "generated_paths"

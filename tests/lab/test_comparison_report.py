@@ -1,3 +1,4 @@
+import csv
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -262,6 +263,61 @@ def test_the_file_may_be_closed_before_the_figures_are_drawn(tmp_path):
     assert report.title == "Mine"
     assert not re.search(r"None|\bnan\b", text(report))
     assert isinstance(report.blocks[-1], Text)
+
+
+def test_a_planner_without_a_history_has_a_run_length(tmp_path):
+    bare = {"history": no_history(), "iterations": 1, "evaluations": 7}
+    direct = [run("map0", "direct", seed, cost, **bare) for seed, cost in enumerate((270.0, 290.0, 400.0))]
+    with study(tmp_path, [*direct, *random_runs(scenarios=1, planners=1, seeds=3)]) as rows:
+        (table,) = [table for table in tables(comparison_report(rows), "scenario") if "10 %" in table.head]
+    assert cells(table)[0][1:] == ["direct", "10 (2)", "21 (1)", "21 (1)", "\u221e (0)"]  # 1.9 % above the bound
+
+
+CLAIMS = {
+    "two planners": ("Mann-Whitney", "A12"),
+    "several scenarios": ("Stouffer", "Gail"),
+    "ranks": ("Friedman",),
+    "seeds": ("bootstrapped",),
+}
+
+
+@pytest.mark.parametrize(
+    ("sizes", "made"),
+    [
+        ((1, 1, 1), ()),
+        ((1, 1, 8), ("seeds",)),
+        ((1, 2, 8), ("two planners", "seeds")),
+        ((3, 2, 8), ("two planners", "several scenarios", "seeds")),
+        ((3, 3, 8), ("two planners", "several scenarios", "ranks", "seeds")),
+    ],
+)
+def test_methods_claim_no_test_that_was_not_made(tmp_path, sizes, made):
+    with study(tmp_path, random_runs(*sizes)) as rows:
+        blocks = comparison_report(rows).blocks
+    (place,) = [k for k, block in enumerate(blocks) if isinstance(block, Heading) and block.text == "Methods"]
+    for needed, names in CLAIMS.items():
+        assert {name in blocks[place + 1].markdown for name in names} == {needed in made}
+
+
+def test_numbers_of_the_tables_are_read_back_from_csv(tmp_path):
+    runs = [*random_runs(scenarios=1, planners=2)]
+    with study(tmp_path, runs) as rows:
+        write_report(rows, tmp_path / "out", formats=("csv",), figures=())
+    found = {}
+    for path in (tmp_path / "out" / "tables").glob("*.csv"):
+        with path.open(newline="", encoding="utf-8") as file:
+            lines = list(csv.DictReader(file))
+        found |= dict.fromkeys(lines[0], lines)
+        for line in lines:
+            for name, value in line.items():
+                if name not in ("planner", "settings", "scenario", "against", "effect"):
+                    float(value or "nan")
+    for line in found["standard error"]:
+        costs = np.array([r.cost for r in runs if r.planner == line["planner"]])
+        assert float(line["mean"]) == pytest.approx(costs.mean(), rel=1e-12)
+        assert float(line["standard error"]) == pytest.approx(costs.std(ddof=1) / np.sqrt(len(costs)), rel=1e-12)
+        assert (int(line["reached"]), int(line["runs"])) == (20, 20)
+    assert 0 < float(found["p (Holm)"][0]["p (Holm)"]) < 0.05
 
 
 def test_no_runs_are_one_sentence(tmp_path):

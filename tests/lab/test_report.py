@@ -2,6 +2,7 @@ import csv
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -9,7 +10,7 @@ from markdown_it import MarkdownIt
 
 from skyverse.errors import InputError
 from skyverse.lab.formatting import literal
-from skyverse.lab.report import Figure, Heading, Report, Table, Text, cells
+from skyverse.lab.report import Figure, Heading, Printed, Report, Table, Text, cells
 from skyverse.lab.report_files import html, latex, markdown, write_report_files
 
 NAMES = (
@@ -197,6 +198,30 @@ def test_tables_are_files_for_a_paper_and_figures_have_truetype_fonts(tmp_path):
     (pdf,) = [path for path in written if path.suffix == ".pdf"]
     assert b"/Type3" not in pdf.read_bytes()
     assert b"/CIDFontType2" in pdf.read_bytes()
+
+
+def test_a_row_is_no_argument_of_the_command_above_it():
+    starts = ["[new] x", "*b", "a"]
+    body = latex(Table(starts[:1], [[start] for start in starts])).splitlines()
+    assert [line for line in body if line.endswith(r"\\")] == [r"{}[new] x \\"] * 2 + [r"{}*b \\", r"a \\"]
+
+
+def test_texts_that_tell_numbers_are_columns_of_numbers_in_csv(tmp_path):
+    rows = [
+        ("mvo", Printed("1,439.0 ± 38.1", {"mean": 1439.02, "error": 38.1}), 1234.5),
+        ("bbo", Printed("∞", {"mean": np.inf, "error": None}), None),
+        ("gso", None, float("nan")),
+    ]
+    table = Table(("planner", "mean ± SE", "paths"), rows)
+    write_report_files(report(table), tmp_path, formats=("csv", "tex"), figures=())
+    with (tmp_path / "tables" / "01-runs.csv").open(newline="", encoding="utf-8") as file:
+        assert list(csv.reader(file)) == [
+            ["planner", "mean", "error", "paths"],
+            ["mvo", "1439.02", "38.1", "1234.5"],
+            ["bbo", "inf", "", ""],
+            ["gso", "", "", ""],
+        ]
+    assert r"mvo & 1,439.0 $\pm$ 38.1 & 1,234.5 \\" in (tmp_path / "tables" / "01-runs.tex").read_text("utf-8")
 
 
 def test_signs_that_latex_reads_otherwise_are_escaped():

@@ -16,7 +16,7 @@ from skyverse.lab.curves import band, expected_run_length, grid, run_lengths, sp
 from skyverse.lab.formatting import literal, whole_numbers
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.planner_differences import best_mean, difference_section, matrix
-from skyverse.lab.report import Block, Cell, Figure, Heading, Report, Table, Text, decimals
+from skyverse.lab.report import Block, Cell, Figure, Heading, Printed, Report, Table, Text, decimals
 from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
 from skyverse.lab.statistics import summary, wilson
@@ -86,7 +86,8 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
         blocks += [Heading(f"Costs{suffix}"), *_costs(runs, mark)]
         blocks += [Heading(f"Convergence{suffix}"), *_convergence(rows, runs, mark)]
         blocks += [Heading(f"Differences{suffix}"), *difference_section(runs, mark)]
-    return Report(title, [*blocks, Heading("Methods"), Text(_methods(rows)), Heading("How to read this"), Text(_READ)])
+    blocks += [Heading("Methods"), Text(_methods(rows, blocks))]
+    return Report(title, [*blocks, Heading("How to read this"), Text(_READ)])
 
 
 def _made(rows: Rows) -> Iterator[Block]:
@@ -113,10 +114,14 @@ def _made(rows: Rows) -> Iterator[Block]:
     yield Table(("planner", "settings"), list(zip(planners, settings, strict=True)))
 
 
-def _methods(rows: Rows) -> str:
-    """Return the paragraph that a paper says of the runs and their statistics."""
+def _methods(rows: Rows, blocks: Sequence[Block]) -> str:
+    """Return the paragraph that a paper says of the runs, and of those statistics that the report has."""
     told = rows.select(("seed", "versions", "success"))
-    return _METHODS.format(
+    tables = [block for block in blocks if isinstance(block, Table)]
+    cells = [cell for table in tables for row in table.rows for cell in row if isinstance(cell, Printed)]
+    made = {name for cell in cells for name, number in cell.numbers.items() if number is not None}
+    made |= {block.name.split("-")[0] for block in blocks if isinstance(block, Figure)}
+    return "".join(said for needed, said in _METHODS.items() if not needed or needed in made).format(
         planners=counted(len(rows.labels("planner")), "planner"),
         scenarios=counted(len(rows.labels("scenario")), "scenario"),
         seeds=f"{counted(len(set(told['seed'].tolist())), 'seed')} ({whole_numbers(told['seed'].tolist())})",
@@ -193,7 +198,7 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
     rows: list[dict[str, Cell]] = []
     for planner, cell, s in zip(runs.planners, cells, summaries, strict=True):
         if s.runs == 0:
-            rows.append({"planner": planner, "reached": "no runs"})
+            rows.append({"planner": planner, "reached": Printed("no runs", {"reached": 0, "runs": 0})})
             continue
         reached = int(np.count_nonzero(cell["success"]))
         rate = wilson(reached, s.runs)
@@ -201,12 +206,21 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
         rows.append(
             {
                 "planner": planner,
-                "reached": f"{reached} of {s.runs}",
-                "95 % of rate": f"{100 * rate.low:.0f} to {100 * rate.high:.0f} %",
-                "mean ± SE": cost(s.mean) if s.standard_error is None else f"{cost(s.mean)} ± {cost(s.standard_error)}",
-                "95 % of mean": None if s.interval is None else f"{cost(s.interval.low)} to {cost(s.interval.high)}",
-                "median": cost(s.median),
-                "gap": f"{100 * gaps.mean():.1f} %" if len(gaps) else None,
+                "reached": Printed(f"{reached} of {s.runs}", {"reached": reached, "runs": s.runs}),
+                "95 % of rate": Printed(
+                    f"{100 * rate.low:.0f} to {100 * rate.high:.0f} %", {"rate from": rate.low, "rate to": rate.high}
+                ),
+                "mean ± SE": Printed(
+                    cost(s.mean) + ("" if s.standard_error is None else f" ± {cost(s.standard_error)}"),
+                    {"mean": s.mean, "standard error": s.standard_error},
+                ),
+                "95 % of mean": s.interval
+                and Printed(
+                    f"{cost(s.interval.low)} to {cost(s.interval.high)}",
+                    {"mean from": s.interval.low, "mean to": s.interval.high},
+                ),
+                "median": Printed(cost(s.median), {"median": s.median}),
+                "gap": Printed(f"{100 * gaps.mean():.1f} %", {"gap": float(gaps.mean())}) if len(gaps) else None,
                 "paths": float(np.round(cell["generated_paths"].mean())),
                 "nodes": float(np.round(cell["generated_nodes"].mean())),
                 "evaluations": float(np.round(cell["evaluations"].mean())),
@@ -257,18 +271,22 @@ def _run_lengths(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
     for scenario, planner in product(runs.scenarios, runs.contestants):
         targets = [runs.reference(scenario) * (1 + within) for within in _TARGETS]
         histories = rows.histories(scenario=scenario, planner=planner, budget=runs.budget)
-        found, cell = run_lengths(histories, targets), runs.cells[scenario, planner]
+        cell = runs.cells[scenario, planner]
+        ended = np.where(cell["cost"][:, None] <= targets, cell["evaluations"][:, None], np.inf)
+        found = np.minimum(run_lengths(histories, targets), ended)
         lengths[planner].append(found.ravel())
         record: dict[str, Cell] = {"scenario": scenario, "planner": planner}
         for k, within in enumerate(_TARGETS):
-            hits = np.count_nonzero(np.isfinite(found[:, k]))
+            target, hits = f"{100 * within:g} %", int(np.count_nonzero(np.isfinite(found[:, k])))
             ert = expected_run_length(found[:, k], cell["evaluations"])
-            record[f"{100 * within:g} %"] = f"{ert:,.0f} ({hits})" if hits else "∞ (0)"
+            numbers: dict[str, float | None] = {f"evaluations to {target}": ert, f"runs within {target}": hits}
+            record[target] = Printed(f"{ert:,.0f} ({hits})" if hits else "∞ (0)", numbers)
         records.append(record)
     yield Table.from_records(
         records,
         "Expected run lengths: the evaluations that restarts take in the mean to come within so much of the lower "
-        "bound or, where there is none, of the best cost known; in brackets how many runs did.",
+        "bound or, where there is none, of the best cost known; in brackets how many runs did. Of a run without a "
+        "history all evaluations count.",
     )
     caption = f"The share of runs and of {len(_TARGETS)} targets that were reached after so many evaluations."
     each = [np.concatenate(found) for found in lengths.values()]
@@ -281,17 +299,28 @@ def _split(name: str, panels: list[figures.Panel]) -> Iterator[tuple[str, list[f
         yield name + mark * (len(panels) > _MAX_PANELS), panels[start : start + _MAX_PANELS]
 
 
-_METHODS = """\
-Each of {planners} was run on each of {scenarios} with {seeds}; each UAV's search had a budget of {budgets}. All
-settings stand in the first table. Of {runs} {failed} did not reach their targets; their costs count with the penalty
-for ending short, or as infinite without any path. Every result was checked by an independent referee. Planners were
-compared by two-sided Mann-Whitney tests, scenario by scenario, adjusted by Holm's method; over several scenarios by
-Stouffer's combination of these, unless Gail and Simon's test found that they disagree on the better one. Effect sizes
-are Vargha and Delaney's A12. Mean ranks were tested by Friedman's and Nemenyi's tests with scenarios as blocks.
-Confidence intervals of means are bootstrapped (BCa, 2,000 resamples), those of success rates Wilson's, all at 95 %. Run
-lengths and convergence count evaluations of the objective, noted at each improvement. Software: {versions}. What stands
-in brackets behind a version is a digest of its source.
-"""
+_METHODS = {
+    "": """\
+Each of {planners} was run on each of {scenarios} with {seeds}; each UAV's search had a budget of {budgets}. The
+settings stand in the first table; what it does not say of another package's method is that package's default. Of {runs}
+{failed} did not reach their targets; their costs count with the penalty for ending short, or as infinite without any
+path. Success rates have Wilson's confidence intervals, at 95 %. Every result was checked by an independent referee.""",
+    "p (Holm)": """ Planners were
+compared by two-sided Mann-Whitney tests, scenario by scenario, adjusted by Holm's method.""",
+    "p that scenarios agree": """ Over several scenarios these
+were combined by Stouffer's method, unless Gail and Simon's test found that they disagree on the better one.""",
+    "A12": """ Effect sizes
+are Vargha and Delaney's A12.""",
+    "ranks": """ Mean ranks were tested by Friedman's and Nemenyi's tests with scenarios as blocks.""",
+    "mean from": """
+Confidence intervals of means are bootstrapped (BCa, 2,000 resamples), at 95 %.""",
+    "runs within 1 %": """ Run lengths and convergence count
+evaluations of the objective, noted at each improvement; of several UAVs, whose numbers are added up, after each
+iteration.""",
+    "runs": """ Software: {versions}. What stands in brackets behind a version is a digest of its source.
+""",
+}
+"""What is said in any case, and where the report has such a number or figure."""
 _READ = """\
 - *Reached* comes first: a planner that fails is not better for the cheap runs that it has left. Its failures stay in
   every mean, at what their paths cost with the penalty for ending short of the target.

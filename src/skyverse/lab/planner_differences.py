@@ -10,7 +10,7 @@ from skyverse.lab.budget_runs import BudgetRuns
 from skyverse.lab.curves import profile
 from skyverse.lab.formatting import literal, named, p_value
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
-from skyverse.lab.report import Block, Cell, Figure, Table, Text
+from skyverse.lab.report import Block, Cell, Figure, Printed, Table, Text
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, magnitude, ranking
 from skyverse.model.short_lines import counted
 
@@ -49,14 +49,15 @@ def matrix(
 ) -> Table:
     """Return a table of how often each planner is cheaper than each other."""
 
-    def cell(row: int, column: int) -> str:
+    def cell(row: int, column: int) -> Cell:
         if row == column:
             return ""
         contrast = found.get((min(row, column), max(row, column)))
         if contrast is None:
             return "no runs"
         told = "scenarios disagree" if contrast.scenarios_disagree else p_value(contrast.p)
-        return f"{contrast.chance if row < column else 1 - contrast.chance:.2f} ({told})"
+        chance, versus = contrast.chance if row < column else 1 - contrast.chance, planners[column]
+        return Printed(f"{chance:.2f} ({told})", {f"A12: {versus}": chance, f"p: {versus}": contrast.p})
 
     everyone = range(len(planners))
     return Table(
@@ -89,11 +90,13 @@ def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest]) -> Tabl
     for (i, j), c in found.items():
         (i, j), chance = ((i, j), c.chance) if c.chance >= 0.5 else ((j, i), 1 - c.chance)  # the better one first
         told = f"too few: {counted(c.runs, 'run')}" if c.p is None else _bare(c.p)
-        row: dict[str, Cell] = {"planner": runs.contestants[i], "against": runs.contestants[j], "A12": f"{chance:.2f}"}
-        row |= {"effect": magnitude(chance), "failed": f"{failed[i]}, {failed[j]}"}
-        row["p (Holm)"] = "scenarios disagree" if c.scenarios_disagree else told
-        if c.heterogeneity is not None:
-            row["p that scenarios agree"] = _bare(c.heterogeneity)
+        row: dict[str, Cell] = {"planner": runs.contestants[i], "against": runs.contestants[j]}
+        row |= {"A12": Printed(f"{chance:.2f}", {"A12": chance}), "effect": magnitude(chance)}
+        lost = {"failed": failed[i], "failed against": failed[j]}
+        row["failed"] = Printed(f"{failed[i]}, {failed[j]}", lost)
+        row["p (Holm)"] = Printed("scenarios disagree" if c.scenarios_disagree else told, {"p (Holm)": c.p})
+        if (agree := c.heterogeneity) is not None:
+            row["p that scenarios agree"] = Printed(_bare(agree), {"p that scenarios agree": agree})
         rows.append(row)
     caption = "The planner that is cheaper more often stands first. *Failed* are the runs of each that did not reach."
     if len(runs.scenarios) > 1:

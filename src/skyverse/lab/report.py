@@ -14,7 +14,16 @@ NO_VALUE = "\u2013"
 """What a cell without a value shows."""
 _MINUS = "\u2212"
 
-Cell = str | int | float | None
+
+@dataclass(frozen=True)
+class Printed:
+    """A text that tells numbers, by the names of the columns that they have in CSV."""
+
+    text: str
+    numbers: Mapping[str, float | None]
+
+
+Cell = str | int | float | Printed | None
 """Plain text or a number; ``None`` and nan mean that there is no value, and are printed as a dash."""
 
 
@@ -88,8 +97,10 @@ def _printed(column: list[Cell]) -> list[str]:
         elif isinstance(value, float):
             text = f"{value:,.{places}f}" if math.isfinite(value) else "∞" if value > 0 else "-∞"
             printed.append(text.replace("-", _MINUS))
+        elif isinstance(value, int):
+            printed.append(f"{value:,}".replace("-", _MINUS))
         else:
-            printed.append(f"{value:,}".replace("-", _MINUS) if isinstance(value, int) else one_line(value))
+            printed.append(one_line(value.text if isinstance(value, Printed) else value))
     return printed
 
 

@@ -13,7 +13,7 @@ from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError
 from skyverse.lab.figures import image, style
 from skyverse.lab.formatting import literal, one_line
-from skyverse.lab.report import NO_VALUE, Figure, Heading, Report, Table, Text, cells
+from skyverse.lab.report import NO_VALUE, Cell, Figure, Heading, Printed, Report, Table, Text, cells
 
 _TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 _SUFFIXES = (*_TYPES, "pdf")
@@ -37,7 +37,8 @@ def write_report_files(
         The name of the report's files without suffix.
     formats
         ``"html"``: one page with all figures inside. ``"md"``: Markdown that shows the files in ``figures/``. ``"csv"``
-        and ``"tex"``: each table as a file of its own in ``tables/``, named by its number and heading.
+        and ``"tex"``: each table as a file of its own in ``tables/``, named by its number and heading; in CSV each
+        number has a column of its own.
     figures
         The formats of the files in ``figures/``: ``"svg"``, ``"png"``, ``"pdf"``. Pages show the first that is
         ``"svg"`` or ``"png"``. Without any, the page contains SVG, and the Markdown has only captions. PDF has its
@@ -95,15 +96,24 @@ def _named_tables(report: Report) -> Iterator[tuple[str, Table]]:
 def _csv(table: Table) -> str:
     file = StringIO()
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(table.head)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in table.rows)
+    columns = [column for k, head in enumerate(table.head) for column in _spread(head, [row[k] for row in table.rows])]
+    writer.writerows(zip(*columns, strict=True))
     return file.getvalue()
+
+
+def _spread(head: str, column: list[Cell]) -> Iterator[list[str | float]]:
+    """Yield a column as it is, below its head, or one for each of the numbers that its texts tell."""
+    names = dict.fromkeys(name for cell in column if isinstance(cell, Printed) for name in cell.numbers)
+    for name in names or [head]:
+        values = [cell.numbers.get(name) if isinstance(cell, Printed) else None if names else cell for cell in column]
+        yield [name, *("" if value is None or value != value else value for value in values)]
 
 
 def latex(table: Table) -> str:
     """Return a table in LaTeX, for the package booktabs; its caption stands in a comment."""
     printed, right = _aligned(table)
     rows = [" & ".join(map(_in_latex, row)) + r" \\" for row in [list(table.head), *printed]]
+    rows = [re.sub(r"^(?=[\[*])", "{}", row) for row in rows]  # else an argument of the command in the line above
     lines = [
         f"% {one_line(table.caption)}",
         rf"\begin{{tabular}}{{{''.join('r' if flush else 'l' for flush in right)}}}",

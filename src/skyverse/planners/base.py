@@ -89,13 +89,7 @@ def require_problem(problem: object, stop: object = None) -> None:
 
 
 def numbers_of(found: object, shape: tuple[int, ...], what: str, field: str, infinite: bool = False) -> Floats:
-    """Return what somebody's code has returned as an array of this shape, in which -1 stands for any length.
-
-    Raises
-    ------
-    InputError
-        If it is of another shape, or holds nan or -inf, or inf unless that may be.
-    """
+    """Return what somebody's code has made as an array of this shape (-1: any length), or raise `InputError`."""
     try:
         numbers = np.ascontiguousarray(found, dtype=np.float64)
     except (TypeError, ValueError):
@@ -103,8 +97,7 @@ def numbers_of(found: object, shape: tuple[int, ...], what: str, field: str, inf
     fits = numbers.ndim == len(shape) and all(n in (-1, m) for n, m in zip(shape, numbers.shape, strict=True))
     if not (fits and (numbers > -np.inf).all() and (infinite or (numbers < np.inf).all())):
         lengths = ", ".join("any" if n < 0 else str(n) for n in shape)
-        held = f" of shape {np.shape(found)}" if isinstance(found, np.ndarray) else ""
-        raise InputError(f"expected {what}, shape ({lengths}), found {shown(found)}{held}", field=field)
+        raise InputError(f"expected {what}, shape ({lengths}), found {shown(found)}, {numbers.shape}", field=field)
     return numbers
 
 

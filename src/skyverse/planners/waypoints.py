@@ -152,10 +152,11 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
 
     def begin(self, run: LatticeRun | StraightRun | ObjectiveRun) -> Iterations:
         """Start the optimiser on the first population."""
+        field = f"{type(self).__name__}.optimise"
         first = numbers_of(self._first(run), (-1, -1), "a first population of finite numbers", "objective")
 
         def evaluate(candidates: Floats) -> Floats:
-            X = numbers_of(candidates, (-1, first.shape[1]), "candidates of finite numbers", self._told)
+            X = numbers_of(candidates, (-1, first.shape[1]), "candidates of finite numbers", field)
             if not len(X):
                 return np.empty(0)
             if isinstance(run, ObjectiveRun):
@@ -188,10 +189,6 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
         """Let the optimiser do one iteration."""
         self._advance(run.memory, run, spent)
 
-    @property
-    def _told(self) -> str:
-        return f"{type(self).__name__}.optimise"
-
     def _advance(self, iterations: object, run: Run, spent: float | None) -> None:
         """Let the optimiser go on to its next yield; `InputError` where it ends, or has evaluated nothing."""
         before, evaluated = int(run.workspace.spent[PATHS]), False
@@ -205,7 +202,7 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
             pass
         if not evaluated:
             said = "expected it to evaluate candidates and yield, again and again; it ended, or evaluated none"
-            raise InputError(said, field=self._told)
+            raise InputError(said, field=f"{type(self).__name__}.optimise")
 
 
 @kernel
