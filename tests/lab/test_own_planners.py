@@ -1,19 +1,30 @@
 """Planners of one's own in studies: by name, as objects, edited, refused."""
 
+import importlib
+import os
+import pickle
 import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import skyverse as sky
+import skyverse.lab.code_digest as code_digest_module
 from own_planner import MODULE
 from skyverse.cli import main
-from skyverse.lab.code_digest import code_digest, versions
+from skyverse.cli.study import study_of
+from skyverse.lab.code_digest import code_digest, refuse_edited, settings_of, versions
+from skyverse.lab.jobs import row_of
+from skyverse.lab.rows import Rows
+from skyverse.lab.run_study import run_jobs
 from skyverse.lab.study import Study, read_study, write_study
 from skyverse.planners import PLANNER_NAMES, make_planner, name_of
+from studies import job
 
 
 @pytest.fixture
@@ -61,26 +72,165 @@ def test_edited_code_is_not_taken_for_done(shake, tmp_path, capsys):
     file.write_text(MODULE.replace("<= fitness", "< fitness"))
     capsys.readouterr()
     assert code(command) == 2
+    assert "as they were imported, found one edited" in capsys.readouterr().err  # this process has the old code
+    sys.modules.pop(shake)
+    assert code(command) == 2
     assert "found 2 of others, or made by code that has been edited since" in capsys.readouterr().err
 
 
-def test_the_digest_follows_the_package_of_a_planner_and_of_its_settings(tmp_path, monkeypatch):
-    package = tmp_path / "own_package"
-    package.mkdir()
-    (package / "__init__.py").write_text("")
-    (package / "search.py").write_text(MODULE)
-    (package / "steps.py").write_text("SIZE = 1\n")
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A package with a planner, beside it a module that it imports, and one that it does not."""
+    folder = tmp_path / "own_package"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "search.py").write_text(f"import beside_it\n{MODULE}")
+    (folder / "steps.py").write_text("SIZE = 1\n")
+    (tmp_path / "beside_it.py").write_text("import further\n\n\ndef price(x):\n    return x\n")
+    (tmp_path / "further.py").write_text("SIZE = 1\n")
+    (tmp_path / "other.py").write_text("SIZE = 1\n")
     monkeypatch.syspath_prepend(tmp_path)
-    own, plain = make_planner("own_package.search:Shake"), code_digest(sky.MVO())
-    seeded = sky.HybridMVO(seeds=(own,))
-    before = [code_digest(own), code_digest(seeded)]
-    assert before == [code_digest(replace(own, size=0.3)), code_digest(seeded)]  # settings are told by the planner
-    (package / "steps.py").write_text("SIZE = 22\n")
-    assert code_digest(own) != before[0]
-    assert code_digest(seeded) != before[1]
-    assert code_digest(sky.MVO()) == plain != before[0]
-    sys.modules.pop("own_package.search")
-    sys.modules.pop("own_package")
+    yield tmp_path
+    _forget()
+
+
+def _forget():
+    """Let the package be imported anew."""
+    for name in ("own_package.search", "own_package", "beside_it", "further"):
+        sys.modules.pop(name, None)
+    importlib.invalidate_caches()
+
+
+def _digest():
+    return code_digest(make_planner("own_package.search:Shake"))
+
+
+@pytest.mark.parametrize("file", ["own_package/steps.py", "own_package/search.py", "beside_it.py", "further.py"])
+def test_the_digest_is_of_all_that_was_imported_and_an_edit_is_refused(package, file):
+    own = make_planner("own_package.search:Shake")
+    before, plain = _digest(), code_digest(sky.MVO())
+    refuse_edited(own)
+    with (package / file).open("a") as written:
+        written.write("# edited\n")
+    assert _digest() == before  # as it is imported
+    with pytest.raises(sky.InputError, match="what it imports as they were imported"):
+        refuse_edited(own)
+    with pytest.raises(sky.InputError, match="what it imports as they were imported"):
+        run_jobs([job(own)], Rows(":memory:"))
+    _forget()
+    assert _digest() != before
+    assert code_digest(sky.MVO()) == plain != before
+
+
+def test_what_is_not_imported_does_not_count(package):
+    before = _digest()
+    (package / "other.py").write_text("SIZE = 2\n")
+    _forget()
+    assert _digest() == before
+
+
+def test_the_digest_follows_the_planners_in_settings(package):
+    own = make_planner("own_package.search:Shake")
+    assert code_digest(own) == code_digest(replace(own, size=0.3))  # settings are told by the planner
+    for held in ((own,), [own], {"one": own}, ([{"one": (own,)}],)):
+        assert code_digest(held) == code_digest(own)
+    assert code_digest(sky.HybridMVO(seeds=(own,))) == code_digest(own) != code_digest(sky.HybridMVO())
+
+
+def test_versions_of_packages_count(package, monkeypatch):
+    before = _digest()
+    for name in ("numba", "scipy"):
+        monkeypatch.setattr(code_digest_module, "_version", lambda package, name=name: f"1{package == name}")
+        assert _digest() not in (before, code_digest(sky.MVO()))
+
+
+def test_a_worker_with_other_code_refuses_the_run(package):
+    here = job(make_planner("own_package.search:Shake"), stop=sky.MaxPaths(60))
+    assert row_of(here).success is not None
+    sent = replace(here)
+    vars(sent)["code"] = "of another process"
+    with pytest.raises(sky.InputError, match="expected the code of the process that asks"):
+        row_of(pickle.loads(pickle.dumps(sent)))
+
+
+def test_keys_of_one_planner_cost_no_reading(package, monkeypatch):
+    wanted = [job(make_planner("own_package.search:Shake"), seed) for seed in range(20)]
+    first = wanted[0].key
+    monkeypatch.setattr(Path, "read_bytes", None)
+    assert len({first, *(each.key for each in wanted)}) == 20
+
+
+QUIET = """
+from dataclasses import dataclass, field
+from typing import Any
+
+import skyverse as sky
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quiet(sky.MVO):
+    size: Any = field(default=0.2, repr=False)
+
+
+def move(x):
+    return x
+"""
+
+
+@pytest.fixture
+def quiet(tmp_path, monkeypatch):
+    """The class of a planner with a setting that its words omit."""
+    name = f"quiet_{tmp_path.name}"[:60]
+    (tmp_path / f"{name}.py").write_text(QUIET)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield importlib.import_module(name).Quiet
+    sys.modules.pop(name, None)
+
+
+def test_every_setting_counts_and_is_told_also_one_that_the_repr_omits(quiet):
+    move = sys.modules[quiet.__module__].move
+    values = (0.2, 0.001, "0.2", (0.2,), [0.2], {"a": 0.2}, None, move, sky.MVO, sky.MVO(universes=3), quiet(size=3))
+    planners = [quiet(size=value) for value in values]
+    assert len({job(planner).key for planner in planners}) == len(values)
+    assert "size=0.001" in job(quiet(size=0.001)).row().settings
+    assert settings_of(quiet(size=move)) == settings_of(quiet(size=move))
+
+
+@pytest.mark.parametrize("value", [lambda x: x, np.zeros(3), object(), [np.zeros(3)], {"a": lambda x: x}])
+def test_settings_that_no_other_process_finds_again_are_refused(quiet, value):
+    name = f"{quiet.__module__}:Quiet"
+    for said in (quiet(size=value), {"planner": name, "size": value, "label": "q"}):
+        with pytest.raises(ValueError, match="expected settings that are numbers"):
+            Study(scenarios=["map1"], planners=[said])
+
+
+def test_a_class_of_the_script_itself_is_not_written_into_a_file(quiet, tmp_path, monkeypatch):
+    monkeypatch.setattr(quiet, "__module__", "__main__")
+    monkeypatch.setattr(sys.modules["__main__"], "Quiet", quiet, raising=False)
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", __file__, raising=False)  # also in a worker of pytest
+    study = Study(scenarios=["map1"], planners=[quiet()], seeds=1)
+    with pytest.raises(sky.InputError, match="'__main__:Quiet'"):
+        write_study(study, tmp_path / "study.yaml")
+    assert not (tmp_path / "study.yaml").exists()
+
+
+def test_a_planner_that_is_refused_as_an_option_is_told_where_it_can_stand(capsys):
+    assert code(["compare", "map1", "--planner", "nowhere:Shake"]) == 2
+    assert "study file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("called_in", [".", "sub"])
+def test_a_study_finds_the_module_beside_it_wherever_it_is_called(tmp_path, monkeypatch, called_in):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "whose.py").write_text(QUIET.replace("0.2", "1"))
+    (tmp_path / "sub" / "whose.py").write_text(QUIET.replace("0.2", "2"))
+    (tmp_path / "sub" / "s.yaml").write_text("scenarios: [map1]\nplanners: ['whose:Quiet']\n")
+    monkeypatch.chdir(tmp_path / called_in)
+    for front in ([], [""], [str(tmp_path / called_in)]):  # as the command and python -m have it
+        monkeypatch.setattr(sys, "path", front + sys.path)
+        study = study_of([os.path.relpath(tmp_path / "sub" / "s.yaml")], {})
+        assert study.planners[0].make().size == 2
+        sys.modules.pop("whose")
 
 
 def test_versions_name_the_packages_and_the_module(shake):

@@ -3,7 +3,7 @@
 import inspect
 import re
 
-from cyclopts import CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
+from cyclopts import CoercionError, CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
 
 
 def refusal(error: CycloptsError) -> str:
@@ -17,7 +17,11 @@ def refusal(error: CycloptsError) -> str:
         under = [f"{verb} {word}" for verb in verbs if word in list(error.app[verb]) and not word.startswith("-")]
         if under:
             return f"expected a verb, found {word!r}; did you mean {under[0]!r}?"
-    return " ".join(str(error).split())
+    said = " ".join(str(error).split())
+    token = error.token if isinstance(error, CoercionError) else None
+    if token is not None and token.keyword == "--planner" and ":" in token.value:
+        return f"{said} A planner of one's own, module:Class, stands in a study file, as skyverse compare takes it."
+    return said
 
 
 def _too_many_words(error: UnusedCliTokensError) -> str:

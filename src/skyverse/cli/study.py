@@ -27,7 +27,6 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study | MovingStudy"
     from skyverse.files.document import parse, read_text
     from skyverse.lab.study import study_from_data
 
-    sys.path.append(str(Path.cwd()))  # for planners of one's own, here or beside a study's file
     for source in map(Path, sources):
         if source.suffix.lower() not in (".yaml", ".yml", ".json") or not source.is_file():
             continue
@@ -41,7 +40,8 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study | MovingStudy"
             raise InputError(
                 f"{given[0]}: expected a study file or options, found both; {source} says all of the study"
             )
-        sys.path.append(str(source.parent.resolve()))
+        own = [str(source.parent.resolve()), str(Path.cwd())]  # modules beside the study's file, then those here
+        sys.path[:] = [*(folder for folder in sys.path if folder not in own and folder), *own]
         named = data if "name" in data else {**data, "name": source.stem}
         if "policies" in data:
             from skyverse.lab.moving_study import moving_study_from_data

@@ -1,32 +1,75 @@
-"""What makes a run: a digest of its code, so that what has been edited is never taken for done, and all versions."""
+"""What makes a run: its settings in words, a digest of its code, and all versions."""
 
+import ast
 import dataclasses
 import hashlib
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from datetime import UTC, datetime
+from enum import Enum
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from importlib.util import find_spec
-from pathlib import Path
+from pathlib import Path, PurePath
+from types import FunctionType
+
+import numpy as np
 
 from skyverse._version import __version__
-from skyverse.errors import InputError
+from skyverse.errors import InputError, shown
 from skyverse.planners.base import provenance
 
 
-def code_digest(*made_by: object) -> str:
-    """Return a digest of skyverse's source and of the modules from which own planners, objectives or policies come.
+def settings_of(thing: object) -> str:
+    """Return a planner, an objective or a policy in words: its class and all its settings, also those its repr omits.
 
-    Of a module in a package, the whole package counts.
+    Raises
+    ------
+    InputError
+        If a setting has no words that are the same in each process, such as a lambda.
+    """
+    if thing is None or isinstance(thing, int | float | str | PurePath | Enum | np.generic):
+        return repr(thing)
+    if isinstance(thing, type | FunctionType) and "<" not in thing.__qualname__:
+        return f"{thing.__module__}:{thing.__qualname__}"
+    if isinstance(thing, tuple | list):
+        inner = ", ".join(map(settings_of, thing))
+        return f"[{inner}]" if isinstance(thing, list) else f"({inner})"
+    if isinstance(thing, dict):
+        return f"{{{', '.join(f'{settings_of(key)}: {settings_of(value)}' for key, value in thing.items())}}}"
+    if dataclasses.is_dataclass(thing):
+        said = (f"{f.name}={settings_of(getattr(thing, f.name))}" for f in dataclasses.fields(thing))
+        return f"{type(thing).__qualname__}({', '.join(said)})"
+    raise InputError(
+        "expected settings that are numbers, texts, functions at the top of a module, or tuples, lists, mappings and "
+        f"dataclasses of these, by which a run is found again, found {shown(thing)}",
+        field="planner",
+    )
+
+
+def code_digest(*made_by: object) -> str:
+    """Return a digest of the code that makes a run, as this process has imported it.
+
+    That is skyverse's source, the versions of packages, and the source of own planners, objectives or policies: their
+    modules, or the whole packages that hold them, and all that these import and that is not installed.
 
     Raises
     ------
     InputError
         If there is a module without a file.
     """
-    return digest(_of_skyverse(), *(_of_module(module) for module in sorted(_own_modules(made_by))))
+    own = [(name, _imported(name)[1]) for name in _own_modules(made_by)]
+    return digest(_of_skyverse(), np.__version__, _packages(made_by), own)
+
+
+def refuse_edited(*made_by: object) -> None:
+    """Raise `InputError` where the source of own planners, objectives or policies was edited after it was imported."""
+    for files, imported in map(_imported, _own_modules(made_by)):
+        if _of_files(files) != imported:
+            text = f"expected {files[0]} and what it imports as they were imported, found one edited; start Python anew"
+            raise InputError(text, field="planner")
 
 
 def versions(*made_by: object) -> str:
@@ -34,39 +77,90 @@ def versions(*made_by: object) -> str:
     from llvmlite.binding import get_host_cpu_name
 
     told = [f"skyverse {__version__} ({_of_skyverse()[:12]})", provenance("", None, None).platform]
-    libraries = dict.fromkeys(filter(None, (getattr(part, "library", "") for part in _parts(made_by))))
-    told += [f"{package} {version(package)}" for package in ("numba", "scipy", *libraries)]
-    for module in sorted(_own_modules(made_by)):
-        try:
-            told.append(f"{module} {version(module)} ({_of_module(module)[:12]})")
-        except PackageNotFoundError:
-            told.append(f"{module} ({_of_module(module)[:12]})")
+    told += [*_packages(made_by), *(f"{name} ({_imported(name)[1][:12]})" for name in _own_modules(made_by))]
     return ", ".join([*told, f"{os.cpu_count()} cores ({get_host_cpu_name()})", f"{datetime.now(UTC):%Y-%m-%d}"])
 
 
+def _packages(made_by: object) -> list[str]:
+    """Return the names and versions of the packages that take part in a run, but for numpy."""
+    libraries = filter(None, (getattr(part, "library", "") for part in _parts(made_by)))
+    return [f"{package} {_version(package)}" for package in dict.fromkeys(("numba", "scipy", *libraries))]
+
+
+_version = cache(version)
+
+
 def _parts(thing: object) -> Iterator[object]:
-    """Yield a thing, its settings, what is in tuples of these, and so on."""
+    """Yield a thing, its settings, what is in tuples, lists and mappings of these, and so on."""
     yield thing
-    for part in vars(thing).values() if dataclasses.is_dataclass(thing) else thing if isinstance(thing, tuple) else ():
+    if isinstance(thing, dict):
+        thing = (*thing, *thing.values())
+    elif dataclasses.is_dataclass(thing) and not isinstance(thing, type):
+        thing = tuple(vars(thing).values())
+    for part in thing if isinstance(thing, tuple | list) else ():
         yield from _parts(part)
 
 
-def _own_modules(thing: object) -> set[str]:
-    """Return the top-level modules that are not Python's, numpy's or skyverse's of all parts of a thing."""
-    tops = {
-        module.partition(".")[0].replace("__mp_main__", "__main__")  # as spawned processes say
+def _own_modules(thing: object) -> list[str]:
+    """Return the modules that are not Python's, numpy's or skyverse's of all parts of a thing."""
+    modules = {
+        (getattr(each, "__module__", None) or "skyverse").replace("__mp_main__", "__main__")  # as spawned processes say
         for part in _parts(thing)
-        for module in (getattr(part, "__module__", None) or "", *(kind.__module__ for kind in type(part).__mro__))
+        for each in (part, *type(part).__mro__)
     }
-    return tops - sys.stdlib_module_names - {"skyverse", "numpy", ""}
+    return sorted(module for module in modules if module.partition(".")[0] not in _NOT_OWN)
+
+
+_NOT_OWN = sys.stdlib_module_names | {"skyverse", "numpy"}
 
 
 @cache
 def _of_skyverse() -> str:
-    return _of_module("skyverse")
+    return _of_files(_files("skyverse"))
 
 
-def _of_module(name: str) -> str:
+_seen: dict[str, tuple[object, list[Path], str]] = {}
+
+
+def _imported(name: str) -> tuple[list[Path], str]:
+    """Return the source files of a module, its package and what they import, and their digest when first seen.
+
+    A module that is imported anew is seen anew.
+    """
+    spec = getattr(sys.modules.get(name), "__spec__", None)
+    if name not in _seen or _seen[name][0] is not spec:
+        sources: dict[str, list[Path]] = {}
+        waiting = [name.partition(".")[0]]
+        while waiting:
+            module = waiting.pop()
+            sources[module] = _files(module)
+            waiting += filter(_is_own, _imports(sources[module]) - sources.keys())
+        files = list(dict.fromkeys(file for each in sources.values() for file in each))
+        _seen[name] = spec, files, _of_files(files)
+    return _seen[name][1:]
+
+
+def _is_own(module: str) -> bool:
+    """Tell whether a module that is imported is neither Python's nor skyverse's nor installed."""
+    spec = None if module in _NOT_OWN else find_spec(module)
+    return spec is not None and not {"site-packages", "dist-packages"} & {*Path(spec.origin or "").parts}
+
+
+def _imports(files: list[Path]) -> set[str]:
+    """Return the top-level modules that source files import by name."""
+    found = set()
+    for file in files:
+        with suppress(SyntaxError, ValueError):  # it is no Python
+            for node in ast.walk(ast.parse(file.read_bytes())):
+                if isinstance(node, ast.Import):
+                    found |= {alias.name.partition(".")[0] for alias in node.names}
+                elif isinstance(node, ast.ImportFrom) and not node.level:
+                    found.add(str(node.module).partition(".")[0])
+    return found - {"__main__"}
+
+
+def _files(name: str) -> list[Path]:
+    """Return the source files of a top-level module or package."""
     spec = None if name == "__main__" else find_spec(name)
     file = getattr(sys.modules["__main__"], "__file__", None) if spec is None else spec.origin
     folders = [] if spec is None else spec.submodule_search_locations or []
@@ -76,8 +170,11 @@ def _of_module(name: str) -> str:
             f"done; {name} has none",
             field="planner",
         )
-    files = sorted(each for folder in folders for each in Path(folder).rglob("*.py")) or [Path(str(file))]
-    return digest(*(each.read_bytes() for each in files))
+    return sorted(each for folder in folders for each in Path(folder).rglob("*.py")) or [Path(str(file))]
+
+
+def _of_files(files: list[Path]) -> str:
+    return digest(*(file.read_bytes() if file.exists() else None for file in files))
 
 
 def digest(*parts: object) -> str:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.lab.code_digest import code_digest, digest, versions
+from skyverse.lab.code_digest import code_digest, digest, settings_of, versions
 from skyverse.lab.hindsight import least_lengths, least_seconds
 from skyverse.lab.moving_row import MovingRow
 from skyverse.lab.scenario_text import scenario_text
@@ -118,10 +118,20 @@ class MovingJob:
         """The labels of scenario, movers and policy, and the seed, which identify the flight in its study."""
         return self.case.label, self.case.movers_label, self.label, self.seed
 
+    @property
+    def made_by(self) -> Contender:
+        """What finds the ways."""
+        return self.contender
+
+    @cached_property
+    def code(self) -> str:
+        """The digest of the code that makes the flight, in the process that asks for it."""
+        return code_digest(self.made_by)
+
     @cached_property
     def key(self) -> str:
-        """A digest of the labels and of all that determines the answer, including the version of skyverse."""
-        return digest(*self.run, self.case.digest, repr(self.contender), code_digest(self.contender))
+        """A digest of the labels and of all that determines the answer, including the code."""
+        return digest(*self.run, self.case.digest, settings_of(self.made_by), self.code)
 
     def row(self) -> MovingRow:
         """Fly, and return the row of the flight."""
@@ -239,8 +249,8 @@ def _row(job: MovingJob, truth: Scenario, flown: _Flown) -> MovingRow:
         generated_nodes=flown.effort.generated_nodes,
         evaluations=flown.effort.evaluations,
         verdict=" ".join(one.message for one in wrong),
-        settings=repr(job.contender),
-        versions=versions(job.contender),
+        settings=settings_of(job.contender),
+        versions=versions(job.made_by),
     )
 
 

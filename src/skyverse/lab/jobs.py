@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Protocol, Self, TypeVar
 
+from skyverse.errors import InputError
+from skyverse.lab.code_digest import code_digest
+
 R_co = TypeVar("R_co", covariant=True)
 
 
@@ -19,6 +22,14 @@ class StudyJob(Protocol[R_co]):
         """The labels and the seed that identify the run in its study."""
 
     @property
+    def made_by(self) -> object:
+        """What makes the run: a planner and an objective, or a policy."""
+
+    @property
+    def code(self) -> str:
+        """The digest of the code that makes the run, in the process that asks for it."""
+
+    @property
     def key(self) -> str:
         """A digest of the labels and of all that determines the answer, including the code."""
 
@@ -30,7 +41,9 @@ class StudyJob(Protocol[R_co]):
 
 
 def row_of(job: StudyJob[R_co]) -> R_co:
-    """Make a run and return its row."""
+    """Make a run and return its row, or raise `InputError` where this process has other code than the one that asks."""
+    if code_digest(job.made_by) != job.code:
+        raise InputError(f"{job}: expected the code of the process that asks, found another; start workers anew")
     return job.row()
 
 

@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from skyverse.lab.code_digest import code_digest, digest, versions
+from skyverse.lab.code_digest import code_digest, digest, settings_of, versions
 from skyverse.lab.row import Row
 from skyverse.lab.scenario_text import scenario_text
 from skyverse.mission.plan_mission import Assignment, assign_targets
@@ -75,11 +75,20 @@ class Job:
         """The labels of scenario, planner and budget, and the seed, which identify the run in its study."""
         return self.case.label, self.label, self.budget, self.seed
 
+    @property
+    def made_by(self) -> tuple[Planner, PathObjective | None]:
+        """What makes the run."""
+        return self.planner, self.objective
+
+    @cached_property
+    def code(self) -> str:
+        """The digest of the code that makes the run, in the process that asks for it."""
+        return code_digest(self.made_by)
+
     @cached_property
     def key(self) -> str:
         """A digest of the labels and of all that determines the answer, including the code."""
-        made_by = (self.planner, self.objective)
-        return digest(*self.run, self.case.digest, repr(made_by), repr(self.stop), code_digest(*made_by))
+        return digest(*self.run, self.case.digest, settings_of(self.made_by), repr(self.stop), self.code)
 
     def row(self) -> Row:
         """Make the run and return its row."""
@@ -127,7 +136,7 @@ def _counted(job: Job, problem: Problem) -> Stop:
     if not isinstance(job.stop, MaxSeconds):
         return job.stop
     seconds = job.stop.seconds
-    which = (job.case.digest, repr(job.planner), problem.uav, repr(job.stop))
+    which = (job.case.digest, settings_of(job.planner), problem.uav, repr(job.stop))
     if which not in _rates:
         paths = _MIN_PILOT_PATHS
         for _ in range(2):
@@ -169,8 +178,8 @@ def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -
         seconds=sum((result.seconds for result in results), 0.0),
         stopped_by=", ".join(dict.fromkeys(result.stopped_by for result in results)),
         verdict=" ".join(violation.message for violation in violations),
-        settings=repr(job.planner),
-        versions=versions(job.planner, job.objective),
+        settings=settings_of(job.planner),
+        versions=versions(job.made_by),
         history=_history(results),
     )
 

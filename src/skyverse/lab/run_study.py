@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar, overload
 
 from skyverse.errors import InputError
+from skyverse.lab.code_digest import refuse_edited
 from skyverse.lab.jobs import StudyJob
 from skyverse.lab.moving_row import MovingRows
 from skyverse.lab.moving_study import MovingStudy
@@ -97,11 +98,14 @@ def run_jobs(
     Raises
     ------
     InputError
-        If two jobs have the same labels and seed, or a row has them already but is the result of a different job.
+        If two jobs have the same labels and seed, or a row has them already but is the result of a different job, or
+        the source of an own planner was edited after it was imported.
     """
     if workers < 1:
         raise InputError(f"expected a whole number from 1 on, found {workers!r}", field="workers")
     wanted = list(jobs)
+    for job in {job.label: job for job in wanted}.values():
+        refuse_edited(job.made_by)
     pending = _pending(wanted, rows)
     for place, kind in enumerate(rows.label_kinds):
         rows.expect(kind, dict.fromkeys(str(job.run[place]) for job in wanted))

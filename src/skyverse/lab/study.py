@@ -12,6 +12,7 @@ from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError, path_of
 from skyverse.files import read_scenario
 from skyverse.files.document import explained, parse, read_text
+from skyverse.lab.code_digest import settings_of
 from skyverse.lab.run_job import Case, Job
 from skyverse.lab.study_fields import (
     Count,
@@ -65,6 +66,7 @@ def _said(value: Any) -> Any:
     key = "objective" if isinstance(value, PathObjective) else "planner"
     fields: tuple[Any, ...] = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
     settings = {f.name: getattr(value, f.name) for f in fields}
+    settings_of(tuple(settings.values()))
     name = name_of(value)
     made = own_class(name, PathObjective)(**settings) if key == "objective" else make_planner(name, **settings)
     if made != value:
@@ -243,7 +245,16 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
 
 
 def write_study(study: Study, path: Path) -> None:
-    """Write a study file from which `read_study` reads an equal study."""
+    """Write a study file from which `read_study` reads an equal study.
+
+    Raises
+    ------
+    InputError
+        If a planner or the objective is of a class in the script that runs, which no file can name.
+    """
+    for own in (*(contender.planner for contender in study.planners), study.objective and study.objective.objective):
+        if own and own.startswith(("__main__:", "__mp_main__:")):
+            raise InputError(f"{path}: expected classes in modules of their own, which a file can name, found {own!r}")
     data = study.seen_from(path.parent).model_dump(mode="json")
     if data["objective"] is None:
         del data["objective"]

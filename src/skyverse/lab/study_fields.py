@@ -10,6 +10,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
 
 from skyverse.files import BUILTIN_NAMES
+from skyverse.lab.code_digest import code_digest, settings_of
 from skyverse.model.quantities import Model, derived
 
 
@@ -53,7 +54,8 @@ class MadeByName(Model, ABC):
 
     @model_validator(mode="after")
     def _made(self) -> Self:
-        self.make()
+        made = self.make()
+        code_digest(settings_of(made), made)  # as it is imported
         settings = " ".join(f"{name}={value}" for name, value in self.settings.items())
         return self if self.label else derived(self, label=f"{self.name} {settings}".strip())
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from skyverse.errors import InputError
 from skyverse.interrupt import on_interrupt
-from skyverse.lab.jobs import StudyJob, warm_up
+from skyverse.lab.jobs import StudyJob, row_of, warm_up
 
 R = TypeVar("R")
 
@@ -139,7 +139,7 @@ def _serve(connection: Connection) -> None:
                 if isinstance(task, list):
                     warm_up(task)
                 else:
-                    answer = task.row()
+                    answer = row_of(task)
             except InputError as error:
                 answer = error
             except Exception:
