@@ -97,7 +97,8 @@ def numbers_of(found: object, shape: tuple[int, ...], what: str, field: str, inf
     fits = numbers.ndim == len(shape) and all(n in (-1, m) for n, m in zip(shape, numbers.shape, strict=True))
     if not (fits and (numbers > -np.inf).all() and (infinite or (numbers < np.inf).all())):
         lengths = ", ".join("any" if n < 0 else str(n) for n in shape)
-        raise InputError(f"expected {what}, shape ({lengths}), found {shown(found)}, {numbers.shape}", field=field)
+        seen = f"{shown(found)} of shape {numbers.shape}"
+        raise InputError(f"expected {what}, shape ({lengths}), found {seen}", field=field)
     return numbers
 
 
