@@ -107,3 +107,12 @@ def test_check_result_judges_one_result_alone():
     assert sky.Fault.STATUS in {v.fault for v in sky.check_result(scenario, 0, 0, unfinished)}
     with pytest.raises(sky.InputError, match=r"target: .* found 3"):
         sky.check_result(scenario, 0, 3, result)
+
+
+def test_a_planner_that_returns_no_result_is_refused():
+    class Silent(sky.Taut):
+        def plan(self, problem, *, stop=None, rng=None):
+            return None
+
+    with pytest.raises(sky.InputError, match="expected it to return a Result, found None"):
+        run_job(job(Silent(), seed=0))

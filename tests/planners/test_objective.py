@@ -1,15 +1,17 @@
 """Objectives of one's own: what is minimised, kept, told and judged."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.lab.run_job import run_job
 from skyverse.lab.study import read_study, write_study
 from skyverse.model.uav import TrackingError
 from skyverse.planners.objective import priced_result, rescored
+from studies import job
 from worlds import ROOM
 
 STOP = sky.MaxEvaluations(300)
@@ -195,6 +197,20 @@ def test_a_bound_below_zero_is_reached_like_any_other():
 
     problem = sky.Problem(EMPTY)
     assert rescored(problem, Gain(), sky.Taut().plan(problem)).status is sky.Status.OPTIMAL
+
+
+@pytest.mark.parametrize(("less", "gap"), [(0.0, 0.0), (1.0, None)])
+def test_a_share_above_a_bound_that_is_not_positive_means_nothing(less, gap):
+    class Offset(sky.PathObjective):
+        def prices(self, problem, paths):
+            return np.full(len(paths), -1.0)
+
+        def bound(self, problem):
+            return -1.0 - less
+
+    row = run_job(replace(job(sky.Taut(), scenario=EMPTY, seed=0), objective=Offset()))
+    assert row.success
+    assert (row.bound, row.gap) == (-1.0 - less, gap)
 
 
 @pytest.mark.parametrize("budget", [1, 10, 26, 75])

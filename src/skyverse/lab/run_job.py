@@ -15,6 +15,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Violation
 from skyverse.planners.base import Planner
 from skyverse.planners.objective import PathObjective, rescored
+from skyverse.planners.own_path import require_result
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import check_result
 from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
@@ -111,7 +112,7 @@ def run_job(job: Job) -> Row:
     violations: list[Violation] = []
     for problem in problems:
         stop = job.stop if job.stop.spent(Progress()) is not None else _counted(job, problem)
-        result = job.planner.plan(problem, stop=stop, rng=streams[problem.uav])
+        result = require_result(job.planner.plan(problem, stop=stop, rng=streams[problem.uav]))
         violations += check_result(job.case.scenario, problem.uav, problem.target, result)
         results.append(result if job.objective is None else rescored(problem, job.objective, result))
     return _row(job, results, violations)
@@ -156,7 +157,7 @@ def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -
     bounds = [result.bound for result in results if result.bound is not None]
     bound = sum(bounds) if results and len(bounds) == len(results) else None
     gap = None
-    if success and bound is not None:
+    if success and bound is not None and (bound > 0 or cost == bound):
         gap = cost / bound - 1.0 if bound > 0 else 0.0
     return Row(
         scenario,
