@@ -26,6 +26,8 @@ def task_and_desk(scenario, directed=True, threshold=20, capacity=400, goal=0):
         legs=flown_legs(capacity + 2),
         spent=np.zeros(3, np.int64),
         limit=np.full(3, 2**62),
+        improved=np.empty((1, 4)),
+        improvements=np.zeros(1, np.int64),
     )
     contact = contact_of(sky.Problem(airspace))
     return LatticeTask(grid, airspace.pricing, contact, 0, goal, directed, threshold), workspace
