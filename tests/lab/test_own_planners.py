@@ -3,6 +3,7 @@
 import importlib
 import os
 import pickle
+import subprocess
 import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -120,6 +121,20 @@ def test_the_digest_is_of_all_that_was_imported_and_an_edit_is_refused(package, 
     _forget()
     assert _digest() != before
     assert code_digest(sky.MVO()) == plain != before
+
+
+def test_every_process_finds_the_same_digest(tmp_path):
+    helpers = [f"helper_{k}" for k in range(6)]
+    for helper in helpers:
+        (tmp_path / f"{helper}.py").write_text(f"NAME = {helper!r}")
+    (tmp_path / "own.py").write_text("".join(f"import {helper}\n" for helper in helpers) + MODULE)
+    said = "from skyverse.lab.code_digest import code_digest; import own; print(code_digest(own.Shake()))"
+    found = set()
+    for seed in ("1", "2", "3"):  # the order of sets of texts follows it
+        environment = os.environ | {"PYTHONHASHSEED": seed}
+        command = [sys.executable, "-c", said]
+        found.add(subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True).stdout)
+    assert len(found) == 1
 
 
 def test_what_is_not_imported_does_not_count(package):

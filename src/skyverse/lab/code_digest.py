@@ -134,7 +134,7 @@ def _imported(name: str) -> tuple[list[Path], str]:
         while waiting:
             module = waiting.pop()
             sources[module] = _files(module)
-            waiting += filter(_is_own, _imports(sources[module]) - sources.keys())
+            waiting += sorted(filter(_is_own, _imports(sources[module]) - sources.keys()))
         files = list(dict.fromkeys(file for each in sources.values() for file in each))
         _seen[name] = spec, files, _of_files(files)
     return _seen[name][1:]
