@@ -5,6 +5,7 @@ import subprocess
 import sys
 import types
 
+import numpy as np
 import pytest
 
 from kernel_calls import all_kernels
@@ -116,6 +117,25 @@ def test_a_constant_that_is_set_later_is_noticed():
     module.FACTOR = 3.0
     assert digest_of(kernel) == before
     assert digest_now(kernel) != before
+
+
+def test_what_a_kernel_takes_from_the_function_around_it_changes_its_digest():
+    def of(number, values):
+        def callee(x):
+            return values[0] * x
+
+        stub = Stub(callee)
+
+        def caller(x):
+            return stub(x) + number
+
+        return digest_of(stub), digest_of(Stub(caller))
+
+    one, other = of(1.0, np.arange(3.0)), of(1.0, np.arange(1.0, 4.0))
+    assert of(1.0, np.arange(3.0)) == one
+    assert not {*other} & {*one}
+    assert of(2.0, np.arange(3.0))[0] == one[0]
+    assert of(2.0, np.arange(3.0))[1] != one[1]
 
 
 def test_what_has_no_content_that_can_be_told_is_refused():

@@ -106,3 +106,33 @@ def test_what_is_not_chosen_runs_compiled_and_is_not_reported():
         drawn = rank_wheel(3, np.random.default_rng(1))
     assert calls == [put_box]
     assert drawn == rank_wheel.py_func(3, np.random.default_rng(1))
+
+
+AROUND = """
+import sys
+import numpy as np
+from skyverse.numerics.kernel import inner, kernel
+
+def made(values):
+    @inner
+    def callee(x):
+        return values[0] * x
+
+    @kernel
+    def caller(x):
+        return callee(x) + values[1]
+
+    return caller
+
+print(*(made(np.array([float(number), 1.0]))(3.0) for number in sys.argv[1:]))
+"""
+
+
+def test_kernels_that_use_other_variables_of_the_function_around_them_are_other_kernels(tmp_path):
+    file = tmp_path / "around.py"
+    file.write_text(AROUND)
+    environment = {**os.environ, "SKYVERSE_CACHE": str(tmp_path / "cache")}
+    for numbers, answers in ((["2", "5"], "7.0 16.0"), (["5", "3", "2"], "16.0 10.0 7.0")):
+        command = [sys.executable, str(file), *numbers]
+        run = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
+        assert run.stdout.split() == answers.split()

@@ -15,13 +15,13 @@ Content = tuple[str, dict[str, Any]]
 def digest_of(kernel: Any) -> str:
     """Return the digest of a kernel's content and of all kernels that it calls, directly or not: 64 hex digits.
 
-    The content is the bytecode, the options of the decorator and the values of the global names: other kernels,
-    numbers, arrays, NamedTuple classes. Comments, docstrings and line numbers do not count.
+    The content is the bytecode, the options of the decorator and the values of the names of the module and of the
+    function around it: other kernels, numbers, arrays, NamedTuples and their classes. Comments, docstrings and line numbers do not count.
 
     Raises
     ------
     TypeError
-        If the kernel names a global whose content cannot be told.
+        If the kernel uses a value whose content cannot be told.
     """
     return _digest(kernel, _content)
 
@@ -67,25 +67,31 @@ def _content(kernel: Any) -> Content:
     parts = [name_of(kernel), repr(sorted(kernel.targetoptions.items())), *_code(function.__code__, function.__doc__)]
     parts += _value("defaults", function.__defaults__)
     callees: dict[str, Any] = {}
-    for name in function.__code__.co_names:
-        for where, value in _named(name, function):
-            if hasattr(value, "py_func"):
-                callees[name_of(value)] = value
-                parts.append(f"{where} calls {name_of(value)}")
-            else:
-                parts += _value(where, value)
+    for where, value in (*_around(function), *_named(function)):
+        if hasattr(value, "py_func"):
+            callees[name_of(value)] = value
+            parts.append(f"{where} calls {name_of(value)}")
+        else:
+            parts += _value(where, value)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest(), callees
 
 
-def _named(name: str, function: FunctionType) -> Iterator[tuple[str, Any]]:
-    """Yield what a name in a function's code may stand for: a global, or what a module of ours holds."""
-    scope = function.__globals__
-    if name in scope:
-        yield name, scope[name]
-    for other in function.__code__.co_names:
-        module = scope.get(other)
-        if isinstance(module, ModuleType) and _is_ours(module, function) and hasattr(module, name):
-            yield f"{other}.{name}", getattr(module, name)
+def _around(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield the variables of the function around a function that it uses."""
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        yield name, cell.cell_contents
+
+
+def _named(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield what the names in a function's code may stand for: globals, or what modules of ours hold."""
+    scope, names = function.__globals__, function.__code__.co_names
+    for name in names:
+        if name in scope:
+            yield name, scope[name]
+        for other in names:
+            module = scope.get(other)
+            if isinstance(module, ModuleType) and _is_ours(module, function) and hasattr(module, name):
+                yield f"{other}.{name}", getattr(module, name)
 
 
 def _is_ours(module: ModuleType, function: FunctionType) -> bool:
