@@ -206,6 +206,7 @@ class _Search:
         left = self.left(course, self.looked_at)
         seconds = seconds_left(self.around.limits, place, velocity, left.points)
         later = self.looked_at + seconds + self.seconds_lost(place, left.points)
+        later += 0.0 if self.leads_on(place, left, course.next_mark(self.looked_at)) else BLOCKED
         waited = self.span.now - self.course.motion.end
         if waited > 0.0 and any(who >= self.around.uavs for _, who, _ in self.met):
             return later + waited
