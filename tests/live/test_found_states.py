@@ -1,5 +1,7 @@
 """UAVs that are found where, or at velocities with which, they should not be."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,6 +9,8 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from replanned import field, hall, plane
+
+planned = cache(sky.plan_mission)
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +129,19 @@ def test_an_aeroplane_that_is_seen_to_fly_after_its_mission_flies_on_from_there(
         np.linalg.norm(flight.motion(0).at(np.linspace(now, flight.motion(0).end, 500)).velocity, axis=1).min() > 14.9
     )
     assert len(flight.flown(0).knots) > 2
+
+
+@given(st.integers(0, 10_000))
+def test_a_uav_found_anywhere_in_a_forest_gets_to_its_target(seed):
+    scenario = sky.forest_swap(2, seed=seed % 5)
+    flight = sky.Replanner(planned(scenario))
+    rng, world = np.random.default_rng(seed), sky.World(scenario)
+    low, high = scenario.bounds.min, scenario.bounds.max
+    places = rng.uniform(low, high, (1000, 3))
+    place = places[world.distance(places) > scenario.clearance + 0.01][0]
+    now = rng.uniform(0.2, 4.9)
+    flight.observe(now)
+    flight.observe(now, states={0: (place, (0.0, 0.0, 0.0))})
+    for k in range(600):
+        flight.observe(now + 0.1 * k)
+    assert (flight.arrival(0) or np.inf) <= flight.now

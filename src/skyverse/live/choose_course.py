@@ -23,7 +23,7 @@ from skyverse.live.slow_zones import seconds_lost
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings, barred
 from skyverse.live.way_back import way_back
-from skyverse.live.ways import GATE_SHARES, SHARES, escapes, gates, ways_ahead
+from skyverse.live.ways import AT_REST, GATE_SHARES, SHARES, escapes, gates, ways_ahead
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
 from skyverse.space.world import path_free
@@ -350,7 +350,7 @@ def choose_course(
     for begin in joins:
         place, velocity, _ = search.state(begin)
         mark, kept = course.next_mark(begin), course.remaining(begin)
-        lead = 1.0 + float(np.sum(velocity**2)) / around.limits.acceleration
+        lead = AT_REST + float(np.sum(velocity**2)) / around.limits.acceleration
         search.consider(begin, [kept] if len(kept.points) else [], shares)
         search.consider(begin, ways_ahead(guidance, mark, place, lead), shares, KEEP_ON)
     stop = search.stop(span.join)

@@ -14,7 +14,6 @@ from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PATH
 from skyverse.planners.auto import Auto
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
-from skyverse.space.world import World
 from skyverse.trajectory.blended import blended_legs
 from skyverse.trajectory.limits import limits_of
 from skyverse.trajectory.path_to_trajectory import TOLERANCE, needed_waypoints
@@ -73,16 +72,6 @@ def path_from(scenario: Scenario, uav: int, target: int | None, place: Floats) -
     planner = Auto() if soft_terms(scenario) else Taut()  # in flight, the shorter search
     result = planner.plan(problem)
     return (problem, result) if result.status.reached else None
-
-
-def sees(world: World, place: Floats, way: Way, mark: int) -> bool:
-    """Tell whether nothing stands between a place (3,) and a way, before or behind its point number `mark`."""
-    points = way.points[max(mark - 1, 0) :]
-    if len(points) < 2:
-        return True
-    middles = 0.5 * (points[:-1] + points[1:])
-    ends = np.vstack([points[1:3], middles[:2]])
-    return bool(world.segments_free(np.tile(place, (len(ends), 1)), ends).any())
 
 
 def guidance(problem: Problem, result: Result) -> Way:

@@ -11,11 +11,12 @@ from skyverse._typing import Floats
 from skyverse.live.choice import Choice, Span
 from skyverse.live.choose_course import choose_course
 from skyverse.live.course import Course
-from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
+from skyverse.live.guidance import Way, mission_guidance, planned_anew
 from skyverse.live.pilot import LOST, SPARE, Pilot
 from skyverse.live.planned_motion import Planned, followed, planned_motion
 from skyverse.live.steered_heading import steered_heading, still
 from skyverse.live.surroundings import Surroundings
+from skyverse.live.ways import sees_its_way
 from skyverse.model.mission import Mission
 from skyverse.model.pointing import Pointing
 from skyverse.model.scenario import Scenario
@@ -168,7 +169,7 @@ class Multirotor(Pilot):
         way, mark = self.guidance, self.course.next_mark(join)
         ahead = way.after(max(min(mark, len(way.points) - 1) - 1, 0)).points
         barred = new and not world.segments_free(ahead[:-1], ahead[1:]).all()
-        return barred or (now - self.planned >= LOST and not sees(world, self.turning_place(join), way, mark))
+        return barred or (now - self.planned >= LOST and not sees_its_way(world, self.turning_place(join), way, mark))
 
     def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen."""

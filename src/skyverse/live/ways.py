@@ -8,9 +8,12 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.guidance import Way
+from skyverse.space.world import World, path_free
 
 SHARES = (1.0, 0.6, 0.3)
 """Shares of the largest speed at which ways are tried."""
+AT_REST = 1.0
+"""Metres ahead of a UAV at rest at which it gets back to its guidance."""
 SKIPPED = 3
 """Points of the guidance that may be left out at once."""
 GATE_SHARES = (1.0, 0.5)
@@ -47,6 +50,12 @@ def ways_ahead(guidance: Way, mark: int, place: Floats, lead: float) -> Iterator
         along = float(np.sum((place - guidance.points[mark - 1]) * leg)) / size + lead
         if 0.0 < along < size:
             yield guidance.after(mark).through(0, guidance.points[mark - 1] + along / size * leg, 0.25 * lead)
+
+
+def sees_its_way(world: World, place: Floats, guidance: Way, mark: int) -> bool:
+    """Tell whether a UAV at rest gets straight back to its guidance, by a way that `ways_ahead` yields."""
+    ways = ways_ahead(guidance, mark, place, AT_REST)
+    return any(path_free(world.space, np.vstack([place, way.points[:1]])) for way in ways)
 
 
 def gates(way: Way, place: Floats, meeting: Floats, k: int, need: float) -> Iterator[Way]:
