@@ -16,7 +16,8 @@ def digest_of(kernel: Any) -> str:
     """Return the digest of a kernel's content and of all kernels that it calls, directly or not: 64 hex digits.
 
     The content is the bytecode, the options of the decorator and the values of the names of the module and of the
-    function around it: other kernels, numbers, arrays, NamedTuples and their classes. Comments, docstrings and line numbers do not count.
+    function around it: other kernels, numbers, arrays, NamedTuples and their classes. Comments, docstrings and line
+    numbers do not count.
 
     Raises
     ------
