@@ -90,3 +90,14 @@ def test_a_scenario_that_was_not_built_and_options_that_cannot_be_are_refused(sk
         sky.write(sky.read("map1").model_copy(update={"built_with": (words,)}), "odd.yaml")
         code, _, err = skyverse("scenario", "build", "--from", "odd.yaml", "-o", "x.yaml")
         assert (code, said in err) == (2, True), err
+
+
+def test_a_scenario_in_an_older_frame_is_refused_and_built_anew(skyverse, zones):
+    words = ["--ground", "1500 m amsl", "--uav", START, "--target", GOAL, "--zones", "maps/z=1.geojson"]
+    assert skyverse("scenario", "build", *words, "-o", "new.yaml")[0] == 0
+    Path("old.yaml").write_text(Path("new.yaml").read_text().replace("axes: map", "axes: enu"))
+    code, _, err = skyverse("plan", "old.yaml")
+    assert (code, "build --from FILE builds the scenario" in err) == (2, True), err
+    code, _, err = skyverse("scenario", "build", "--from", "old.yaml", "--name", "new", "-o", "again.yaml")
+    assert code == 0, err
+    assert sky.read_scenario("again.yaml").digest == sky.read_scenario("new.yaml").digest

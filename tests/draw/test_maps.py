@@ -201,15 +201,15 @@ def test_level_ground_has_no_contour_lines_and_no_peaks():
     assert (hilly["visible"], hilly["meta"]["step"]) == (True, 10)
 
 
-def test_ground_at_one_altitude_has_no_contour_lines_though_it_bends_down_with_the_earth():
-    origin = Origin(latitude=46.8, longitude=9.8, altitude=1500.0)
-    x = np.linspace(-7000, 7000, 101)
-    level = -(x[:, None] ** 2 + x**2) / (2 * 6.37e6)  # almost 8 m lower at the corners, in the local frame
-    east, north = (axis.ravel() for axis in np.meshgrid(x, x, indexing="ij"))
-    assert np.ptp(to_wgs84(origin, np.column_stack([east, north, level.ravel()]))[:, 2]) < 0.1
-    above_sea, local = (contours(Relief(x, x, level), place) for place in (origin, None))
-    assert (above_sea["visible"], local["visible"]) == (False, True)
+def test_contour_lines_stand_at_round_altitudes_above_the_sea():
+    origin, x = Origin(latitude=46.8, longitude=9.8, altitude=1503.7), np.linspace(-7000, 7000, 101)
+    hill = np.add.outer(x, x) / 100
+    above_sea, local = (contours(Relief(x, x, hill), place) for place in (origin, None))
     assert (above_sea["meta"]["above"], local["meta"]["above"]) == (" above sea level", "")
+    for lines, low in ((above_sea, 1503.7 - 140), (local, -140)):
+        first, step = lines["contours"]["start"], lines["contours"]["size"]
+        assert first % step == 0
+        assert low <= first < low + step
 
 
 # ---- kinds ----

@@ -5,6 +5,7 @@ import zipfile
 
 import numpy as np
 
+from proj_map import proj_local
 from skyverse.model.mission import Mission
 from skyverse.model.result import Provenance
 from skyverse.model.scenario import Bounds, Frame, Lattice, Origin, Scenario, Target
@@ -119,16 +120,7 @@ def beside(rng, flights, clearance, least):
     return boxes
 
 
-def local(origin, latitude, longitude, altitude):
-    """East, north, up by PROJ, whose axes are x east, y north; altitudes above the ellipsoid."""
-    from pyproj import Transformer
-
-    at = f"+lat_0={origin.latitude!r} +lon_0={origin.longitude!r} +h_0={origin.altitude!r}"
-    steps = f"+proj=pipeline +step +proj=cart +ellps=WGS84 +step +proj=topocentric +ellps=WGS84 {at}"
-    moved = Transformer.from_pipeline(steps).transform(
-        np.asarray(longitude), np.asarray(latitude), np.asarray(altitude), radians=False
-    )
-    return np.column_stack(moved)
+local = proj_local
 
 
 def climb(scenario, route):

@@ -4,25 +4,20 @@ from datetime import UTC, datetime, timedelta
 
 import gpxpy.gpx
 import numpy as np
-import pyproj
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from proj_map import proj_local
 
 HERE = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0, geoid=52.0)
 
 
 def enu(places, origin=HERE):
     """Local metres of latitudes, longitudes and heights above the ellipsoid, by PROJ."""
-    to = pyproj.Transformer.from_pipeline(
-        "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84 +step "
-        f"+proj=topocentric +ellps=WGS84 +lat_0={origin.latitude} +lon_0={origin.longitude} "
-        f"+h_0={origin.altitude + origin.geoid}"
-    )
     latitude, longitude, height = np.array(places).T
-    return np.column_stack(to.transform(longitude, latitude, height))
+    return proj_local(origin, latitude, longitude, height - origin.geoid)
 
 
 def written(folder, text, name="track.csv"):

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from proj_map import proj_local
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Origin
 
@@ -20,23 +21,11 @@ offsets = st.lists(
 )
 
 
-def topocentric(origin):
-    """Return PROJ's own conversion, from longitude, latitude, ellipsoidal height."""
-    pyproj = pytest.importorskip("pyproj", reason="the oracle is PROJ")
-    return pyproj.Transformer.from_pipeline(
-        "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84 "
-        f"+step +proj=topocentric +ellps=WGS84 +lat_0={origin.latitude!r} +lon_0={origin.longitude!r} "
-        f"+h_0={origin.altitude + origin.geoid!r}"
-    )
-
-
 @given(origins, offsets)
 def test_local_metres_to_places_and_back_are_projs_within_a_millimetre_over_50_km_anywhere(origin, points):
-    proj = topocentric(origin)
     points = np.array(points)
     places = to_wgs84(origin, points)
-    x, y, z = proj.transform(places[:, 1], places[:, 0], places[:, 2] + origin.geoid)
-    assert np.abs(np.column_stack([x, y, z]) - points).max() < 1e-3
+    assert np.abs(proj_local(origin, *places.T) - points).max() < 1e-3
     assert np.abs(to_local(origin, places) - points).max() < 1e-3
     assert (np.abs(places[:, 0]) <= 90).all()
     assert (np.abs(places[:, 1]) <= 180).all()
@@ -44,19 +33,28 @@ def test_local_metres_to_places_and_back_are_projs_within_a_millimetre_over_50_k
 
 @given(origins, st.lists(st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-400, 9000)), min_size=1))
 def test_places_to_local_metres_are_projs_within_a_millimetre_also_beyond_180_degrees(origin, apart):
-    apart = np.array(apart)
-    places = np.array([origin.latitude, origin.longitude, 0.0]) + apart
+    places = np.array([origin.latitude, origin.longitude, 0.0]) + np.array(apart)
     places[:, 0] = np.clip(places[:, 0], -90, 90)
-    proj = topocentric(origin)
-    x, y, z = proj.transform(places[:, 1], places[:, 0], places[:, 2] + origin.geoid)
-    assert np.abs(to_local(origin, places) - np.column_stack([x, y, z])).max() < 1e-3
+    assert np.abs(to_local(origin, places) - proj_local(origin, *places.T)).max() < 1e-3
 
 
-def test_what_lies_level_far_away_lies_lower():
-    origin = Origin(latitude=46.8, longitude=9.85, altitude=1500)
-    near, far = to_local(origin, [[46.8 + 1 / 111.2, 9.85, 1500], [46.8 + 5 / 111.2, 9.85, 1500]])[:, 2]
-    assert near == pytest.approx(-0.08, abs=0.01)
-    assert far == pytest.approx(-1.96, abs=0.02)
+@given(origins, st.floats(-90_000, 90_000), st.floats(-90_000, 90_000), st.floats(0, 360))
+def test_lengths_are_too_long_by_the_share_that_is_stated(origin, east, north, course):
+    geod = pytest.importorskip("pyproj", reason="the oracle is PROJ").Geod(ellps="WGS84")
+    sea = origin.model_copy(update={"altitude": 0.0})
+    (latitude, longitude, _), _ = to_wgs84(sea, [(east, north, 0), (east, north, 0)])
+    there = geod.fwd(longitude, latitude, course, 100.0)
+    a, b = to_local(sea, [(latitude, longitude, 0), (there[1], there[0], 0)])
+    stated = east**2 / (2 * 6.37e6**2)
+    assert np.linalg.norm(b - a) / 100.0 - 1 == pytest.approx(stated, abs=0.02 * stated + 1e-6)
+
+
+@given(origins, offsets)
+def test_what_is_level_is_level_and_what_is_upright_is_upright(origin, points):
+    places = to_wgs84(origin, points)
+    assert places[:, 2] == pytest.approx(np.array(points)[:, 2] + origin.altitude, abs=1e-9)
+    places[:, 2] += 100.0
+    assert np.abs(to_local(origin, places) - points - [0, 0, 100]).max() < 1e-6
 
 
 def test_the_origin_is_zero_and_one_row_will_do():

@@ -202,13 +202,13 @@ def build(
     as_json
         Print what was done as JSON.
     """
-    from skyverse.files import read_scenario, write
+    from skyverse.files import BUILTIN_NAMES, options_built_with, write
     from skyverse.maps.assembly.build import build_scenario
 
     if output.suffix.lower() not in (".yaml", ".yml", ".json"):
         raise InputError(f"--output: expected a file ending in .yaml, .yml or .json, found {str(output)!r}")
     if again is not None:
-        kept = read_scenario(again).built_with
+        kept = () if again in BUILTIN_NAMES else options_built_with(Path(again))
         if not kept:
             raise InputError(f"--from: {again}: expected a scenario of skyverse scenario build, found no options in it")
         given = given_again(again, kept, {one.name: one for one in _options()}) | given

@@ -18,7 +18,6 @@ from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import footprint
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import Track, few
-from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Origin
 from skyverse.model.shape_extent import extent
 
@@ -74,17 +73,11 @@ def picture(relief: Relief, stretch: float) -> dict[str, Any]:
 
 
 def contours(relief: Relief, origin: Origin | None) -> Trace:
-    """Return contour lines whose heights differ by a round number of metres: above sea level, if there is an origin.
-
-    In the local frame level ground bends down, 2 m at a distance of 5 km, and would have contour lines.
-    """
+    """Return contour lines whose heights differ by a round number of metres: above sea level, if there is an origin."""
     rows, columns = (
         np.unique(np.linspace(0, n - 1, min(n, MAX_CONTOUR_HEIGHTS)).round().astype(int)) for n in relief.z.shape
     )
-    heights = relief.z[np.ix_(rows, columns)]
-    if origin is not None:
-        x, y = np.meshgrid(relief.x[rows], relief.y[columns], indexing="ij")
-        heights = to_wgs84(origin, np.column_stack([x.ravel(), y.ravel(), heights.ravel()]))[:, 2].reshape(x.shape)
+    heights = relief.z[np.ix_(rows, columns)] + (0.0 if origin is None else origin.altitude)
     range_ = float(np.ptp(heights))
     step = spacing(range_)
     return {

@@ -1,9 +1,10 @@
 """Checks that straight legs, flown as an autopilot flies them, keep clear of obstacles.
 
-A leg that is straight in a file is not quite straight in local metres: Earth is round, altitudes above ground follow
-the ground, and MAVLink rounds to 1e-7 degrees. The difference is bounded for each leg and added to the clearance.
+A leg that is straight for an autopilot is not quite straight in local metres, altitudes above ground follow the ground,
+and MAVLink rounds to 1e-7 degrees. The difference is bounded for each leg and added to the clearance.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,9 +15,9 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.exports.corner_lines import is_straight, search_corner
 from skyverse.exports.followed_legs import FollowedLegs
-from skyverse.exports.global_positions import AltitudeReference, origin_of
+from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.ground_under_legs import ceiling_margin, greatest_height, lowered, steepest, swell
-from skyverse.exports.leg_bends import bend
+from skyverse.exports.leg_deviation import leg_deviation
 from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall, towards
 from skyverse.exports.obstacle_search import ObstacleSearch
 from skyverse.exports.terrain_following import TerrainFollowing
@@ -185,20 +186,19 @@ class LegChecker:
     def apart(self, a: Floats, b: Floats) -> float:
         """Return by how many metres a flown leg can be nearer to something than the straight line in local metres.
 
-        It covers great circles, which PX4 follows, and straight lines in latitude and longitude. Where these are to the
-        side, the ground may be higher by its slope, and the ceiling lower.
+        Where the flown leg is to the side, the ground may be higher by its slope, and the ceiling lower.
         """
         ends = np.stack([a, b])
         asked = ends.tobytes()
         if asked not in self._apart:
             if self._followed is None:
-                bent = bend(origin_of(self.scenario), ends)
-                self._apart[asked] = MAVLINK_ROUNDING + bent * (1 + self._slope)
+                beside = float(leg_deviation(self.scenario, math.hypot(*(b - a)[:2]))) - MAVLINK_ROUNDING
+                self._apart[asked] = MAVLINK_ROUNDING + beside * (1 + self._slope)
             else:
                 self._apart[asked] = self._followed.apart(a, b)
         return self._apart[asked]
 
-    def bends(self, points: Floats, radius: float, stops: Floats) -> Floats:
+    def deviations(self, points: Floats, radius: float, stops: Floats) -> Floats:
         """Return how far each leg of a polyline, as in `trouble`, may be off the straight line, (n - 1,) metres.
 
         With altitudes above ground that also holds for what is flown after a cut corner.

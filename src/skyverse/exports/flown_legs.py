@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.leg_bends import BEND_MARGIN, MIN_EARTH_RADIUS
+from skyverse.exports.leg_deviation import leg_deviation
 from skyverse.exports.leg_segments import towards
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 
 
 class Parts(NamedTuple):
@@ -80,9 +80,9 @@ class FlownLegs:
     width
         (n,) metres: how far the UAV may be beside the line of the cut at its far end.
     off
-        (n,) metres: how far the UAV may be off a leg, because the leg is bent seen from above.
+        (n,) metres: how far the UAV may be off a leg, because its straight line is another one.
     rise
-        (n,) metres: how much higher it may be, because the leg is bent: above ground it follows the ground.
+        (n,) metres: how much higher it may be, because it may follow the ground.
     """
 
     starts: Floats
@@ -165,9 +165,9 @@ def flown_legs(plan: FlightPlan, scenario: Scenario, low: float) -> FlownLegs:
 
     A return during the take-off is one from its end: it uses the same lines.
     """
-    points, rise = plan.waypoints, plan.route.bends
+    points, rise = plan.waypoints, plan.route.deviations
     cut, width = _cut_corners(plan)
-    off = bends(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
+    off = leg_deviation(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
     if len(plan.ending) == 1:
         landed = np.array([*plan.ending[0][:2], min(low, points[-1][2])])
         points = np.concatenate([points, landed[None]])
@@ -200,58 +200,8 @@ def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:
     return cut, width
 
 
-def bends(scenario: Scenario, away: Floats) -> Floats:
-    """Return how far lines of constant altitude on Earth may be off straight lines in local metres, (m,).
-
-    Over a distance d, `away` (m,) metres, the Earth falls away by d^2 / (2 R), and a line in latitude and longitude is
-    off a great circle by less than d^2 tan(latitude) / (8 R).
-    """
-    return MAVLINK_ROUNDING + BEND_MARGIN * away**2 * (1 + _tilt(scenario) / 4) / (2 * MIN_EARTH_RADIUS)
-
-
-def return_bends(scenario: Scenario, places: Floats, goals: Floats, beside: Floats, heights: Floats) -> Floats:
-    """Return how far ways home on Earth may be off straight and upright lines in local metres, (m,).
-
-    A line of constant altitude is lower where it is farther from the frame's origin, by the difference of the distances
-    squared / (2 R). A line in latitude and longitude is off a great circle by less than d^2 tan(latitude) / (8 R).
-
-    Parameters
-    ----------
-    scenario
-        What is given.
-    places, goals
-        (m, 3) metres: from where a UAV returns, and where it lands.
-    beside
-        (m,) metres by which it may be beside these places.
-    heights
-        (m,) metres: how high the climb or the descent is.
-    """
-    begin, way = places[:, :2], goals[:, :2] - places[:, :2]
-    away = _norms(way)
-    share = np.clip(-(begin * way).sum(axis=1) / np.maximum(away, SAME_PLACE) ** 2, 0.0, 1.0)
-    near = np.maximum(_norms(begin + share[:, None] * way) - beside, 0.0)
-    far = np.maximum(_norms(begin), _norms(begin + way)) + beside
-    level = (far**2 - near**2) / 2 + _tilt(scenario) * (away + beside) ** 2 / 8
-    return leans(far, heights) + BEND_MARGIN * level / MIN_EARTH_RADIUS
-
-
-def leans(apart: Floats, heights: Floats) -> Floats:
-    """Return how far vertical lines `apart` from the frame's origin may be off those of the frame, (m,), all metres."""
-    return MAVLINK_ROUNDING + BEND_MARGIN * apart * heights / MIN_EARTH_RADIUS
-
-
-def _tilt(scenario: Scenario) -> float:
-    """Return the tangent of the latitude of the frame's origin, without its sign."""
-    origin = scenario.frame.origin
-    return 0.0 if origin is None else abs(math.tan(math.radians(origin.latitude)))
-
-
 def _sizes(vectors: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the lengths of vectors (n, 3), as `Spread` counts them."""
     x, y, z = (vectors * vectors).T
     level = x + y
     return np.sqrt(level + z), np.sqrt(level), np.abs(vectors[:, 2])
-
-
-def _norms(vectors: Floats) -> Floats:
-    return np.linalg.norm(vectors, axis=1)

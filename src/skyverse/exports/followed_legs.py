@@ -2,48 +2,23 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.corner_lines import is_straight, search_corner
-from skyverse.exports.global_positions import origin_of
-from skyverse.exports.leg_bends import bend, tilt
+from skyverse.exports.leg_deviation import leg_deviation
 from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall, towards
 from skyverse.exports.obstacle_search import ObstacleSearch, growths_of
 from skyverse.exports.terrain_following import Band, Lines, Strips, TerrainFollowing, covered
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 from skyverse.space.tube import NO_ERROR
 
 MOST_STRIPS = 20_000
 """Strips of one leg or corner after which it counts as undecided."""
-
-
-class Reach(NamedTuple):
-    """How far a UAV may be off a leg, metres.
-
-    Attributes
-    ----------
-    beside
-        From the leg.
-    lean
-        The ground that a height is counted from may be as far beside the place with the same x and y.
-    short
-        By how much a height above ground is longer than its extent along z.
-    """
-
-    beside: float
-    lean: float
-    short: float
-
-    @property
-    def near(self) -> float:
-        """Between a place of the leg and the ground that the UAV follows there."""
-        return self.beside + self.lean
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,14 +52,14 @@ class FollowedLegs:
         ends = np.stack([a, b])
         lines = self._lines(ends)
         rises = bool(np.abs(b - a)[:2].max() <= SAME_PLACE and b[2] > a[2])  # it climbs from where it is
-        reach = self._reach(ends, lines)
-        fault = self._limits(lines, reach, strays, below=foot is None, rises=rises)
+        beside = self._beside(ends)
+        fault = self._limits(lines, beside, strays, below=foot is None, rises=rises)
         if fault is not None:
             return Checked(fault)
-        band = self.following.band(lines, reach.near, strays)
+        band = self.following.band(lines, beside, strays)
         if rises:
             band = band._replace(low=np.maximum(band.low, a[2]))
-        return self._clear(band, reach.beside, 0.0, strays, foot)
+        return self._clear(band, beside, 0.0, strays, foot)
 
     def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> Checked:
         """Return what is found of all ways around a corner, as `LegChecker.corner`.
@@ -95,21 +70,21 @@ class FollowedLegs:
         cut, here, on = self._cut(points, radius)
         if is_straight(cut, on - here):
             return Checked(None)
-        reach = self._reach_of_corner(points)
+        beside = self._beside_corner(points)
         aside = float(np.linalg.norm(cut[:, :2], axis=1).max())
-        whole, wide = _with_cut(here, on, cut), reach._replace(beside=reach.beside + aside)
+        whole, wide = _with_cut(here, on, cut), beside + aside
         fault = self._limits(whole, wide, strays=True)
         if fault is not None:
             return Checked(fault)
-        found = self._clear(self.following.band(whole, wide.near, strays=True), wide.beside, 0.0, True, None)
+        found = self._clear(self.following.band(whole, wide, strays=True), wide, 0.0, True, None)
         if found.fault is None:
             return found
 
         def judge(starts: Floats, ends: Floats, between: float) -> Checked:
-            band = self.following.band(Lines(starts, ends), reach.near + between, strays=True)
+            band = self.following.band(Lines(starts, ends), beside + between, strays=True)
             if between == 0.0:
-                return self._along_middle(band, reach.beside, True, None)
-            return self._clear(band, reach.beside, between, True, None)
+                return self._along_middle(band, beside, True, None)
+            return self._clear(band, beside, between, True, None)
 
         return search_corner(cut, here, on, radius, 0.0, judge)
 
@@ -117,8 +92,8 @@ class FollowedLegs:
         """Return how far a leg, (3,) metres each, may be flown off the straight line in local metres."""
         ends = np.stack([a, b])
         lines = self._lines(ends)
-        reach = self._reach(ends, lines)
-        return math.hypot(reach.beside, self._deviation(self.following.band(lines, reach.near, strays=False), ends))
+        beside = self._beside(ends)
+        return math.hypot(beside, self._deviation(self.following.band(lines, beside, strays=False), ends))
 
     def apart_after(self, points: Floats, radius: float) -> float:
         """Return how far off the straight lines from a cut corner on a UAV may fly, metres.
@@ -126,16 +101,16 @@ class FollowedLegs:
         The rows of `points` are the first four arguments of `corner`.
         """
         cut, here, on = self._cut(points, radius)
-        reach = self._reach_of_corner(points)
+        beside = self._beside_corner(points)
         aside = float(np.linalg.norm(cut[:, :2], axis=1).max())
-        band = self.following.band(_with_cut(here, on, cut), reach.near + aside, strays=False)
+        band = self.following.band(_with_cut(here, on, cut), beside + aside, strays=False)
         straight = max(abs(float(towards(place - points[2], radius)[2])) for place in points[:2])
-        return math.hypot(reach.beside, self._deviation(band, points[2:]) + straight)
+        return math.hypot(beside, self._deviation(band, points[2:]) + straight)
 
     def below_ceiling(self, near: float) -> Terrain:
         """Return a surface: what is no higher above it than the ceiling allows keeps below that, within `near` m."""
         ground, terrain = self.following.nearby(near, strays=True), self.following.terrain
-        heights = terrain.heights - self._taken(ground.lowest_slope, 0.0, strays=True) - ground.gap.heights
+        heights = terrain.heights - self._taken(ground.lowest_slope, strays=True) - ground.gap.heights
         return derived(terrain, heights=heights, lowest=None)
 
     def _cut(self, points: Floats, radius: float) -> tuple[Floats, Floats, Floats]:
@@ -146,25 +121,16 @@ class FollowedLegs:
         entered, before, at, after = self.following.above(points)
         return np.stack([towards(before - at, radius), towards(entered - at, radius)]), at, after
 
-    def _reach_of_corner(self, points: Floats) -> Reach:
-        legs = points[1:3], points[2:]
-        return Reach(*np.max([self._reach(ends, self._lines(ends)) for ends in legs], axis=0).tolist())
+    def _beside_corner(self, points: Floats) -> float:
+        return max(self._beside(points[1:3]), self._beside(points[2:]))
 
     def _lines(self, ends: Floats) -> Lines:
         above = self.following.above(ends)
         return Lines(above[:1], above[1:])
 
-    def _reach(self, ends: Floats, lines: Lines) -> Reach:
-        """Return how far off a leg, (2, 3) metres, a UAV and the ground that it follows may be.
-
-        Altitudes are vertical, and z is not, far from the origin: the ground that heights are counted from is beside
-        the place at the same x and y, and a UAV that is higher or lower than it ought to be is beside its leg.
-        """
-        leans = tilt(ends)
-        beside = MAVLINK_ROUNDING + bend(origin_of(self._scenario), ends)
-        high = float(np.abs(np.stack([lines.starts[:, 2], lines.ends[:, 2]])).max())
-        beside += leans * self._deviation(self.following.band(lines, beside + leans * high, strays=False), ends)
-        return Reach(beside, leans * high, high * leans**2)
+    def _beside(self, ends: Floats) -> float:
+        """Return how far beside a leg, (2, 3) metres, a UAV may be."""
+        return float(leg_deviation(self._scenario, math.hypot(*(ends[1] - ends[0])[:2])))
 
     def _deviation(self, band: Band, ends: Floats) -> float:
         """Return how many metres a band is above or below the straight lines between the ends of a leg, (2, 3)."""
@@ -172,7 +138,7 @@ class FollowedLegs:
         return float(np.maximum(band.high - level, level - band.low).max())
 
     def _limits(
-        self, lines: Lines, reach: Reach, strays: bool, *, below: bool = True, rises: bool = False
+        self, lines: Lines, beside: float, strays: bool, *, below: bool = True, rises: bool = False
     ) -> Shortfall | None:
         """Return where lines may be too near to the ground, or above the ceiling.
 
@@ -180,18 +146,17 @@ class FollowedLegs:
         ----------
         lines, strays
             As for `TerrainFollowing.band`.
-        reach
-            How far a UAV may be off them.
+        beside
+            How far beside them a UAV may be, metres.
         below
             Whether the height above ground counts.
         rises
             Whether the UAV climbs from where it is, which does not depend on the ground that its autopilot knows.
         """
-        ground = self.following.nearby(reach.near, strays)
+        ground = self.following.nearby(beside, strays)
         if below:
-            taken = self._taken(ground.slope, reach.lean, strays) + (0.0 if rises else ground.gap.heights)
+            taken = self._taken(ground.slope, strays) + (0.0 if rises else ground.gap.heights)
             low, place = self.following.least(lines, derived(ground.gap, heights=taken))
-            low -= reach.short
             needed = self._scenario.ground_clearance - LEG_ALLOWANCE / 2
             if low < needed:
                 lower = 0.0 if rises else float(ground.gap.height(place[:2]))
@@ -200,20 +165,20 @@ class FollowedLegs:
                 return Shortfall(said + (why if lower else ""), place)
         most = self._scenario.max_height
         if most is not None:
-            more = self._taken(ground.lowest_slope, reach.lean, strays) + ground.gap.heights
+            more = self._taken(ground.lowest_slope, strays) + ground.gap.heights
             added = derived(ground.gap, heights=more)
             upside_down = Lines(lines.starts * [1, 1, -1], lines.ends * [1, 1, -1])
             least, place = self.following.least(upside_down, added)
-            high = LEG_ALLOWANCE / 2 + reach.short - least
+            high = LEG_ALLOWANCE / 2 - least
             if high > most:
                 place[2] = 2 * self.following.terrain.height(place[:2]) - place[2]
                 return Shortfall(f"may be {high:.5g} m above ground, above the ceiling of {most:.5g} m", place)
         return None
 
-    def _taken(self, slope: Terrain, lean: float, strays: bool) -> Floats:
+    def _taken(self, slope: Terrain, strays: bool) -> Floats:
         """Return how much a height changes, (nx, ny) metres, as it is not counted from the ground below the UAV."""
         error = self.following.error if strays else NO_ERROR
-        return (error.horizontal + lean) * slope.heights + error.vertical
+        return error.horizontal * slope.heights + error.vertical
 
     def _clear(self, band: Band, beside: float, between: float, strays: bool, foot: Foot | None) -> Checked:
         """Return what is found of obstacles beside a band: within `beside` metres to the side, and `between` around."""

@@ -11,7 +11,7 @@ from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.ground_height import home_height
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Frame, Origin, Scenario
+from skyverse.model.scenario import Frame, Origin, Scenario, require_true_lengths
 
 AltitudeReference = Literal["amsl", "home", "agl"]
 ALTITUDE_TYPES: dict[AltitudeReference, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
@@ -57,6 +57,7 @@ def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
     scenario = mission.scenario
     if origin is not None:
         require_kind(origin, Origin, "origin")
+        require_true_lengths((scenario.bounds.min[0], scenario.bounds.max[0]), f"{what}: bounds")
         known = scenario.frame.origin
         moved = known is not None and origin.model_copy(update={"geoid": known.geoid}) != known
         if known is not None and moved and (scenario.terrain is not None or scenario.sources):
@@ -117,12 +118,10 @@ def global_positions(
     origin = origin_of(scenario)
     latitude, longitude, sea = to_wgs84(origin, points).T
     if reference == "home":
-        altitude = sea - to_wgs84(origin, home(scenario, uav) if place is None else place)[0, 2]
+        altitude = points[:, 2] - (home(scenario, uav) if place is None else place)[2]
     elif reference == "agl":
         assert scenario.terrain is not None
-        below = points.copy()
-        below[:, 2] = scenario.terrain.height(points[:, :2])
-        altitude = sea - to_wgs84(origin, below)[:, 2]
+        altitude = points[:, 2] - scenario.terrain.height(points[:, :2])
     else:
         altitude = sea
     return GlobalPositions(latitude, longitude, altitude, sea, ALTITUDE_TYPES[reference])

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.exports.autopilots import Acceptance, Autopilot
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import leans
 from skyverse.exports.global_positions import global_positions
-from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
 from skyverse.exports.return_lines import Ground, ReturnLines, ReturnSpace
+from skyverse.model.geodesy import LEAST_RADIUS
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
@@ -87,7 +86,7 @@ def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place:
         levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
         points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
         none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
-        off = leans(none + math.hypot(*place[:2]), none + scenario.bounds.max[2] - float(place[2]))
+        off = none + MAVLINK_ROUNDING
         lax = np.tile([beside, 0.0], (len(levels), 1))
         lines = ReturnLines(
             points, points, off, off, off, points, points, all_ * Ground.RULES, all_, none - np.inf, lax
@@ -159,8 +158,8 @@ def reckoning_error(scenario: Scenario, away: Floats) -> Floats:
     PX4 1.14 takes a degree of longitude to be everywhere as long as it is where the UAV is.
     """
     origin = scenario.frame.origin
-    tilt = 0.0 if origin is None else abs(math.tan(math.radians(origin.latitude)))
-    return np.minimum(DISTANCE_ERROR + 1.1 * away * tilt / MIN_EARTH_RADIUS, 1.0)
+    steepness = 0.0 if origin is None else abs(math.tan(math.radians(origin.latitude)))
+    return np.minimum(DISTANCE_ERROR + 1.1 * away * steepness / LEAST_RADIUS, 1.0)
 
 
 def far_enough_from_home(scenario: Scenario, home: Floats, place: Floats) -> bool:

@@ -11,7 +11,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, is_number
 from skyverse.exports.autopilots import Autopilot
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import Parts, return_bends
+from skyverse.exports.flown_legs import Parts
 from skyverse.exports.return_choice import USUAL_ALTITUDE, ReturnChoice, lost_share, preference
 from skyverse.exports.return_destinations import ACCEPTANCE, destination, rally_points
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
@@ -219,18 +219,15 @@ def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     """Return the return altitudes to try, metres above home, by `preference`."""
     home, terrain = float(plan.home[2]), scenario.terrain
     room = scenario.uavs[plan.route.uav].tracking_error.vertical
-    none = np.zeros(len(plan.waypoints))
-    high = none + scenario.bounds.max[2] - min(home, float(plan.waypoints[:, 2].min()))
-    bends = return_bends(scenario, plan.waypoints, np.tile(plan.home, (len(none), 1)), none, high)
-    room += max(float(bends.max()) - LEG_ALLOWANCE, 0.0)
     top = scenario.bounds.max[2] - room
     low = min(max(float(plan.waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
     flown = float(plan.waypoints[:, 2].max())
-    above = flown + scenario.uavs[plan.route.uav].tracking_error.vertical + max(plan.route.bends, default=0.0)
+    above = flown + scenario.uavs[plan.route.uav].tracking_error.vertical + max(plan.route.deviations, default=0.0)
     levels = [*np.linspace(low, top, ALTITUDES), home + USUAL_ALTITUDE, flown, above + ABOVE_FLIGHT]
     if terrain is not None and scenario.max_height is not None:
         grounds = terrain.lowest_ground.height(plan.waypoints[:, :2])
-        levels += np.linspace(low, float(grounds.min()) + scenario.max_height - room, ALTITUDES).tolist()
+        most = float(grounds.min()) + scenario.max_height - room - LEG_ALLOWANCE
+        levels += np.linspace(low, most, ALTITUDES).tolist()
     least, most = RETURN_ALTITUDES[plan.autopilot.name]
     altitudes = np.unique(np.floor(10 * (np.clip(levels, low, top) - home)) / 10)
     able = [float(value) for value in altitudes if least <= value <= most] or [least]

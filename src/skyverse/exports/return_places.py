@@ -41,8 +41,7 @@ class ReturnPlace(NamedTuple):
 def return_places(scenario: Scenario, back: Return) -> list[ReturnPlace]:
     """Return the places where a UAV may land, home first."""
     places, origin = back.way.places, origin_of(scenario)
-    above = np.column_stack([places[:, :2], back.way.levels])
-    rows = np.column_stack([to_wgs84(origin, places), to_wgs84(origin, above)[:, 2]]).tolist()
+    rows = np.column_stack([to_wgs84(origin, places), back.way.levels + origin.altitude]).tolist()
     names = ["home", *(f"rally point {number}" for number in range(1, len(places)))]
     return [ReturnPlace(name, *row) for name, row in zip(names, rows, strict=True)]
 

@@ -70,7 +70,7 @@ class Route:
         rise and fall of the ground.
     holds
         (n,) seconds that the UAV stops at each waypoint; above 0 where the corner must not be cut.
-    bends
+    deviations
         (m - 1,) metres: how far each flown leg between two of the `waypoints` may be off the straight line.
     columns
         As those of its `LegChecker`.
@@ -84,7 +84,7 @@ class Route:
     lead: Floats
     off: float
     holds: Floats
-    bends: Floats
+    deviations: Floats
     columns: tuple[tuple[Floats, Floats], ...]
 
     @property
@@ -256,19 +256,19 @@ def _made(
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
     holds = np.array([stop_seconds(radius) if k in search.stopped else 0.0 for k, _ in found])
     flown = np.concatenate([curve[:1], points[1:]])  # the takeoff does not count as a deviation
-    bends = legs.bends(flown, radius, holds)
+    deviations = legs.deviations(flown, radius, holds)
     away = [
         distances_to_segment(curve[a : b + 1], *ends).max()
         for (a, b), ends in zip(pairwise([k for k, _ in found]), pairwise(flown), strict=True)
     ]
-    off = lowered + float(np.max(away + bends))
+    off = lowered + float(np.max(away + deviations))
     times = times + np.cumsum(np.r_[0.0, holds[:-1]])
     if climb:
         holds = np.r_[0.0, holds]
         points = np.concatenate([foot[None], points])
         times = np.concatenate([times[:1], times])
-    bends = legs.bends(points, radius, holds)[1 if climb else 0 :]
-    return Route(uav, points, times, radius, climb, search.lead, off, holds, bends, legs.columns)
+    deviations = legs.deviations(points, radius, holds)[1 if climb else 0 :]
+    return Route(uav, points, times, radius, climb, search.lead, off, holds, deviations, legs.columns)
 
 
 def _count_in_column(legs: LegChecker, curve: Floats) -> int:

@@ -86,13 +86,13 @@ def _with_waypoints(route: Route, trajectory: Trajectory, places: Sequence[float
         points=np.insert(route.points, at, more, axis=0),
         times=np.insert(route.times, at, times),
         holds=np.insert(route.holds, at, 0.0),
-        bends=np.insert(route.bends, legs, route.bends[legs]),
+        deviations=np.insert(route.deviations, legs, route.deviations[legs]),
     )
 
 
 def _reach(route: Route, leg: int) -> float:
     """Return how far a UAV may be from a leg, metres, its tracking error aside."""
-    return route.radius + float(route.bends[leg])
+    return route.radius + float(route.deviations[leg])
 
 
 def with_limited_speeds(scenario: Scenario, plan: FlightPlan) -> FlightPlan:

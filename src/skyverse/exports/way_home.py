@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import Parts, Spread, flown_legs, joined_parts, leans, return_bends
+from skyverse.exports.flown_legs import Parts, Spread, flown_legs, joined_parts
 from skyverse.exports.global_positions import home
+from skyverse.exports.leg_deviation import leg_deviation
 from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.part_lines import Deviation, PartLines
 from skyverse.exports.return_destinations import ACCEPTANCE, Destination, may_be_taken, return_levels
@@ -191,17 +192,15 @@ class WayHome:
         half, aside = half + off, aside + off
         at, level = middle[part], self.levels[goal]
         over = self.places[goal].copy()
-        high = np.maximum(box[1][part, 2], level) - np.minimum(box[0][part, 2], over[:, 2])
-        bend = return_bends(self.scenario, at, over, half[part] + self.error.horizontal, high)
+        beside = leg_deviation(self.scenario, away + half[part] + self.error.horizontal)
         knows = (box[1][:, 2] + rise)[part] + self.error.vertical <= level  # it climbs to a level that it knows
-        bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
-        known = Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
-        free = Deviation(*(column[part] + bow for column in (half + rise, aside, upright + rise, off, rise)))
+        more = beside - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
+        rounded = np.full(len(part), MAVLINK_ROUNDING)
+        known = Deviation(half[part] + beside, aside[part] + more, rounded, off[part] + more, rounded)
+        free = Deviation(*(column[part] + more for column in (half + rise, aside, upright + rise, off, rise)))
         top = np.maximum(at[:, 2], level)
         highest, lowest = (np.maximum(z, level) for z in ((box[1][:, 2] + rise)[part], (box[0][:, 2] - rise)[part]))
-        flown = free._replace(
-            above=np.maximum(highest - top, top - lowest) + bow
-        )  # it flies home at its level or higher
+        flown = free._replace(above=np.maximum(highest - top, top - lowest))  # it flies home at its level or higher
         across = Deviation(*(np.where(knows, a, b) for a, b in zip(known, flown, strict=True)))
         lines = PartLines(named, box[0][part], box[1][part], self.error)
         column, roof = self._column(at, box[0][part, 2])
@@ -218,10 +217,9 @@ class WayHome:
         lower = np.column_stack([np.zeros((len(part), 2)), lag])
         lag = lag + np.where(knows, 0.0, self.error.vertical)  # it flies home as high as it is when it is called back
         lines.add(turn - lower, over - lower, across, every, on_path=True, lax=np.column_stack([0 * lag, lag]))
-        above = np.maximum(over[:, 2], box[1][part, 2]) + np.maximum(bend - LEG_ALLOWANCE, 0.0)
+        above = np.maximum(over[:, 2], box[1][part, 2])
         below = self.below[goal].T
-        lean = leans(np.linalg.norm(over[:, :2], axis=1), high)  # it is above where it lands, however it came there
-        vertical = Deviation(lean, lean, lean, lean, np.full(len(part), LEG_ALLOWANCE))
+        vertical = Deviation(rounded, rounded, rounded, rounded, np.full(len(part), LEG_ALLOWANCE))
         lines.descend(over, above, below, vertical, every, lax=(radius, 0.0))
         if self.plan.autopilot.name == "dji":
             flat = over.copy()

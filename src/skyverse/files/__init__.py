@@ -19,7 +19,7 @@ from skyverse.files.missions import (
     trajectories_csv,
     waypoints_csv,
 )
-from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
+from skyverse.files.scenarios import course_map, options_built_with, scenario_from_data, scenario_schema, scenario_text
 from skyverse.maps.readers import voxels
 from skyverse.maps.readers.rotorpy_world import is_rotorpy_world, rotorpy_world
 from skyverse.maps.readers.voxel_grid import Unknown
@@ -28,7 +28,16 @@ from skyverse.model.mission import Mission
 from skyverse.model.replanned_flight import ReplannedFlight
 from skyverse.model.scenario import Scenario
 
-__all__ = ["BUILTIN_NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
+__all__ = [
+    "BUILTIN_NAMES",
+    "options_built_with",
+    "read",
+    "read_flight",
+    "read_mission",
+    "read_scenario",
+    "scenario_schema",
+    "write",
+]
 
 
 @overload

@@ -5,14 +5,15 @@ from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from skyverse.documents.yaml import yaml_text
-from skyverse.errors import InputError, shown, unreadable
+from skyverse.errors import InputError, require_file, shown, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
-from skyverse.files.document import explained
+from skyverse.files.document import explained, parse, read_text
 from skyverse.files.grid_archive import beside
 from skyverse.files.recorded_motions import RecordedMotion, with_recorded_motions
+from skyverse.model.built_with import BuiltWith, Words
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
 from skyverse.model.vehicle_profiles import limits_without_value
@@ -30,6 +31,19 @@ def scenario_from_data(source: str | Path, data: Any) -> Scenario:
         return Scenario.model_validate(data, context=beside(Path(source)))
     except ValidationError as error:
         raise explained(source, error, data, keys_of_schema(scenario_schema())) from None
+
+
+def options_built_with(source: Path) -> Words:
+    """Return the options of ``scenario build`` that a file keeps, of a scenario that may be too old to be read."""
+    require_file(source)
+    data = parse(source, read_text(source))
+    scenario = data.get("scenario", data) if isinstance(data, dict) else {}
+    given = scenario.get("built_with", ()) if isinstance(scenario, dict) else ()
+    try:
+        words: Words = TypeAdapter(BuiltWith).validate_python(given, context=beside(source))
+    except ValidationError as error:
+        raise explained(f"{source}: built_with", error, given, set()) from None
+    return words
 
 
 MAX_PRINTED_NUMBERS = 100_000

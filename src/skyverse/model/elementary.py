@@ -11,7 +11,13 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 
-_ARCTAN2, _EXP, _POWER = np.frompyfunc(math.atan2, 2, 1), np.frompyfunc(math.exp, 1, 1), np.frompyfunc(math.pow, 2, 1)
+_ARCSINH, _ARCTAN2 = np.frompyfunc(math.asinh, 1, 1), np.frompyfunc(math.atan2, 2, 1)
+_EXP, _POWER = np.frompyfunc(math.exp, 1, 1), np.frompyfunc(math.pow, 2, 1)
+
+
+def arcsinh(x: ArrayLike) -> Floats:
+    """Return the inverse hyperbolic sines."""
+    return np.asarray(_ARCSINH(x), dtype=np.float64)
 
 
 def arctan2(y: ArrayLike, x: ArrayLike) -> Floats:

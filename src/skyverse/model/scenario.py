@@ -1,6 +1,6 @@
 """All that is given: space, obstacles, UAVs and their limits, targets, and the objective; frozen and validated.
 
-All units are SI; positions are local east-north-up metres, with an optional WGS84 origin in the frame.
+All units are SI; positions are local metres east, north and up, with an optional WGS84 origin in the frame.
 """
 
 import math
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
-from skyverse.errors import require_number, shown
+from skyverse.errors import InputError, require_number, shown
 from skyverse.model.built_with import BuiltWith
 from skyverse.model.digest import digest_of
 from skyverse.model.drawing import Drawn, drawing
@@ -186,10 +186,39 @@ class Origin(Model):
 
 
 class Frame(Model):
-    """What positions mean: local east-north-up metres (``"enu"``) from `origin`, where that is known."""
+    """What positions mean: metres east and north on a map about `origin`, where that is known, and altitude above it.
 
-    axes: Literal["enu"] = "enu"
+    The map is the transverse Mercator projection of WGS84 whose central meridian goes through the origin; lengths are
+    true at the origin, to 1e-4 within 90 km. See `skyverse.to_local`.
+    """
+
+    axes: Literal["map"] = "map"
     origin: Origin | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_a_tangent_plane(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or data.get("axes") != "enu":
+            return data
+        if data.get("origin") is not None:
+            raise ValueError(
+                "axes: expected 'map', found 'enu', a plane that touches the Earth at the origin, as older versions "
+                "used it; skyverse scenario build --from FILE builds the scenario of that file anew"
+            )
+        return {key: value for key, value in data.items() if key != "axes"}
+
+
+MAX_EASTING = 90_000.0
+"""Metres east or west of a map's origin; farther out, its lengths are too long by more than 1e-4."""
+
+
+def require_true_lengths(x: tuple[float, float], what: str) -> None:
+    """Raise `InputError` for an area, from one x to another, over which lengths on the map are too long."""
+    if max(-x[0], x[1]) > MAX_EASTING:
+        raise InputError(
+            f"expected {what} within {MAX_EASTING / 1000:g} km east and west of the origin, where lengths are true to "
+            f"1e-4, found {x[0] / 1000:.4g} to {x[1] / 1000:.4g} km"
+        )
 
 
 class Source(Model):
@@ -350,6 +379,12 @@ class Scenario(Model, Drawn):
     @classmethod
     def _name_movers(cls, movers: tuple[Mover, ...]) -> tuple[Mover, ...]:
         return _named(movers, "mover")
+
+    @model_validator(mode="after")
+    def _on_a_true_map(self) -> Self:
+        if self.frame.origin is not None:
+            require_true_lengths((self.bounds.min[0], self.bounds.max[0]), "bounds")
+        return self
 
     @model_validator(mode="after")
     def _on_the_ground(self) -> Self:

@@ -94,8 +94,8 @@ def _terrain() -> Terrain:
     x, y = (np.arange(-side / 2, side / 2 + TERRAIN_STEP, TERRAIN_STEP) for side in TERRAIN_SIDES)
     nodes = np.stack([*np.meshgrid(x, y, indexing="ij"), np.zeros((len(x), len(y)))], axis=-1).reshape(-1, 3)
     places = to_wgs84(JACKSBORO_ORIGIN, nodes)
-    places[:, 2] = _between(heights, (north - places[:, 0]) / pitch - 0.5, (places[:, 1] - west) / pitch - 0.5)
-    ground = to_local(JACKSBORO_ORIGIN, places)[:, 2].reshape(len(x), len(y))
+    sea = _between(heights, (north - places[:, 0]) / pitch - 0.5, (places[:, 1] - west) / pitch - 0.5)
+    ground = sea.reshape(len(x), len(y)) - JACKSBORO_ORIGIN.altitude
     rows, columns = np.indices(heights.shape)
     given = np.stack([north - (rows + 0.5) * pitch, west + (columns + 0.5) * pitch, heights], axis=-1).reshape(-1, 3)
     u, v, z = (to_local(JACKSBORO_ORIGIN, given) - [x[0], y[0], 0.0]).T / [[TERRAIN_STEP], [TERRAIN_STEP], [1.0]]

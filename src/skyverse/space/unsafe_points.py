@@ -225,7 +225,7 @@ def _reason(scenario: Scenario, world: World, point: Place) -> str:
     if roof > scenario.bounds.max[2]:
         return f"{reason}, which reaches above the bounds"
     origin = scenario.frame.origin
-    sea = "" if origin is None else f" ({to_wgs84(origin, [*point[:2], roof])[0, 2]:.1f} m amsl)"
+    sea = "" if origin is None else f" ({roof + origin.altitude:.1f} m amsl)"
     return f"{reason}; the roof is at z = {roof:.6g} m{sea} there"
 
 

@@ -10,7 +10,6 @@ pyproj = pytest.importorskip("pyproj", reason="reading rasters needs pyproj")
 
 from rasterio.transform import Affine  # noqa: E402
 
-from skyverse.maps.assembly.ground import level_ground  # noqa: E402
 from skyverse.maps.assembly.terrain import read_terrain  # noqa: E402
 from skyverse.maps.georeference.choices import Raster  # noqa: E402
 from skyverse.maps.readers import raster_tiles  # noqa: E402
@@ -121,29 +120,9 @@ def test_of_two_rasters_the_lower_one_counts_for_the_lowest_surface(tmp_path):
         require_between(terrain, path, rng)
 
 
-def test_far_from_the_origin_heights_count_along_plumb_lines(tmp_path):
-    rng = np.random.default_rng(3)
-    far = Origin(latitude=46.8, longitude=9.0, altitude=1500.0)
-    path = written(tmp_path / "a.tif", rough(rng), "EPSG:32632", 20.0)
-    x, y, _ = to_local(far, [ORIGIN.latitude, ORIGIN.longitude, 1500.0])[0]
-    terrain, _ = read_terrain([Raster(path)], far, (x - 150, y - 150, x + 150, y + 150), max_height=300.0)
-    require_between(terrain, path, rng, far, height=300.0)
-
-
 def test_on_a_smooth_slope_both_surfaces_are_the_raster(tmp_path):
     rows, columns = np.mgrid[:60, :60]
     path = written(tmp_path / "a.tif", (1500.0 + 4.0 * columns + 6.0 * rows).astype("float32"), "EPSG:32632", 20.0)
     terrain, told = read_terrain([Raster(path)], ORIGIN, (-300, -300, 300, 300), step=15.0)
     assert require_between(terrain, path, np.random.default_rng(1)).max() < 0.02
     assert told.most_lowered < 0.02
-
-
-def test_level_ground_has_a_surface_nowhere_above_its_altitude():
-    terrain = level_ground(ORIGIN, (-5000, -4000, 5000, 4000), 1600.0)
-    rng = np.random.default_rng(2)
-    x, y = rng.uniform(-1, 1, (2, 5000)) * [[4900], [3900]]
-    globe = 46.8 + y / 111_200, 9.85 + x / (111_200 * np.cos(np.radians(46.8)))
-    high = to_local(ORIGIN, np.column_stack([*globe, np.full(5000, 1720.0)]))
-    above = high[:, 2] - terrain.lowest_ground.height(high[:, :2])
-    assert above.min() >= 120
-    assert above.max() < 120.01

@@ -55,7 +55,7 @@ def test_one_place_with_latitude_and_longitude_swapped_is_named(turned):
         if turned in places:
             latitude, longitude, altitude = places[turned]
             places[turned] = (longitude, latitude, altitude)
-    with pytest.raises(InputError, match=f"^{turned}: .*200 km .*swapped"):
+    with pytest.raises(InputError, match=f"^{turned}: .*180 km .*swapped"):
         build_scenario("z", ground=AboveSea(300), uavs=uavs, targets=targets)
 
 
@@ -65,7 +65,7 @@ def test_of_two_places_either_may_be_swapped():
 
 
 def test_places_that_are_far_apart_either_way_are_not_called_swapped():
-    with pytest.raises(InputError, match="expected an area of at most 200 km") as refused:
+    with pytest.raises(InputError, match="expected an area of at most 180 km") as refused:
         build_scenario("z", ground=AboveSea(300), uavs={"a": HERE}, targets={"t": (20.0, 30.0, AboveGround(30))})
     assert "swapped" not in str(refused.value)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from proj_map import proj_local
 from skyverse.cli import main
 from skyverse.errors import InputError
 from skyverse.maps.assembly.build import build_scenario
@@ -45,11 +46,7 @@ def some(seed, wide=300.0, count=400, high=60.0):
 
 def local(points):
     lon, lat = TO_UTM.transform(points[:, 0], points[:, 1], direction="INVERSE")
-    steps = (
-        f"+proj=pipeline +step +proj=cart +ellps=WGS84 +step +proj=topocentric +ellps=WGS84 +lat_0={LAT} +lon_0={LON} "
-        f"+h_0={ORIGIN.altitude}"
-    )
-    return np.column_stack(pyproj.Transformer.from_pipeline(steps).transform(lon, lat, points[:, 2], radians=False))
+    return proj_local(ORIGIN, lat, lon, points[:, 2])
 
 
 def columns(voxels):

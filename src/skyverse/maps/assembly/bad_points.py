@@ -132,7 +132,7 @@ def _moved(corner: Point, metres: float) -> Point:
 def _height(scenario: Scenario, point: Point) -> str:
     """Return a point's altitude above the sea, and above the ground where that is known."""
     assert scenario.frame.origin is not None
-    sea = f"{to_wgs84(scenario.frame.origin, [point])[0, 2]:.1f} m amsl"
+    sea = f"{point[2] + scenario.frame.origin.altitude:.1f} m amsl"
     if scenario.terrain is None:
         return sea
     return f"{sea} ({point[2] - float(scenario.terrain.height(point[:2])):.1f} m agl)"

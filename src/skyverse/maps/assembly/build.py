@@ -12,7 +12,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, in_words
 from skyverse.maps.assembly import extent, frame
 from skyverse.maps.assembly.bad_points import refuse_bad_points
-from skyverse.maps.assembly.ground import level_ground, z_at_altitude
+from skyverse.maps.assembly.ground import level_ground
 from skyverse.maps.assembly.inputs import open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.licence import licence_of, licensed
 from skyverse.maps.assembly.obstacles import local_features, points_inside, prisms, simplified, within_bounds
@@ -99,13 +99,13 @@ def build_scenario(options: BuildOptions) -> Scenario:
     local = [local_features(file.features, zero, region, relief, reach) for file in read]
     solids = {cloud.path: voxels_of(cloud, zero, region, reach, relief, options) for cloud in clouds}
     starting, ending = (local_points(some, starts, zero, relief, survey.homes) for some in (starts, goals))
-    home_z = {name: _z_below(zero, starting[name], altitude) for name, altitude in survey.homes.items()}
+    home_z = {name: altitude - zero.altitude for name, altitude in survey.homes.items()}
     bad = [*low_points(starting, relief, ground_clearance, home_z), *low_points(ending, relief, ground_clearance)]
     ends = [*starting.items(), *ending.items()]
     points = [point for _, point in ends]
     floor, highest = extent.heights(relief, local, [one for some in solids.values() for one in some], points)
     most = options.max_height
-    top = extent.ceiling(options.ceiling or most, options.band, zero, region, relief, floor, highest)
+    top = extent.ceiling(options.ceiling or most, options.band, zero, relief, floor, highest)
     if most is None or options.ceiling is not None:
         bad += extent.high_points(ends, top)
     if most is not None:
@@ -288,12 +288,11 @@ def _survey(
 def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region: Rectangle) -> Terrain | None:
     """Return the ground over the region, if it is known, and tell how it differs from the rasters."""
     require_size(region, "the area")
-    most = 0.0 if options.max_height is None else options.max_height.metres
     if not rasters:
         ground = options.ground
-        return None if ground is None else level_ground(origin, region, ground.metres, options.ground_clearance, most)
+        return None if ground is None else level_ground(origin, region, ground.metres, options.ground_clearance)
     step, fill, clearance = options.terrain_step, options.fill_nodata, options.ground_clearance
-    relief, changes = read_terrain(rasters, origin, region, step=step, fill=fill, clearance=clearance, max_height=most)
+    relief, changes = read_terrain(rasters, origin, region, step=step, fill=fill, clearance=clearance)
     nx, ny = relief.heights.shape
     for raster in rasters:
         size = f"{region[2] - region[0]:g} m by {region[3] - region[1]:g} m"
@@ -303,7 +302,8 @@ def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region
         f"{changes.mean:.2f} m on average and {changes.most:.2f} m at most, so that no height of a file stands out"
     )
     options.on_note(Note("", made))
-    if most:
+    if options.max_height is not None:
+        most = options.max_height.metres
         counted = (
             f"the ceiling above ground is counted from a surface that no height of a file is below, "
             f"{changes.mean_lowered:.2f} m below this ground on average and {changes.most_lowered:.2f} m at most"
@@ -327,12 +327,6 @@ def _lowered(level: Origin, relief: Terrain) -> tuple[Origin, Terrain]:
     lowered = level.model_copy(update={"altitude": level.altitude + down})
     lowest = None if relief.lowest is None else relief.lowest - down
     return lowered, relief.model_copy(update={"heights": relief.heights - down, "lowest": lowest})
-
-
-def _z_below(zero: Origin, point: tuple[float, float, float], altitude: float) -> float:
-    """Return z of an altitude above mean sea level, metres, straight above or below a point."""
-    x, y, z = (np.array([value]) for value in (*point[:2], altitude))
-    return float(z_at_altitude(zero, x, y, z)[0])
 
 
 def _summary(features: int, made: int, counts: Counter[str]) -> str:

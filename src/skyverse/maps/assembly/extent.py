@@ -7,9 +7,8 @@ import numpy as np
 
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.bad_points import BadPoint
-from skyverse.maps.assembly.ground import GIVE_GROUND, z_at_altitude
+from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.obstacles import LocalFeatures
-from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, Altitude
 from skyverse.model.round_steps import round_steps
 from skyverse.model.scenario import AltitudeBand, Bounds, Origin
@@ -56,7 +55,6 @@ def ceiling(
     asked: Altitude | None,
     band: tuple[float, float] | None,
     frame: Origin,
-    region: Rectangle,
     relief: Terrain | None,
     floor: float,
     highest: float,
@@ -69,8 +67,8 @@ def ceiling(
         What the user asks for, if anything.
     band
         The heights above ground that paths keep to, metres.
-    frame, region, relief
-        The local frame's origin, the part of it that the scenario holds, and the ground, if it is known.
+    frame, relief
+        The local frame's origin, and the ground, if it is known.
     floor, highest
         z of the bounds' lower end, and of the highest thing in the scenario.
     """
@@ -85,9 +83,8 @@ def ceiling(
         if ground is None:
             raise InputError("metres above ground need the ground", field="max_height", give=GIVE_GROUND)
         top = ground + asked.metres
-    else:  # a level surface is lowest in z where it is farthest from the origin
-        x, y = (np.array([max(region[k], region[k + 2], key=abs)]) for k in (0, 1))
-        top = float(z_at_altitude(frame, x, y, np.array([asked.metres]))[0])
+    else:
+        top = asked.metres - frame.altitude
     if top <= floor + 1:
         raise InputError(
             f"expected an altitude above the lowest ground, {frame.altitude + floor:.0f} m amsl, found "

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.maps.assembly.bad_points import BadPoint
-from skyverse.maps.assembly.ground import GIVE_GROUND, LEAST_EARTH_RADIUS, ground_range, z_at_altitude
+from skyverse.maps.assembly.ground import GIVE_GROUND, ground_range
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
@@ -68,25 +68,18 @@ def local_features(
     given, features = len(features), features_around(features, origin.longitude, origin.latitude)
     counts: Counter[str] = Counter()
     x0, y0, x1, y1 = region[0] - reach, region[1] - reach, region[2] + reach, region[3] + reach
-    flat = _outlines(features, origin, np.zeros(len(features)))
-    boxes = shapely.bounds(flat).reshape(-1, 4)
+    outlines = _outlines(features, origin)
+    boxes = shapely.bounds(outlines).reshape(-1, 4)
     near = (boxes[:, 0] <= x1) & (boxes[:, 2] >= x0) & (boxes[:, 1] <= y1) & (boxes[:, 3] >= y0)
     counts["outside"] = int((~near).sum()) + max(0, given - len(features))
     kept = list(compress(features, near))
-    boxes = boxes[near]
-    low, high = _ends(kept, flat[near], boxes, origin, region, terrain)
+    outlines = outlines[near]
+    low, high = _ends(kept, outlines, origin, terrain)
     empty = low >= high
     counts["buried"] = int(empty.sum())
     kept = list(compress(kept, ~empty))
-    low, high, boxes = low[~empty], high[~empty], boxes[~empty]
-    # walls are upright in the frame, but on Earth verticals lean away: outlines at half height are widened by that
-    most = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0.0) + 500.0)
-    least = np.where(np.isfinite(low), low, np.minimum(most, 0.0))
-    boxes = np.clip(boxes, [x0, y0, x0, y0], [x1, y1, x1, y1])
-    far = np.hypot(np.abs(boxes[:, [0, 2]]).max(axis=1), np.abs(boxes[:, [1, 3]]).max(axis=1))
-    outlines = _outlines(kept, origin, (most + least) / 2)
-    lean = far * (most - least) / 2 / LEAST_EARTH_RADIUS
-    outlines = shapely.buffer(outlines, lean + ROUNDING, join_style="mitre", mitre_limit=5.0)
+    low, high = low[~empty], high[~empty]
+    outlines = shapely.buffer(outlines[~empty], ROUNDING, join_style="mitre", mitre_limit=5.0)
     frame = shapely.box(x0, y0, x1, y1)
     crossing = ~shapely.covered_by(outlines, frame)
     counts["cut at the edge of the area"] = int(crossing.sum())
@@ -97,8 +90,8 @@ def local_features(
     return LocalFeatures(whole, [kept[k] for k in rows], low[rows], high[rows], counts)
 
 
-def _outlines(features: Sequence[Feature], origin: Origin, levels: Floats) -> NDArray[Any]:
-    """Return polygons (n,) of shapely in local metres, where the outlines' corners are at the z in `levels` (n,)."""
+def _outlines(features: Sequence[Feature], origin: Origin) -> NDArray[Any]:
+    """Return polygons (n,) of shapely in local metres."""
     import shapely
 
     rings = [ring for feature in features for ring in (feature.outline, *feature.holes)]
@@ -107,9 +100,7 @@ def _outlines(features: Sequence[Feature], origin: Origin, levels: Floats) -> ND
     sizes = np.array([len(ring) for ring in rings])
     owner = np.repeat(np.arange(len(features)), [1 + len(feature.holes) for feature in features])
     corners = np.concatenate(rings)
-    rows = np.column_stack([corners[:, 1], corners[:, 0], np.full(len(corners), origin.altitude)])
-    rows[:, 2] += np.repeat(levels[owner], sizes) - to_local(origin, rows)[:, 2]
-    places = to_local(origin, rows)[:, :2]
+    places = to_local(origin, np.column_stack([corners[:, ::-1], np.zeros(len(corners))]))[:, :2]
     number = np.repeat(np.arange(len(rings)), sizes)
     made = shapely.linearrings(places, indices=number)
     polygons: NDArray[Any] = shapely.polygons(made, indices=owner)
@@ -122,19 +113,14 @@ def _outlines(features: Sequence[Feature], origin: Origin, levels: Floats) -> ND
 def _ends(
     features: Sequence[Feature],
     outlines: NDArray[Any],
-    boxes: Floats,
     origin: Origin,
-    region: Rectangle,
     terrain: Terrain | None,
 ) -> tuple[Floats, Floats]:
     """Return z of both ends (n,): the lowest at which a feature may begin and the highest at which it may end."""
-    near = np.clip(0.0, boxes[:, :2], boxes[:, 2:])
-    far = np.where(np.abs(boxes[:, :2]) > np.abs(boxes[:, 2:]), boxes[:, :2], boxes[:, 2:])
-    far = np.clip(far, [region[0], region[1]], [region[2], region[3]])
     low, high = np.full(len(features), -np.inf), np.full(len(features), np.inf)
-    for ends, side, at in ((low, "low", far), (high, "high", near)):
+    for ends, side in ((low, "low"), (high, "high")):
         sea = np.array([isinstance(getattr(feature, side), AboveSea) for feature in features], dtype=bool)
-        ends[sea] = z_at_altitude(origin, at[sea, 0], at[sea, 1], _metres(features, sea, side))
+        ends[sea] = _metres(features, sea, side) - origin.altitude
     home = next((f for f in features if isinstance(f.low, AboveHome) or isinstance(f.high, AboveHome)), None)
     if home is not None:
         raise InputError(f"{home.where}: an altitude above home, but an obstacle has no home; give it as agl or amsl")

@@ -17,7 +17,7 @@ from skyverse.maps.georeference.latitude_longitude import SWAPPED, require_on_gl
 from skyverse.maps.georeference.rectangle import Rectangle, contains
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
-from skyverse.model.geodesy import to_local, to_wgs84
+from skyverse.model.geodesy import to_local
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
@@ -167,7 +167,7 @@ def local_points(
             home = homes.get(uav)
             if home is None:
                 ground = _above_ground(name, starts[uav][0], starts[uav][1], 0.0, origin, terrain)
-                home = float(to_wgs84(origin, [ground])[0, 2])
+                home = origin.altitude + ground[2]
             altitude = AboveSea(home + altitude.metres)
         if isinstance(altitude, AboveGround):
             points[name] = _above_ground(name, latitude, longitude, altitude.metres, origin, terrain)
@@ -185,12 +185,8 @@ def _above_ground(
             f"{name}: an altitude above ground or home needs the ground, where it is not given as amsl",
             give=GIVE_GROUND,
         )
-    altitude = origin.altitude
-    for _ in range(4):  # the vertical there differs a little from the frame's
-        point = to_local(origin, [latitude, longitude, altitude])
-        altitude += float(terrain.height(point[0, :2])) + metres - float(point[0, 2])
-    x, y, _ = to_local(origin, [latitude, longitude, altitude])[0].tolist()
-    return x, y, float(terrain.height((x, y))) + metres  # as high as asked, where that is the least that is allowed
+    x, y, _ = to_local(origin, [latitude, longitude, 0.0])[0].tolist()
+    return x, y, float(terrain.height((x, y))) + metres
 
 
 def low_points(

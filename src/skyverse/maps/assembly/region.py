@@ -8,12 +8,11 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import OpenRaster
-from skyverse.maps.readers.raster_tiles import LEVELS
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import Origin
+from skyverse.model.scenario import MAX_EASTING, Origin, require_true_lengths
 
-MAX_WIDTH = 200_000.0
-"""Metres that a scenario may be wide; farther out, a plane through its origin is not a frame to fly in."""
+MAX_WIDTH = 2 * MAX_EASTING
+"""Metres that a scenario may be wide."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +72,8 @@ def covered(raster: OpenRaster, origin: Origin) -> Rectangle:
 
 
 def _between_edges(origin: Origin, edges: list[tuple[Floats, Floats]], what: str) -> Rectangle:
-    """Return the rectangle between four edges of latitudes and longitudes, at low and high altitudes alike."""
-
-    def flat(lat: Floats, lon: Floats, level: float) -> Floats:
-        return to_local(origin, np.column_stack([lat, lon, np.full_like(lat, level)]))[:, :2]
-
-    places = [np.concatenate([flat(lat, lon, level) for level in LEVELS]) for lat, lon in edges]
+    """Return the rectangle between four edges of latitudes and longitudes."""
+    places = [to_local(origin, np.column_stack([lat, lon, np.zeros_like(lat)]))[:, :2] for lat, lon in edges]
     middle = np.mean(np.concatenate(places), axis=0)
     limits = [-np.inf, -np.inf, np.inf, np.inf]
     for edge in places:
@@ -107,6 +102,7 @@ def require_size(region: Rectangle, what: str) -> Rectangle:
             f"{what}: expected an area of at most {MAX_WIDTH / 1000:g} km, found {(x1 - x0) / 1000:.0f} km by "
             f"{(y1 - y0) / 1000:.0f} km"
         )
+    require_true_lengths((x0, x1), what)
     return region
 
 

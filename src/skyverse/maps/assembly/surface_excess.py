@@ -37,8 +37,6 @@ class Patches:
         (2, n) steps of the grid.
     bend
         (n,) steps of the grid, at most.
-    bulge
-        Metres by which heights differ at most from the bilinear surface between the corners.
     z
         (2, 2, n) heights of the corners, metres; the first index is s, the second is t.
     """
@@ -47,7 +45,6 @@ class Patches:
     along: Floats
     aside: Floats
     bend: Floats
-    bulge: float
     z: Floats
 
     @property
@@ -60,7 +57,7 @@ class Patches:
         middle, along, aside, bend, z = (
             part[..., some] for part in (self.middle, self.along, self.aside, self.bend, self.z)
         )
-        return Patches(middle, along, aside, bend, self.bulge, z)
+        return Patches(middle, along, aside, bend, z)
 
 
 def surface_excess(tile: Tile, place: tuple[Floats, Floats], heights: Floats, sign: float) -> Floats:
@@ -116,7 +113,7 @@ def _patches(tile: Tile, place: tuple[Floats, Floats], sign: float) -> Iterator[
         ]
         corners = [[values, values], [values, values]]
     corner, steps = np.array([[line[0]] for line in place]), np.array([[line[1] - line[0]] for line in place])
-    curved, bulge = _curvature(tile, spans)
+    curved = _curvature(tile, spans)
     (across, down), many = spans, max(1, STRIP_PATCHES // len(spans[0][0]))
     for top in range(0, len(down[0]), many):
         part = slice(top, top + many)
@@ -125,18 +122,17 @@ def _patches(tile: Tile, place: tuple[Floats, Floats], sign: float) -> Iterator[
         known = np.flatnonzero(np.isfinite(z).all(axis=(0, 1)))
         if not len(known):
             continue
-        at, up = np.empty((2, 2, 2, len(known))), np.empty((2, 2, len(known)))
+        at = np.empty((2, 2, 2, len(known)))
         for side, end in product((0, 1), (0, 1)):
-            here = tile.local.grid(across[side], down[end][part]).reshape(6, -1)[:, known]
-            here = here[:3] + sign * z[side, end, known] * here[3:]
-            at[:, side, end], up[side, end] = (here[:2] - corner) / steps, sign * here[2]
+            here = tile.local.grid(across[side], down[end][part]).reshape(2, -1)[:, known]
+            at[:, side, end] = (here - corner) / steps
         (a, b), (c, d) = at.transpose(1, 2, 0, 3)
         bend = np.abs(a + d - b - c).sum(axis=0) / 4 + curved / float(steps.min()) + _ROUNDING
-        yield Patches((a + b + c + d) / 4, (c + d - a - b) / 2, (b + d - a - c) / 2, bend, bulge, up)
+        yield Patches((a + b + c + d) / 4, (c + d - a - b) / 2, (b + d - a - c) / 2, bend, z[..., known])
 
 
-def _curvature(tile: Tile, spans: Sequence[tuple[Floats, Floats]]) -> tuple[float, float]:
-    """Return how far places between the corners of patches are off the bilinear ones, horizontally and in z, metres.
+def _curvature(tile: Tile, spans: Sequence[tuple[Floats, Floats]]) -> float:
+    """Return how far places between the corners of patches are off the bilinear ones, metres.
 
     It is a little more than what some patches, from all over the window, are off in their middles.
     """
@@ -144,9 +140,9 @@ def _curvature(tile: Tile, spans: Sequence[tuple[Floats, Floats]]) -> tuple[floa
         np.stack([begin, (begin + end) / 2, end])[:, np.linspace(0, len(begin) - 1, 9).astype(int)]
         for begin, end in spans
     )
-    at = tile.local.grid(across.ravel(), down.ravel())[:3].reshape(3, 3, 9, 3, 9)
+    at = tile.local.grid(across.ravel(), down.ravel()).reshape(2, 3, 9, 3, 9)
     off = at[:, 1, :, 1] - (at[:, 0, :, 0] + at[:, 0, :, 2] + at[:, 2, :, 0] + at[:, 2, :, 2]) / 4
-    return 1.1 * float(np.hypot(*off[:2]).max()), 1.1 * float(np.abs(off[2]).max())
+    return 1.1 * float(np.hypot(*off).max())
 
 
 def _excess(patches: Patches, heights: Floats, i: Indices, j: Indices) -> Floats:
@@ -174,7 +170,7 @@ def _excess(patches: Patches, heights: Floats, i: Indices, j: Indices) -> Floats
         linear = constant + in_s * (k / 2) + in_t * (m / 2) + in_st * (k * m / 4)
         most = np.maximum(most, linear + (in_ss if k == 2 else 0.0) + (in_tt if m == 2 else 0.0))
     slack = patches.bend * (np.abs(a) + np.abs(b) + 2 * np.abs(twist))
-    return np.where((width >= 0) & (height >= 0), most + slack + patches.bulge, -np.inf)
+    return np.where((width >= 0) & (height >= 0), most + slack, -np.inf)
 
 
 def _window(middle: Floats, reach: Floats, bend: Floats) -> tuple[Floats, Floats]:

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
-from skyverse.maps.assembly.ground import LOW_AIRSPACE, below_plumb_lines, z_at_altitude
 from skyverse.maps.assembly.node_neighbourhood import greatest_around_nodes
 from skyverse.maps.assembly.surface_excess import surface_excess
 from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import open_raster
-from skyverse.maps.readers.raster_tiles import LEVELS, Tile, pixel_size, tiles
+from skyverse.maps.readers.raster_tiles import Tile, pixel_size, tiles
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
@@ -72,15 +71,13 @@ def read_terrain(
     step: float | None = None,
     fill: float | Literal["nearest"] | None = None,
     clearance: float | None = None,
-    max_height: float = 0.0,
 ) -> tuple[Terrain, TerrainChanges]:
     """Read the ground over a region of the local frame.
 
     The surface of a raster is bilinear between the centres of its pixels, and level in the half pixels at its edge. The
     bilinear surface of the result's `heights` is nowhere in the region below that of a raster, and that of its `lowest`
     heights is nowhere above. Where rasters overlap, the higher one counts for the former and the lower one for the
-    latter. What is at most `max_height` above the `lowest` surface along the frame's z is at most that high above every
-    raster along the plumb line, too.
+    latter.
 
     Parameters
     ----------
@@ -98,9 +95,6 @@ def read_terrain(
         are refused when left out.
     clearance
         The terrain's own clearance, metres.
-    max_height
-        The height up to which heights above the `lowest` surface are to count along plumb lines, metres; at least
-        `LOW_AIRSPACE`.
 
     Raises
     ------
@@ -145,7 +139,6 @@ def read_terrain(
         grid.raise_to(tile, heights, lift)
     lift += grid.excess(found, heights + lift, -1.0)
     lowest = lowest - grid.excess(found, lowest, 1.0)
-    lowest = below_plumb_lines(lowest, grid.x, grid.y, max(LOW_AIRSPACE, max_height))
     terrain = Terrain(
         origin=(x0, y0),
         step=(float(x[1] - x[0]), float(y[1] - y[0])),
@@ -201,18 +194,7 @@ class _TerrainGrid:
         many = max(1, STRIP_PIXELS // shape[1])
         for first in range(0, shape[0], many):
             part = slice(first, first + many)
-            column, row, altitude, column_up, row_up, altitude_up = tile.pixel.grid(self.x[part], self.y)
-            rise = LEVELS[1] - LEVELS[0]
-            z = np.full_like(column, np.nanmean(values) if np.isfinite(values).any() else 0.0)
-            # twice, as the vertical line through a node leans towards other pixels, the more the farther the origin is
-            for _ in range(2):
-                share = (z - LEVELS[0]) / rise
-                found, inside = _between(
-                    tile, values, column + share * (column_up - column), row + share * (row_up - row)
-                )
-                there = LEVELS[0] + (found - altitude) / (altitude_up - altitude) * rise
-                z = np.where(np.isnan(there), z, there)
-            heights[part], covered[part] = there, inside
+            heights[part], covered[part] = _between(tile, values, *tile.pixel.grid(self.x[part], self.y))
         for strip in self._pixels(tile):
             i, j = strip.cells
             for k, m in ((0, 0), (1, 0), (0, 1), (1, 1)):  # the nodes around a pixel without data
@@ -242,25 +224,22 @@ class _TerrainGrid:
         rows, columns = tile.heights.shape
         across = tile.corner[0] + (np.arange(columns) + 0.5) * tile.block
         half = (tile.block - 1) / 2
-        relief = np.nanmax(tile.heights, initial=0.0) - np.nanmin(tile.heights, initial=0.0)
         many = max(1, STRIP_PIXELS // columns)
         for first in range(0, rows, many):
             values = tile.heights[first : first + many].T
             down = tile.corner[1] + (np.arange(first, first + values.shape[1]) + 0.5) * tile.block
-            base, lean = np.split(tile.local.grid(across, down), 2)
-            reach = np.zeros(3)
+            middles = tile.local.grid(across, down)
+            reach = np.zeros(2)
             if half:  # how far a block reaches from its middle
-                ahead = tile.local.grid(across + half, down)[:3] - base, tile.local.grid(across, down + half)[:3] - base
+                ahead = tile.local.grid(across + half, down) - middles, tile.local.grid(across, down + half) - middles
                 reach = sum(np.abs(part).max(axis=(1, 2)) for part in ahead)
-                reach[:2] += np.abs(lean[:2]).max(axis=(1, 2)) * relief
-            height = np.where(np.isnan(values), 0.0, values)
-            x, y, z = base + height * lean
+            x, y = middles
             x, y = (x - self.x[0]) / self.steps[0], (y - self.y[0]) / self.steps[1]
             around = reach[0] / self.steps[0], reach[1] / self.steps[1]
             inside = (x >= -around[0]) & (x <= len(self.x) - 1 + around[0])
             inside &= (y >= -around[1]) & (y <= len(self.y) - 1 + around[1])
             ends = len(self.x) - 1.0, len(self.y) - 1.0
-            yield _PixelStrip(x[inside], y[inside], z[inside] + reach[2], np.isnan(values[inside]), around, ends)
+            yield _PixelStrip(x[inside], y[inside], values[inside], np.isnan(values[inside]), around, ends)
 
 
 @dataclass(frozen=True)
@@ -341,7 +320,4 @@ def _filled(
 
         i, j = distance_transform_edt(holes, sampling=grid.steps, return_distances=False, return_indices=True)
         return heights[i, j]
-    each, other = (at[holes] for at in np.meshgrid(grid.x, grid.y, indexing="ij"))
-    heights = heights.copy()
-    heights[holes] = z_at_altitude(level, each, other, np.full(len(each), float(fill)))
-    return heights
+    return np.where(holes, float(fill), heights)

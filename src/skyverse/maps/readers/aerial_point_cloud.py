@@ -216,17 +216,13 @@ def _extent(
 ) -> tuple[Floats, Floats]:
     """Return the corners of the box in the local frame that the cloud and the region with its surroundings share."""
     least, most = (_altitudes(cloud, origin, end[2:3])[0] for end in (cloud.low, cloud.high))
-    corners = [
-        to_local(origin, np.column_stack([cloud.outline[:, ::-1], np.full(len(cloud.outline), altitude)]))
-        for altitude in (least, most)
-    ]
-    places = np.concatenate(corners)
+    places = to_local(origin, np.column_stack([cloud.outline[:, ::-1], np.full(len(cloud.outline), least)]))
     low, high = places.min(axis=0), places.max(axis=0)
     low[:2] = np.maximum(low[:2] - 1.0, np.array(region[:2]) - reach)
     high[:2] = np.minimum(high[:2] + 1.0, np.array(region[2:]) + reach)
     if terrain is not None:
         low[2] = float(terrain.heights.min())
-    high[2] = max(high[2], most - origin.altitude) + 1.0
+    high[2] = most - origin.altitude + 1.0
     return low, high
 
 

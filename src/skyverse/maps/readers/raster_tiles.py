@@ -13,8 +13,6 @@ from skyverse.maps.readers.undeclared_nodata import extremes_of_blocks, refuse_u
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Origin
 
-LEVELS = (0.0, 4000.0)
-"""Two altitudes, metres; a vertical line is straight enough between and beyond them for a line through both."""
 MAX_PIXELS, POOLED_PIXELS = 8e6, 2e6
 """A window of more pixels than the first is read as blocks, about as many as the second where the step allows it."""
 GIVE_GEOID = Remedy("geoid", None, "for how far mean sea level lies above it there")
@@ -38,9 +36,9 @@ class Tile:
     block
         How many pixels wide and high the block is that a height stands for.
     local
-        Maps column and row to local metres at sea level, and to how far these move for each metre of height: 6 numbers.
+        Maps column and row to x and y.
     pixel
-        Maps x and y to column, row and altitude, at both `LEVELS` of z: 6 numbers.
+        Maps x and y to column and row.
     """
 
     heights: Floats
@@ -75,17 +73,14 @@ def tiles(raster: OpenRaster, origin: Origin, region: Rectangle, step: float) ->
     for turns in (0,) if raster.turn is None else (-1, 0, 1):
 
         def pixel(x: Floats, y: Floats, turns: int = turns) -> Floats:
-            rows: list[Floats] = []
-            for z in LEVELS:
-                latitude, longitude, altitude = to_wgs84(origin, np.column_stack([x, y, np.full_like(x, z)])).T
-                rows += [*raster.pixels(longitude, latitude, origin.longitude, turns), altitude]
-            return np.array(rows)
+            latitude, longitude, _ = to_wgs84(origin, np.column_stack([x, y, np.zeros_like(x)])).T
+            return np.array(raster.pixels(longitude, latitude, origin.longitude, turns))
 
         to_pixel = ChebyshevMap(pixel, (x0, x1), (y0, y1))
         reach = to_pixel.grid(np.linspace(x0, x1, 33), np.linspace(y0, y1, 33))
         if not np.isfinite(reach).all():
             raise InputError(f"{raster.path}: its coordinate system, {raster.name}, does not reach the area")
-        across, down = reach[[0, 3]], reach[[1, 4]]
+        across, down = reach
         width, height = raster.data.width, raster.data.height
         left, right = max(0, int(across.min()) - 3), min(width, int(across.max()) + 4)
         top, bottom = max(0, int(down.min()) - 3), min(height, int(down.max()) + 4)
@@ -96,11 +91,7 @@ def tiles(raster: OpenRaster, origin: Origin, region: Rectangle, step: float) ->
             longitude, latitude = raster.places(columns, rows)
             if not (np.isfinite(longitude).all() and np.isfinite(latitude).all()):
                 raise InputError(f"{raster.path}: its coordinate system, {raster.name}, does not reach its pixels")
-            low, high = (
-                to_local(origin, np.column_stack([latitude, longitude, np.full_like(latitude, level)]))
-                for level in LEVELS
-            )
-            return np.concatenate([low.T, (high - low).T / (LEVELS[1] - LEVELS[0])])
+            return to_local(origin, np.column_stack([latitude, longitude, np.zeros_like(latitude)]))[:, :2].T
 
         to_metres = ChebyshevMap(local, (left, right), (top, bottom))
         _refuse_discontinuity(raster, to_pixel, to_metres, region)
@@ -138,7 +129,7 @@ def pixel_size(raster: OpenRaster, origin: Origin) -> float:
 def _longest_side(to_metres: ChebyshevMap, columns: tuple[int, int], rows: tuple[int, int]) -> float:
     """Return the longest side of a pixel in a window, metres."""
     at = [np.linspace(low, high, 5) for low, high in (columns, rows)]
-    places = to_metres.grid(*at)[:2]
+    places = to_metres.grid(*at)
     sides = [np.hypot(*np.diff(places, axis=1 + axis)).max() / (at[axis][1] - at[axis][0]) for axis in range(2)]
     return float(max(sides))
 
@@ -149,11 +140,10 @@ def _refuse_discontinuity(
     """Refuse a raster whose maps from metres to pixels and back do not agree, as where a pole lies in the region."""
     x0, y0, x1, y1 = region
     x, y = x0 + (x1 - x0) * _PROBES, y0 + (y1 - y0) * _PROBES
-    column, row, altitude = to_pixel.grid(x, y)[:3].reshape(3, -1)
+    column, row = to_pixel.grid(x, y).reshape(2, -1)
     each, other = (at.ravel() for at in np.meshgrid(x, y, indexing="ij"))
     inside = (column > 0) & (column < raster.data.width) & (row > 0) & (row < raster.data.height)
     for k in np.flatnonzero(inside):
-        base, lean = np.split(to_metres.grid(column[k : k + 1], row[k : k + 1])[:, 0, 0], 2)
-        back = base + altitude[k] * lean
+        back = to_metres.grid(column[k : k + 1], row[k : k + 1])[:, 0, 0]
         if not np.hypot(back[0] - each[k], back[1] - other[k]) < 0.01:
             raise InputError(f"{raster.path}: its coordinate system, {raster.name}, is not smooth over the area")

@@ -1,4 +1,4 @@
-"""Legs that are straight on the globe, near the origin and far from it, bend no more than is reckoned."""
+"""Legs that autopilots fly straight, near the origin and far from it, are off no more than is reckoned."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from handmade_exports import local
 from test_terrain_following import ALLOWANCE, EXACT, least_lift, random_case
 
 from skyverse.exports.global_positions import global_positions
-from skyverse.exports.leg_bends import bend
-from skyverse.model.scenario import Bounds, Origin
+from skyverse.exports.leg_deviation import leg_deviation
+from skyverse.model.scenario import Bounds, Frame, Origin, Scenario
 
 pyproj = pytest.importorskip("pyproj", reason="an independent geodesy")
 SHARES = np.linspace(0, 1, 101)
@@ -32,6 +32,19 @@ def geodesic(a, b):
     return np.column_stack([north, east])
 
 
+def on_azimuthal_map(a, b, home):
+    """Degrees (n, 2) of a line that PX4 holds in metres from its home, on a sphere."""
+    to_map = pyproj.Transformer.from_pipeline(
+        "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad "
+        f"+step +proj=aeqd +R=6371000 +lat_0={home[0]!r} +lon_0={home[1]!r}"
+    )
+    x, y = to_map.transform([a[1], b[1]], [a[0], b[0]])
+    longitude, latitude = to_map.transform(
+        x[0] + SHARES * (x[1] - x[0]), y[0] + SHARES * (y[1] - y[0]), direction="INVERSE"
+    )
+    return np.column_stack([latitude, longitude])
+
+
 def from_home(a, b, origin):
     """Degrees (n, 2) of a line that ArduPilot holds in metres from its origin, with longitudes scaled."""
     ends = np.array([[place[0], (place[1] - origin.longitude + 180) % 360 - 180] for place in (a, b)])
@@ -44,52 +57,54 @@ def from_home(a, b, origin):
     return np.column_stack([line[:, 0], origin.longitude + line[:, 1] / shrunk(line[:, 0])])
 
 
-@pytest.mark.parametrize("away", [1e3, 1e4, 1e5, 1e6])
-@pytest.mark.parametrize("length", [5.0, 500.0, 5e3, 5e4])
-def test_legs_on_the_globe_bend_no_more_than_is_reckoned(length, away):
+@pytest.mark.parametrize("away", [1e3, 1e4, 8e4])
+@pytest.mark.parametrize("length", [5.0, 500.0, 5e3])
+def test_legs_are_off_no_more_than_is_reckoned(length, away):
     rng, geod = np.random.default_rng(int(length + away)), pyproj.Geod(ellps="WGS84")
     most = 0.0
     for _ in range(25):
-        # at 1,000 km the origin is so far from the antimeridian and the poles that legs do not reach them
-        origin = Origin(latitude=rng.uniform(-60, 60), longitude=rng.uniform(-160, 160), altitude=100.0, geoid=0.0)
+        origin = Origin(latitude=rng.uniform(-75, 75), longitude=rng.uniform(-180, 180), altitude=100.0, geoid=0.0)
         east, north, _ = geod.fwd(origin.longitude, origin.latitude, rng.uniform(0, 360), away)
         on_east, on_north, _ = geod.fwd(east, north, rng.uniform(0, 360), length)
+        home_east, home_north, _ = geod.fwd(origin.longitude, origin.latitude, rng.uniform(0, 360), away)
         heights = 200 + rng.uniform(0, min(length, 300.0), 2)
-        a, b = (north, east), (on_north, on_east)
+        a, b = (north, east), (on_north, east + (on_east - east + 180) % 360 - 180)
         ends = local(origin, [north, on_north], [east, on_east], heights)
         straight = np.array(a) + SHARES[:, None] * (np.array(b) - np.array(a))
-        allowed = bend(origin, ends)
-        for places in (straight, great_circle(a, b), geodesic(a, b), from_home(a, b, origin)):
+        side = away + length
+        given = Scenario(
+            name="far",
+            clearance=0.0,
+            frame=Frame(origin=origin),
+            bounds=Bounds(min=(-side, -side, 0), max=(side, side, 900)),
+        )
+        allowed = float(leg_deviation(given, length))
+        home = home_north, home_east
+        ways = straight, great_circle(a, b), geodesic(a, b), from_home(a, b, origin), on_azimuthal_map(a, b, home)
+        for places in ways:
             flown = local(origin, *places.T, heights[0] + SHARES * (heights[1] - heights[0]))
             way = ends[1] - ends[0]
             along = np.clip((flown - ends[0]) @ way / (way @ way), 0, 1)
             off = float(np.linalg.norm(flown - ends[0] - along[:, None] * way, axis=1).max())
             assert off <= allowed + 1e-7
             most = max(most, off / allowed)
-    assert most > 0.3 or length < 500  # it is not reckoned much larger than it is
+    assert most > 0.3 or length < 5000  # it is not reckoned much larger than it is
 
 
 def far_case(seed, away):
-    """A random case at some metres from the origin, on ground that is level there."""
+    """A random case at some metres from the origin."""
     scenario, above, radius, stops, rng = random_case(seed)
     turn = rng.uniform(0, 2 * np.pi)
     middle = away * np.array([np.cos(turn), np.sin(turn)])
-    nodes = np.stack(
-        np.meshgrid(*(np.linspace(-200, 200, n) for n in scenario.terrain.heights.shape), indexing="ij"), -1
-    )
-    radius_of_earth = 6_371_000.0
-    deep = np.sqrt(radius_of_earth**2 - ((nodes + middle) ** 2).sum(axis=-1)) - radius_of_earth
-    down = float(deep.mean())
     terrain = scenario.terrain
-    lowest = None if terrain.lowest is None else terrain.lowest + deep
     origin = tuple(np.array(terrain.origin) + middle)
-    moved = terrain.model_copy(update={"origin": origin, "heights": terrain.heights + deep, "lowest": lowest})
+    moved = terrain.model_copy(update={"origin": origin})
     boxes = []
     for box in scenario.obstacles:
         x, y = ((low + high) / 2 for low, high in zip(box.min[:2], box.max[:2], strict=True))
         more = np.array([*middle, float(moved.height(np.array([x, y]) + middle) - terrain.height([x, y]))])
         boxes.append(box.model_copy(update={"min": tuple(box.min + more), "max": tuple(box.max + more)}))
-    bounds = Bounds(min=(*(middle - 200), down - 500), max=(*(middle + 200), down + 600))
+    bounds = Bounds(min=(*(middle - 200), -500), max=(*(middle + 200), 600))
     changes = {"terrain": moved, "obstacles": tuple(boxes), "bounds": bounds, "clearance": 1.0}
     return scenario.model_copy(update=changes), above + np.r_[middle, 0.0], radius, stops, rng
 
@@ -101,17 +116,16 @@ def on_the_globe(scenario, points, radius, stops, rng):
     scale = np.array([111e3, 111e3 * np.cos(np.radians(exported.latitude[0])), 1.0])
     metres = np.column_stack([exported.latitude, exported.longitude, exported.altitude]) * scale
     latitude, longitude, above = (follower.ways(metres, 0.98 * radius, stops, rng, 200, 8) / scale).T
-    sea, lowest = np.zeros(len(above)), terrain.heights if terrain.lowest is None else terrain.lowest
-    for _ in range(30):  # the altitude of the ground at a latitude and longitude
-        at = local(origin, latitude, longitude, sea)
-        sea = sea + follower.height(terrain, lowest, at[:, :2]) - at[:, 2]
-    return local(origin, latitude, longitude, sea + above)
+    lowest = terrain.heights if terrain.lowest is None else terrain.lowest
+    at = local(origin, latitude, longitude, origin.altitude + above)
+    at[:, 2] += follower.height(terrain, lowest, at[:, :2])
+    return at
 
 
-@pytest.mark.parametrize("away", [1e3, 1e4, 1e5])
+@pytest.mark.parametrize("away", [1e3, 8e4])
 @pytest.mark.parametrize("bare", [False, True])
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
-def test_heights_above_ground_are_vertical_far_from_the_origin(seed, bare, away):
+def test_heights_above_ground_are_kept_far_from_the_origin(seed, bare, away):
     scenario, above, radius, stops, rng = far_case(seed, away)
     if bare:
         scenario = scenario.model_copy(update={"obstacles": ()})
