@@ -11,7 +11,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.formats import NEW_IN_SCENARIO_2
 from worlds import ROOM, scenarios
 
 
@@ -73,27 +72,9 @@ def test_no_file_makes_a_reader_hand_out_a_certificate(tmp_path):
         {"certificates": [forged | {"subdivisions": 0}, None, None], "apart": forged | {"subdivisions": 0}},
         {"certificates": "all is well", "apart": [1, 2]},
     ):
-        for version in ("1", "2"):
-            told = {**data, **claims, "format": f"skyverse/mission/{version}"}
-            if version == "1":
-                del told["flights"], told["source"]
-                told["results"] = [
-                    r and {k: v for k, v in r.items() if k not in ("straight_bound", "objective")}
-                    for r in data["results"]
-                ]
-                told["scenario"] = in_version_1(data["scenario"])
-            (tmp_path / "forged.json").write_text(json.dumps(told))
-            read = sky.read_mission(tmp_path / "forged.json")
-            assert (read.certificates, read.apart) == ((), None)
-
-
-def in_version_1(scenario):
-    """A scenario's data without the fields that version 2 brought."""
-    told = scenario | {"format": "skyverse/scenario/1"}
-    for part, names in NEW_IN_SCENARIO_2.items():
-        if part and told[part] is not None:
-            told[part] = [{k: v for k, v in entry.items() if k not in names} for entry in told[part]]
-    return {k: v for k, v in told.items() if k not in NEW_IN_SCENARIO_2[""]}
+        (tmp_path / "forged.json").write_text(json.dumps({**data, **claims}))
+        read = sky.read_mission(tmp_path / "forged.json")
+        assert (read.certificates, read.apart) == ((), None)
 
 
 def test_the_file_is_strict_json_with_format_scenario_and_provenance(tmp_path):

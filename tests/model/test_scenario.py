@@ -162,18 +162,6 @@ def test_a_terrain_says_from_which_surface_a_ceiling_is_counted():
     ):
         with pytest.raises(ValidationError, match=says):
             sky.Scenario.model_validate({**VALID, "terrain": terrain | {"lowest": lowest}})
-    old = {**VALID, "format": "skyverse/scenario/1", "terrain": terrain}
-    with pytest.raises(ValidationError, match=r"terrain\.lowest: 'skyverse/scenario/1' has no such field"):
-        sky.Scenario.model_validate(old)
-
-
-def test_no_limit_of_format_2_is_there_unless_it_is_given():
-    scenario = sky.Scenario.model_validate({**VALID, "format": "skyverse/scenario/1"})
-    assert scenario == sky.Scenario.model_validate(VALID)
-    assert scenario.format == "skyverse/scenario/2"
-    assert (scenario.max_height, scenario.obstacles[0].closed_above) == (None, False)
-    uav = scenario.uavs[0]
-    assert (uav.max_climb, uav.max_descent, uav.vehicle, uav.tracking_error) == (None, None, "", sky.TrackingError())
 
 
 @pytest.mark.parametrize("key", ["name", "bounds", "clearance"])

@@ -2,7 +2,7 @@
 
 import dataclasses
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -64,17 +64,13 @@ class JsonFormat(Generic[T]):
         The type.
     name
         What the file says its format is, such as ``"skyverse/mission/2"``.
-    renew
-        Returns the data of an older version of the format as those of the newest, and other data as they are; raises
-        `ValueError` if an older version has a field of a newer one.
     unwritten
-        The fields that no file holds; those of an object in a field stand in a dictionary under its name.
+        The fields that are neither written nor read; those of an object in a field stand in a dictionary under its
+        name.
     """
 
-    def __init__(
-        self, kind: type[T], name: str, renew: Callable[[Any], Any], unwritten: Mapping[str, Any] | None = None
-    ) -> None:
-        self.kind, self.name, self._renew, self._unwritten = kind, name, renew, dict(unwritten or {})
+    def __init__(self, kind: type[T], name: str, unwritten: dict[str, Any]) -> None:
+        self.kind, self.name, self._unwritten = kind, name, unwritten
 
     @cached_property
     def _adapter(self) -> TypeAdapter[T]:
@@ -101,10 +97,7 @@ class JsonFormat(Generic[T]):
         data
             Its data.
         """
-        try:
-            data = self._renew(data)
-        except ValueError as error:
-            raise InputError(f"{source}: {error}") from None
+        data = _without(data, self._unwritten)
         if data["format"] != self.name:
             raise InputError(f"{source}: format: expected {self.name!r}, found {shown(data['format'], 60)}")
         try:
@@ -116,6 +109,16 @@ class JsonFormat(Generic[T]):
         """Return an object as the text of its file, written with the context of its archive if there is one."""
         written = self._adapter.dump_json(thing, indent=1, exclude=self._unwritten, context=context)
         return written.decode() + "\n"
+
+
+def _without(data: Any, fields: Mapping[str, Any]) -> Any:
+    if not isinstance(data, dict):
+        return data
+    return {
+        key: _without(value, fields[key]) if isinstance(fields.get(key), dict) else value
+        for key, value in data.items()
+        if fields.get(key) is not True
+    }
 
 
 def explained(source: object, error: ValidationError, data: Any, known: set[str]) -> InputError:

@@ -10,25 +10,15 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
-from skyverse.model.formats import (
-    JUDGEMENTS,
-    MISSION_2,
-    flight_with_mission_2,
-    mission_to_2,
-    replanned_flight_with_mission_2,
-)
 from skyverse.model.mission import Mission
 from skyverse.model.pointing import Pointing
 from skyverse.model.replanned_flight import REPLANNED_FLIGHT_1, ReplannedFlight
 
-_UNWRITTEN = dict.fromkeys(JUDGEMENTS, True)
-MISSIONS = JsonFormat(Mission, MISSION_2, mission_to_2, _UNWRITTEN)
-FLIGHTS = JsonFormat(Flight, "skyverse/flight/1", flight_with_mission_2, {"mission": _UNWRITTEN})
+_JUDGED = {"certificates": True, "apart": True}  # only the referee can say what is proven
+MISSIONS = JsonFormat(Mission, "skyverse/mission/2", _JUDGED)
+FLIGHTS = JsonFormat(Flight, "skyverse/flight/1", {"mission": _JUDGED})
 REPLANNED_FLIGHTS = JsonFormat(
-    ReplannedFlight,
-    REPLANNED_FLIGHT_1,
-    replanned_flight_with_mission_2,
-    {"mission": _UNWRITTEN, "flight": {"mission": _UNWRITTEN}},
+    ReplannedFlight, REPLANNED_FLIGHT_1, {"mission": _JUDGED, "flight": {"mission": _JUDGED}}
 )
 MAX_CSV_ROWS = 1e7
 """Rows of sampled trajectories that a CSV file may have for each UAV."""

@@ -52,7 +52,6 @@ def packed(history: History) -> bytes:
 
 
 def unpacked(blob: bytes) -> History:
-    """Return the history that `packed` has made bytes of; in version 0.1.0 it had four columns, and did not say so."""
-    columns, compressed = (4, blob) if blob[:1] == b"x" else (blob[0], blob[1:])
-    cost, *counts = np.split(np.frombuffer(decompress(compressed), "<i8"), columns)
+    """Return the history that `packed` has made bytes of."""
+    cost, *counts = np.split(np.frombuffer(decompress(blob[1:]), "<i8"), blob[0])
     return History(cost.view("<f8"), *counts)

@@ -11,7 +11,6 @@ from skyverse._typing import Floats
 from skyverse.lab.code_digest import code_digest, digest, settings_of, versions
 from skyverse.lab.hindsight import least_lengths, least_seconds
 from skyverse.lab.moving_row import MovingRow
-from skyverse.lab.scenario_text import scenario_text
 from skyverse.live.closed_loop import fly_closed_loop
 from skyverse.live.policies.policy import Policy
 from skyverse.live.policy_flight import PolicyFlight
@@ -90,7 +89,7 @@ class MovingCase:
     def digest(self) -> str:
         """A digest of all but the labels."""
         rest = (self.kind, self.count, self.speed, self.hidden, repr(self.sensor), self.longest)
-        return digest(scenario_text(self.scenario), *rest)
+        return digest(self.scenario.digest, *rest)
 
     def truth(self, seed: int) -> Scenario:
         """Return the scenario with all that there is."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from skyverse.lab.code_digest import code_digest, digest, settings_of, versions
 from skyverse.lab.row import Row
-from skyverse.lab.scenario_text import scenario_text
 from skyverse.mission.plan_mission import Assignment, assign_targets
 from skyverse.model.result import History, Result, Status
 from skyverse.model.scenario import Scenario
@@ -35,7 +34,7 @@ class Case:
     @cached_property
     def digest(self) -> str:
         """A digest of scenario and assignment, without the label."""
-        return digest(scenario_text(self.scenario), self.assignment)
+        return digest(self.scenario.digest, self.assignment)
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, Case) else NotImplemented

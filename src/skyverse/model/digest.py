@@ -15,11 +15,10 @@ SHORT_DIGEST = 12
 def digest_of(model: BaseModel) -> str:
     """Return the SHA-256 of a model's canonical content, 64 hexadecimal digits.
 
-    The content is the model as JSON, without what equals its default, the version of the format, so that a file of an
-    older version has the same digest as the same content in a newer one, and what a scenario was built with. A large
-    array counts by its shape and the digest of its bytes.
+    The content is the model as JSON, without what equals its default, and what a scenario was built with. A large array
+    counts by its shape and the digest of its bytes.
     """
-    left_out, context = {"format", "built_with"}, {"side": _array_digest}
+    left_out, context = {"built_with"}, {"side": _array_digest}
     text = model.model_dump_json(exclude_defaults=True, exclude=left_out, context=context)
     return hashlib.sha256(text.encode()).hexdigest()
 

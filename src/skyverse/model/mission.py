@@ -2,14 +2,13 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from skyverse.errors import InputError
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.by_name import index_of
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.flight_summary import FlightSummary
-from skyverse.model.formats import MISSION_2
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.quantities import Flag, Whole
 from skyverse.model.result import Provenance, Result
@@ -67,7 +66,7 @@ class Mission(ArrayRecord, Drawn):
     deconfliction: Deconfliction | None = None
     flights: tuple[FlightSummary | None, ...] = ()
     source: str | None = None
-    format: str = field(default=MISSION_2)
+    format: Literal["skyverse/mission/2"] = "skyverse/mission/2"
 
     def __repr__(self) -> str:
         flying = sum(trajectory is not None for trajectory in self.trajectories)

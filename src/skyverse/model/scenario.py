@@ -8,13 +8,12 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from skyverse.errors import InputError, require_number, shown
 from skyverse.model.built_with import BuiltWith
 from skyverse.model.digest import digest_of
 from skyverse.model.drawing import Drawn, drawing
-from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived
 from skyverse.model.round_steps import round_steps
@@ -283,10 +282,7 @@ class Scenario(Model, Drawn):
         The options of ``skyverse scenario build`` that it was made by, each a name and what was written after it.
     """
 
-    format: Annotated[
-        Literal["skyverse/scenario/2"],
-        WithJsonSchema({"enum": [SCENARIO_1, SCENARIO_2], "default": SCENARIO_2, "type": "string"}),
-    ] = SCENARIO_2
+    format: Literal["skyverse/scenario/2"] = "skyverse/scenario/2"
     name: Annotated[str, Field(min_length=1)]
     description: str = ""
     bounds: Bounds
@@ -354,11 +350,6 @@ class Scenario(Model, Drawn):
         """Metres above ground that must be kept: the terrain's clearance, or the scenario's where that has none."""
         own = None if self.terrain is None else self.terrain.clearance
         return self.clearance if own is None else own
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_the_newest_version(cls, data: Any) -> Any:
-        return scenario_to_2(data)
 
     @property
     def digest(self) -> str:

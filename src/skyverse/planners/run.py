@@ -54,11 +54,6 @@ class Run(ABC):
     seeding_seconds: float = 0.0
 
     @property
-    def desk(self) -> Workspace:
-        """The workspace, by its name in version 0.1."""
-        return self.workspace
-
-    @property
     def lowest_cost(self) -> float:
         """The cost of the best path so far."""
         return float(self.best.cost[0])
