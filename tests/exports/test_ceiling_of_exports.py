@@ -72,3 +72,35 @@ def test_a_straying_uav_is_exported_below_the_ceiling_with_its_error():
     mission = replace(mission, scenario=mission.scenario.model_copy(update={"uavs": (uav,)}))
     (route,) = sky.routes(mission, altitude="amsl")
     assert greatest_height(mission.scenario, route.points) <= CEILING - error.vertical
+
+
+def steep(seed):
+    """Ground that rises by a half, with cliffs of some metres, and what is flown over it close below the ceiling."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(-600, 600, 121)
+    heights = 0.5 * x[:, None] + 25 * np.sin(x / 60)[:, None] * np.cos(x / 80) + rng.uniform(-4, 4, (121, 121))
+    return sky.Scenario(
+        name="steep",
+        bounds=sky.Bounds(min=(-500, -500, -400), max=(500, 500, 500)),
+        terrain=Terrain(origin=(-600, -600), step=(10, 10), heights=heights, clearance=20.0),
+        clearance=5.0,
+        max_height=60.0,
+        frame=sky.Frame(origin=ORIGIN),
+        uavs=[
+            sky.UAV(
+                start=(-400, -300, float(heights[20, 30] + 40)),
+                max_speed=5,
+                max_climb=3,
+                tracking_error=sky.TrackingError(horizontal=1.6, vertical=3.0),
+            )
+        ],
+        targets=[sky.Target(position=(400, 300, float(heights[100, 90] + 40)))],
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_flight_below_the_ceiling_over_rough_ground_is_exported(seed):
+    mission = sky.plan_mission(steep(seed), sky.Taut())
+    assert not mission.violations
+    (route,) = sky.routes(mission, altitude="amsl")
+    assert greatest_height(mission.scenario, route.points[1:-1]) <= 60.0 - 3.0

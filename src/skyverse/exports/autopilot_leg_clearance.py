@@ -131,7 +131,7 @@ class LegChecker:
         return self.search.checked(a[None], b[None], self.apart(a, b), strays, foot)
 
     def below_ceiling(self, points: Floats) -> Floats:
-        """Return a curve's points (n, 3) metres, lowered where a leg might exceed the ceiling because of rounding.
+        """Return a curve's points (n, 3) metres, lowered where legs between them, or rounding, exceed the ceiling.
 
         What is above the ceiling stays there, and so does what is in a column over the UAV's own start or target.
         """
@@ -140,7 +140,8 @@ class LegChecker:
             return points
         room = ceiling_margin(self.scenario)
         excess = greatest_height(points, self._lowest, most - room) - most + room
-        excess[excess > room + LEG_ALLOWANCE] = 0.0  # a waypoint cannot mend that
+        above = points[:, 2] - self._lowest.height(points[:, :2])
+        excess[above > most + LEG_ALLOWANCE] = 0.0  # a waypoint cannot mend that
         for foot, top in self.columns:
             beside = np.abs(points[:, :2] - foot[:2]).max(axis=1) <= SAME_PLACE
             excess[beside & (points[:, 2] <= top[2])] = 0.0
