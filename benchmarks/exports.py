@@ -27,7 +27,8 @@ from skyverse.exports.separation import Apart
 from skyverse.exports.waypoint_files import ExportCertificate
 from skyverse.numerics.cores import cores
 
-sys.path[:0] = [str(Path(__file__).parent.parent / "tests" / room) for room in ("exports", "support")]
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "exports"))
 from exported_fleets import broken_promises, random_fleet, read_orders
 
 SUFFIXES = ("plan", "waypoints", "wpml.kmz")

@@ -96,8 +96,13 @@ def test_a_scenario_in_an_older_frame_is_refused_and_built_anew(skyverse, zones)
     words = ["--ground", "1500 m amsl", "--uav", START, "--target", GOAL, "--zones", "maps/z=1.geojson"]
     assert skyverse("scenario", "build", *words, "-o", "new.yaml")[0] == 0
     Path("old.yaml").write_text(Path("new.yaml").read_text().replace("axes: map", "axes: enu"))
+    Path("unsaid.yaml").write_text(Path("new.yaml").read_text().replace("  axes: map\n", ""))
+    code, _, err = skyverse("plan", "unsaid.yaml")
+    assert (code, "unsaid.yaml: frame: axes: expected 'map' beside an origin, but it is missing" in err) == (2, True), (
+        err
+    )
     code, _, err = skyverse("plan", "old.yaml")
-    assert (code, "build --from FILE builds the scenario" in err) == (2, True), err
+    assert (code, "build the scenario anew, with the options in its built_with" in err) == (2, True), err
     code, _, err = skyverse("scenario", "build", "--from", "old.yaml", "--name", "new", "-o", "again.yaml")
     assert code == 0, err
     assert sky.read_scenario("again.yaml").digest == sky.read_scenario("new.yaml").digest

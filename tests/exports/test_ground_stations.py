@@ -10,6 +10,7 @@ import pytest
 
 import skyverse as sky
 from patience import PATIENCE_S, wait_until
+from proj_map import proj_local
 from skyverse.exports.qgc_plan import geofence
 from skyverse.model.scenario import Origin
 
@@ -294,3 +295,18 @@ def test_a_geofence_holds_what_nothing_may_fly_over():
     (low,) = scenario.obstacles
     closed = scenario.model_copy(update={"obstacles": (low.model_copy(update={"closed_above": True}),)})
     assert [len(geofence(one)["polygons"]) for one in (scenario, closed)] == [1, 2]
+
+
+@pytest.mark.parametrize("latitude", [0.0, 47.0, 70.0])
+def test_the_fence_of_wide_bounds_is_that_of_the_map(tmp_path, latitude):
+    side = 40_000.0
+    origin = sky.Origin(latitude=latitude, longitude=10.0, altitude=0.0)
+    flight = handmade.along([(0, side - 50, 50), (300, side - 50, 50)], 60)
+    mission = handmade.mission([flight], origin=origin, low=(-side, -side, 0.0), high=(side, side, 200.0))
+    sky.export(mission, tmp_path / "wide.plan", altitude="home")
+    (fence,) = json.loads((tmp_path / "wide.plan").read_text())["geoFence"]["polygons"]
+    ring = np.array(fence["polygon"])
+    ways = np.linspace(ring, np.roll(ring, -1, axis=0), 50).reshape(-1, 2)
+    off = np.abs(np.abs(proj_local(origin, *ways.T, 0.0)[:, :2]).max(axis=1) - side)
+    assert off.max() < 0.6
+    assert len(ring) < 150

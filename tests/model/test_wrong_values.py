@@ -48,7 +48,7 @@ CASES = [
     (("lattice", "connectivity"), 7, "lattice.connectivity: expected 6 or 26, found 7"),
     (("lattice", "step"), [1, 0, 1], "lattice.step[1]: expected a number above 0, found 0"),
     (("bounds",), [1, 2], "bounds: expected a mapping of keys to values, found [1, 2]"),
-    (("frame",), {"origin": {"latitude": 99}}, "frame.origin.latitude: expected at most 90, found 99"),
+    (("frame",), {"axes": "map", "origin": {"latitude": 99}}, "frame.origin.latitude: expected at most 90, found 99"),
     (
         ("obstacles", 0),
         {"shape": "cube"},

@@ -57,7 +57,7 @@ def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
     scenario = mission.scenario
     if origin is not None:
         require_kind(origin, Origin, "origin")
-        require_true_lengths((scenario.bounds.min[0], scenario.bounds.max[0]), f"{what}: bounds")
+        require_true_lengths(scenario.bounds.min, scenario.bounds.max, f"{what}: bounds")
         known = scenario.frame.origin
         moved = known is not None and origin.model_copy(update={"geoid": known.geoid}) != known
         if known is not None and moved and (scenario.terrain is not None or scenario.sources):

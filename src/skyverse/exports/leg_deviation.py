@@ -10,6 +10,8 @@ from skyverse.model.geodesy import LEAST_RADIUS
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 
+NEAR_POLE = math.radians(89.4)
+"""The latitude, radians, up to which ArduPilot scales longitudes as they are."""
 MARGIN = 1.1
 """By what a deviation that is reckoned on a sphere is multiplied."""
 
@@ -26,7 +28,8 @@ def leg_deviation(scenario: Scenario, lengths: ArrayLike) -> Floats:
     origin, corners = scenario.frame.origin, np.abs([scenario.bounds.min, scenario.bounds.max])
     assert origin is not None
     far = math.hypot(*corners[:, :2].max(axis=0).tolist())
-    latitude = min(math.radians(abs(origin.latitude)) + far / LEAST_RADIUS, math.radians(89.99))
+    latitude = math.radians(abs(origin.latitude)) + far / LEAST_RADIUS
+    latitude = latitude if latitude < NEAR_POLE else math.pi / 2  # where nothing is known of legs
     # home, in the bounds as the leg is, is up to twice as far from it as the origin
     curvature = (1.16 * math.tan(latitude) + 3 * far / LEAST_RADIUS) / LEAST_RADIUS
     return MAVLINK_ROUNDING + MARGIN * curvature / 8 * np.asarray(lengths, dtype=np.float64) ** 2

@@ -1,7 +1,6 @@
 """QGroundControl's ``.plan``: the mission, a geofence around it, and rally points."""
 
 import json
-import math
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.draw.shape_geometry import footprint
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
+from skyverse.exports.leg_deviation import leg_deviation
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
 from skyverse.exports.return_destinations import rally_rows
 from skyverse.exports.return_home import Return
@@ -17,9 +17,12 @@ from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
+from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 
 QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's numbers for the references of altitudes."""
+MAX_OFF_FENCE = 0.5
+"""Metres that an edge of the fence, which is straight in degrees, may be off the edge on the map."""
 FIRMWARE = {"px4": 12, "ardupilot": 3}
 """MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
 
@@ -98,6 +101,7 @@ def geofence(scenario: Scenario) -> dict[str, object]:
             circles.append({"circle": circle, "inclusion": False, "version": 1})
         else:
             rings.append(np.array(shape.vertices) if isinstance(shape, Prism) else footprint(shape)[0])
+    rings = [_with_straight_edges(scenario, ring) for ring in rings]
     corners = _corners(scenario, np.concatenate(rings))
     ends = np.cumsum([len(ring) for ring in rings]).tolist()
     polygons = [
@@ -107,7 +111,14 @@ def geofence(scenario: Scenario) -> dict[str, object]:
 
 
 def _corners(scenario: Scenario, ring: Floats) -> list[list[float]]:
-    """Return [latitude, longitude] of each place (x, y), (n, 2) metres, at mid-height of the bounds."""
-    middle = math.fsum([scenario.bounds.min[2], scenario.bounds.max[2]]) / 2
-    points = np.column_stack([ring, np.full(len(ring), middle)])
-    return to_wgs84(origin_of(scenario), points)[:, :2].tolist()
+    """Return [latitude, longitude] of each place (x, y), (n, 2) metres."""
+    return to_wgs84(origin_of(scenario), np.column_stack([ring, np.zeros(len(ring))]))[:, :2].tolist()
+
+
+def _with_straight_edges(scenario: Scenario, ring: Floats) -> Floats:
+    """Return a ring, (n, 2) metres, with more corners, so that its edges in degrees are nearly those on the map."""
+    edges = np.roll(ring, -1, axis=0) - ring
+    off = leg_deviation(scenario, np.linalg.norm(edges, axis=1)) - MAVLINK_ROUNDING
+    parts = np.ceil(np.sqrt(np.maximum(off / MAX_OFF_FENCE, 1.0))).astype(int)
+    pairs = zip(ring, edges, parts.tolist(), strict=True)
+    return np.concatenate([at + np.arange(count)[:, None] / count * edge for at, edge, count in pairs])

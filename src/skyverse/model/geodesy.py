@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
-from skyverse.errors import require_kind
+from skyverse.errors import InputError, require_kind
 from skyverse.model.arrays import rows_of
 from skyverse.model.elementary import arcsinh, arctan2, exp, power
 from skyverse.model.scenario import Origin
@@ -27,8 +27,10 @@ FLATTENING = 1 / 298.257223563
 ECCENTRICITY = math.sqrt(FLATTENING * (2 - FLATTENING))
 LEAST_RADIUS = SEMI_MAJOR_AXIS * (1 - ECCENTRICITY**2)
 """The least radius of curvature of the ellipsoid, metres."""
-FARTHEST = 1.0 - 1e-15
-"""The sine of the angle from the central meridian, at most: beyond, nothing is on the map."""
+FARTHEST = math.sin(math.radians(80.0))
+"""The sine of the angle from the central meridian, at most: what is farther is on the map as if it were so far."""
+MAX_METRES = 1e7
+"""Metres along x and y from the origin up to which places can be told."""
 
 _n = FLATTENING / (2 - FLATTENING)
 _TO_MAP = (
@@ -63,6 +65,8 @@ def to_wgs84(origin: Origin, points: ArrayLike) -> Floats:
     """Return (n, 3) latitude, longitude (degrees), altitude above mean sea level of (n, 3) local metres."""
     require_kind(origin, Origin, "origin")
     rows = rows_of(points, "points")
+    if not (np.abs(rows[:, :2]) <= MAX_METRES).all():
+        raise InputError(f"points: expected x and y within {MAX_METRES / 1000:,.0f} km of the origin")
     middle, _ = _on_map(np.array([origin.latitude]), np.zeros(1))
     east, north = rows[:, 0] / RECTIFYING_RADIUS, rows[:, 1] / RECTIFYING_RADIUS
     north, east = _series(_FROM_MAP, middle + north, east)

@@ -48,7 +48,7 @@ class Mission(ArrayRecord, Drawn):
         How conflicts between trajectories were resolved; ``None`` if that was not tried.
     flights
         What each UAV flies beside the price of its path, in the scenario's order, ``None`` for a UAV that does not fly;
-        empty in missions of version 1.
+        empty where nothing is stated.
     source
         What the command line read the scenario from: the name of a built-in one, or a file, as a path from the folder
         of the mission's file; ``None`` for a mission made otherwise.

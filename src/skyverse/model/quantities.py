@@ -1,4 +1,4 @@
-"""The types of a scenario's fields: numbers, places and extents, in SI units and local east-north-up metres."""
+"""The types of a scenario's fields: numbers, places and extents, in SI units and local metres east, north and up."""
 
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Self, TypeVar

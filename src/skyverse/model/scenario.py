@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from skyverse.errors import InputError, require_number, shown
 from skyverse.model.built_with import BuiltWith
@@ -175,7 +175,7 @@ class Origin(Model):
         Metres above mean sea level.
     geoid
         How far mean sea level lies above the WGS84 ellipsoid there, metres. If it is not known, heights above the
-        ellipsoid cannot be written, and places are computed as if it were 0.
+        ellipsoid cannot be written.
     """
 
     latitude: Annotated[Number, Field(ge=-90, le=90)]
@@ -196,28 +196,34 @@ class Frame(Model):
 
     @model_validator(mode="before")
     @classmethod
-    def _refuse_a_tangent_plane(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or data.get("axes") != "enu":
+    def _refuse_a_tangent_plane(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, dict):
             return data
-        if data.get("origin") is not None:
+        if data.get("axes") == "enu" and data.get("origin") is None:
+            return {key: value for key, value in data.items() if key != "axes"}
+        in_a_file = "folder" in (info.context or {})
+        if data.get("axes") == "enu" or (in_a_file and data.get("origin") is not None and "axes" not in data):
+            found = "found 'enu'" if "axes" in data else "but it is missing, which meant 'enu'"
             raise ValueError(
-                "axes: expected 'map', found 'enu', a plane that touches the Earth at the origin, as older versions "
-                "used it; skyverse scenario build --from FILE builds the scenario of that file anew"
+                f"axes: expected 'map' beside an origin, {found}, a plane that touches the Earth there, as in older "
+                "files; build the scenario anew, with the options in its built_with, or write 'map' if its places are "
+                "those of a map"
             )
-        return {key: value for key, value in data.items() if key != "axes"}
+        return data
 
 
-MAX_EASTING = 90_000.0
-"""Metres east or west of a map's origin; farther out, its lengths are too long by more than 1e-4."""
+MAX_FAR = 90_000.0
+"""Metres along x and y from a map's origin; farther east or west, its lengths are too long by more than 1e-4."""
 
 
-def require_true_lengths(x: tuple[float, float], what: str) -> None:
-    """Raise `InputError` for an area, from one x to another, over which lengths on the map are too long."""
-    if max(-x[0], x[1]) > MAX_EASTING:
-        raise InputError(
-            f"expected {what} within {MAX_EASTING / 1000:g} km east and west of the origin, where lengths are true to "
-            f"1e-4, found {x[0] / 1000:.4g} to {x[1] / 1000:.4g} km"
-        )
+def require_true_lengths(low: Iterable[float], high: Iterable[float], where: str) -> None:
+    """Raise `InputError` for an area between two corners, x and y, over which lengths on the map are not true."""
+    for axis, least, most in zip("xy", low, high, strict=False):
+        if max(-least, most) > MAX_FAR:
+            raise InputError(
+                f"{where}: expected {axis} within {MAX_FAR / 1000:g} km of the origin, where lengths on the map are "
+                f"true to 1e-4, found {least / 1000:.4g} to {most / 1000:.4g} km"
+            )
 
 
 class Source(Model):
@@ -374,7 +380,7 @@ class Scenario(Model, Drawn):
     @model_validator(mode="after")
     def _on_a_true_map(self) -> Self:
         if self.frame.origin is not None:
-            require_true_lengths((self.bounds.min[0], self.bounds.max[0]), "bounds")
+            require_true_lengths(self.bounds.min, self.bounds.max, "bounds")
         return self
 
     @model_validator(mode="after")

@@ -9,9 +9,9 @@ from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import MAX_EASTING, Origin, require_true_lengths
+from skyverse.model.scenario import MAX_FAR, Origin, require_true_lengths
 
-MAX_WIDTH = 2 * MAX_EASTING
+MAX_WIDTH = 2 * MAX_FAR
 """Metres that a scenario may be wide."""
 
 
@@ -102,7 +102,7 @@ def require_size(region: Rectangle, what: str) -> Rectangle:
             f"{what}: expected an area of at most {MAX_WIDTH / 1000:g} km, found {(x1 - x0) / 1000:.0f} km by "
             f"{(y1 - y0) / 1000:.0f} km"
         )
-    require_true_lengths((x0, x1), what)
+    require_true_lengths((x0, y0), (x1, y1), what)
     return region
 
 
