@@ -58,6 +58,8 @@ from .model.flight_runs import FlightRuns as FlightRuns
 from .model.flight_runs import Touch as Touch
 from .model.flight_runs import TrackingErrors as TrackingErrors
 from .model.flight_summary import FlightSummary as FlightSummary
+from .model.frame import Frame as Frame
+from .model.frame import Origin as Origin
 from .model.geodesy import to_local as to_local
 from .model.geodesy import to_wgs84 as to_wgs84
 from .model.mission import Mission as Mission
@@ -81,10 +83,8 @@ from .model.result import Status as Status
 from .model.scenario import AltitudeBand as AltitudeBand
 from .model.scenario import Bounds as Bounds
 from .model.scenario import ClimbLimit as ClimbLimit
-from .model.scenario import Frame as Frame
 from .model.scenario import Lattice as Lattice
 from .model.scenario import Objective as Objective
-from .model.scenario import Origin as Origin
 from .model.scenario import Scenario as Scenario
 from .model.scenario import Source as Source
 from .model.scenario import Target as Target

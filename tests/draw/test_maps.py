@@ -29,8 +29,9 @@ from skyverse.draw.scene import scene
 from skyverse.draw.shape_geometry import below, coarser, faces, footprint, span, surface
 from skyverse.draw.triangulation import triangles, turned
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.scenario import Bounds, Origin
+from skyverse.model.scenario import Bounds
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from towns import buildings, hills, rectangle, town, with_terrain

@@ -6,9 +6,10 @@ import zipfile
 import numpy as np
 
 from proj_map import proj_local
+from skyverse.model.frame import Frame, Origin
 from skyverse.model.mission import Mission
 from skyverse.model.result import Provenance
-from skyverse.model.scenario import Bounds, Frame, Lattice, Origin, Scenario, Target
+from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.model.shapes import Box, Terrain
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing, TrackingError

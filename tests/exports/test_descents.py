@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -12,7 +12,7 @@ import pytest
 import skyverse as sky
 from skyverse.draw.mission_page import banner
 from skyverse.exports import export_page
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -10,7 +10,7 @@ import skyverse as sky
 from skyverse.errors import in_words
 from skyverse.exports.flight_verdicts import HEADS, verdict_table
 from skyverse.exports.separation import Apart
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 

@@ -12,7 +12,7 @@ import skyverse as sky
 from patience import PATIENCE_S, wait_until
 from proj_map import proj_local
 from skyverse.exports.qgc_plan import geofence
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 

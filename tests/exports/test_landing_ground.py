@@ -13,7 +13,7 @@ import skyverse as sky
 from skyverse.exports import level_roofs
 from skyverse.exports.landing_ground import why_not_clear, why_not_level
 from skyverse.exports.return_lines import ReturnSpace
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -9,7 +9,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.exports.level_roofs import roof_under_disc
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -10,7 +10,7 @@ import skyverse as sky
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.leg_certificate import LegCertificate
 from skyverse.exports.leg_segments import Segments
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 from skyverse.space.world import World
 

@@ -7,7 +7,7 @@ import handmade_exports as handmade
 import pytest
 
 import skyverse as sky
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Box
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 

@@ -11,7 +11,7 @@ from replayed_autopilot import fly
 
 import skyverse as sky
 from skyverse.exports.timing import USUAL_TOLERANCE, timed_path
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

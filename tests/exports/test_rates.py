@@ -6,7 +6,7 @@ import pytest
 import replayed_autopilot as autopilot
 
 import skyverse as sky
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 pytest.importorskip("pyproj", reason="an independent geodesy")

@@ -10,7 +10,7 @@ import pytest
 import skyverse as sky
 from skyverse.exports.return_choice import MAX_RALLY_POINTS
 from skyverse.model.caution import stands_out
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -11,8 +11,8 @@ import skyverse as sky
 from skyverse.exports.return_destinations import destination, may_be_taken
 from skyverse.exports.return_sentences import require_returns
 from skyverse.exports.way_home import WayHome
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.scenario import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 

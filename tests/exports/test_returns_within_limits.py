@@ -10,7 +10,8 @@ import pytest
 import skyverse as sky
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.separation import Apart
-from skyverse.model.scenario import Bounds, Origin
+from skyverse.model.frame import Origin
+from skyverse.model.scenario import Bounds
 from skyverse.model.shapes import Box, Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local, to_wgs84
-from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 from woods import woods
 

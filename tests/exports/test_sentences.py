@@ -8,7 +8,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.exports.routes import routes
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 pytestmark = pytest.mark.usefixtures("unjudged")

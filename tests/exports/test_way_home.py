@@ -13,7 +13,7 @@ from skyverse.exports.flown_legs import FlownLegs
 from skyverse.exports.return_home import certified
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.way_home import TRIED_PLACES, WayHome
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 

@@ -10,8 +10,8 @@ import skyverse as sky
 from replanned import hall
 from skyverse.live.messages import live_schema
 from skyverse.live.session import LiveSession
+from skyverse.model.frame import Frame, Origin
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import Frame, Origin
 
 BALL = {"shape": "sphere", "centre": [0, 0, 0], "radius": 0.4}
 SCHEMA = live_schema()

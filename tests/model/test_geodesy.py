@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from proj_map import proj_local
 from skyverse.errors import InputError
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local, to_wgs84
-from skyverse.model.scenario import Origin
 
 latitudes = st.one_of(st.floats(-90, 90), st.sampled_from([-90.0, -89.9999, 0.0, 89.9999, 90.0]))
 longitudes = st.one_of(st.floats(-180, 180), st.sampled_from([-180.0, -179.9999, 0.0, 179.9999, 180.0]))

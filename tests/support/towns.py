@@ -4,9 +4,10 @@ import dataclasses
 
 import numpy as np
 
+from skyverse.model.frame import Frame, Origin
 from skyverse.model.mission import Mission
 from skyverse.model.result import Provenance
-from skyverse.model.scenario import AltitudeBand, Bounds, Frame, Lattice, Objective, Origin, Scenario, Target
+from skyverse.model.scenario import AltitudeBand, Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV

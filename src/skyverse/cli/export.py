@@ -94,7 +94,7 @@ def export(
     import skyverse as sky
     from skyverse.exports.flight_verdicts import verdict_table
     from skyverse.model.caution import stands_out, urgency
-    from skyverse.model.scenario import require_geoid
+    from skyverse.model.frame import require_geoid
 
     read = sky.read_mission(mission)
     refuse_output(output, mission)

@@ -11,7 +11,8 @@ from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, 
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import GlobalPlace
-    from skyverse.model.scenario import Origin, Scenario
+    from skyverse.model.frame import Origin
+    from skyverse.model.scenario import Scenario
 
 
 def numbers_of(option: str, expected: str, text: str, count: int | None = None) -> Any:
@@ -151,7 +152,7 @@ def _parts(option: str, text: str, form: str) -> tuple[float, float, str]:
 
 def origin_of(text: str) -> "Origin":
     """Read where a frame's zero lies, as in ``46.81,9.85,1560 m amsl``."""
-    from skyverse.model.scenario import Origin
+    from skyverse.model.frame import Origin
 
     form = "altitude above mean sea level, as in '46.81,9.85,1560 m amsl'"
     latitude, longitude, said = _parts("--origin", text, form)

@@ -18,7 +18,7 @@ from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import footprint
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import Track, few
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shape_extent import extent
 
 MAX_CONTOUR_HEIGHTS = 160

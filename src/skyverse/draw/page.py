@@ -15,7 +15,7 @@ from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene import Scene
 from skyverse.draw.scene_traces import in_space
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 
 SLIDER_STEPS = 250
 _SCRIPTS = ("plotly_internals.js", "motion.js", "margins.js", "maps.js", "replans.js", "page.js")

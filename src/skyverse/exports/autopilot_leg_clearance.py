@@ -193,7 +193,7 @@ class LegChecker:
         asked = ends.tobytes()
         if asked not in self._apart:
             if self._followed is None:
-                beside = float(leg_deviation(self.scenario, math.hypot(*(b - a)[:2]))) - MAVLINK_ROUNDING
+                beside = float(leg_deviation(self.scenario, math.hypot(*(b - a)[:2])))
                 self._apart[asked] = MAVLINK_ROUNDING + beside * (1 + self._slope)
             else:
                 self._apart[asked] = self._followed.apart(a, b)

@@ -33,8 +33,9 @@ from skyverse.exports.skybrush import show_csv
 from skyverse.exports.temporary_zones import with_zones_always_active
 from skyverse.exports.waypoint_files import ExportCertificate, WaypointOptions, export_waypoints
 from skyverse.files import write
+from skyverse.model.frame import Origin
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Origin, Scenario
+from skyverse.model.scenario import Scenario
 from skyverse.space.mission_cautions import mission_cautions
 
 SAMPLE_RATES = {".csv": 20.0, SHOW_SUFFIX: 4.0}

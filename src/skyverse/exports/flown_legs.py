@@ -167,7 +167,7 @@ def flown_legs(plan: FlightPlan, scenario: Scenario, low: float) -> FlownLegs:
     """
     points, rise = plan.waypoints, plan.route.deviations
     cut, width = _cut_corners(plan)
-    off = leg_deviation(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
+    off = MAVLINK_ROUNDING + leg_deviation(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
     if len(plan.ending) == 1:
         landed = np.array([*plan.ending[0][:2], min(low, points[-1][2])])
         points = np.concatenate([points, landed[None]])

@@ -14,7 +14,7 @@ from skyverse.exports.terrain_following import Band, Lines, Strips, TerrainFollo
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
 from skyverse.space.tube import NO_ERROR
 
 MOST_STRIPS = 20_000
@@ -130,7 +130,7 @@ class FollowedLegs:
 
     def _beside(self, ends: Floats) -> float:
         """Return how far beside a leg, (2, 3) metres, a UAV may be."""
-        return float(leg_deviation(self._scenario, math.hypot(*(ends[1] - ends[0])[:2])))
+        return MAVLINK_ROUNDING + float(leg_deviation(self._scenario, math.hypot(*(ends[1] - ends[0])[:2])))
 
     def _deviation(self, band: Band, ends: Floats) -> float:
         """Return how many metres a band is above or below the straight lines between the ends of a leg, (2, 3)."""

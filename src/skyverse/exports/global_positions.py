@@ -8,10 +8,11 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, require_kind
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.frame import Frame, Origin, require_true_lengths
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.ground_height import home_height
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Frame, Origin, Scenario, require_true_lengths
+from skyverse.model.scenario import Scenario
 
 AltitudeReference = Literal["amsl", "home", "agl"]
 ALTITUDE_TYPES: dict[AltitudeReference, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}

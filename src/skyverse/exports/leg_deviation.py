@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 from skyverse._typing import Floats
 from skyverse.model.geodesy import LEAST_RADIUS
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 
 NEAR_POLE = math.radians(89.4)
 """The latitude, radians, up to which ArduPilot scales longitudes as they are."""
@@ -17,7 +16,7 @@ MARGIN = 1.1
 
 
 def leg_deviation(scenario: Scenario, lengths: ArrayLike) -> Floats:
-    """Return how many metres legs (...) metres long may be flown beside straight lines, rounding included, (...).
+    """Return how many metres legs (...) metres long may be flown beside straight lines, (...).
 
     PX4 flies straight on an azimuthal map about its home, ArduPilot in degrees that are scaled to metres, and DJI along
     geodesics. A leg of length d is off another line by d^2 / 8 times the difference of their curvatures. Between a
@@ -32,4 +31,4 @@ def leg_deviation(scenario: Scenario, lengths: ArrayLike) -> Floats:
     latitude = latitude if latitude < NEAR_POLE else math.pi / 2  # where nothing is known of legs
     # home, in the bounds as the leg is, is up to twice as far from it as the origin
     curvature = (1.16 * math.tan(latitude) + 3 * far / LEAST_RADIUS) / LEAST_RADIUS
-    return MAVLINK_ROUNDING + MARGIN * curvature / 8 * np.asarray(lengths, dtype=np.float64) ** 2
+    return np.asarray(MARGIN * curvature / 8 * np.asarray(lengths, dtype=np.float64) ** 2)

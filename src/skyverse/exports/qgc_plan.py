@@ -17,7 +17,6 @@ from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
-from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 
 QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's numbers for the references of altitudes."""
@@ -118,7 +117,7 @@ def _corners(scenario: Scenario, ring: Floats) -> list[list[float]]:
 def _with_straight_edges(scenario: Scenario, ring: Floats) -> Floats:
     """Return a ring, (n, 2) metres, with more corners, so that its edges in degrees are nearly those on the map."""
     edges = np.roll(ring, -1, axis=0) - ring
-    off = leg_deviation(scenario, np.linalg.norm(edges, axis=1)) - MAVLINK_ROUNDING
+    off = leg_deviation(scenario, np.linalg.norm(edges, axis=1))
     parts = np.ceil(np.sqrt(np.maximum(off / MAX_OFF_FENCE, 1.0))).astype(int)
     pairs = zip(ring, edges, parts.tolist(), strict=True)
     return np.concatenate([at + np.arange(count)[:, None] / count * edge for at, edge, count in pairs])

@@ -17,8 +17,9 @@ from skyverse.exports.route import Route, Takeoff, route
 from skyverse.exports.separation import fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds, with_waypoints_at_zones
 from skyverse.exports.temporary_zones import with_zones_always_active
+from skyverse.model.frame import Origin
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Origin, Scenario
+from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate
 from skyverse.problem import Airspace

@@ -192,9 +192,9 @@ class WayHome:
         half, aside = half + off, aside + off
         at, level = middle[part], self.levels[goal]
         over = self.places[goal].copy()
-        beside = leg_deviation(self.scenario, away + half[part] + self.error.horizontal)
+        more = leg_deviation(self.scenario, away + half[part] + self.error.horizontal)
+        beside = MAVLINK_ROUNDING + more
         knows = (box[1][:, 2] + rise)[part] + self.error.vertical <= level  # it climbs to a level that it knows
-        more = beside - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
         rounded = np.full(len(part), MAVLINK_ROUNDING)
         known = Deviation(half[part] + beside, aside[part] + more, rounded, off[part] + more, rounded)
         free = Deviation(*(column[part] + more for column in (half + rise, aside, upright + rise, off, rise)))

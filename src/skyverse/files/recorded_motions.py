@@ -9,8 +9,8 @@ from skyverse.errors import InputError
 from skyverse.files.document import explained
 from skyverse.maps.readers.track import LONGEST_GAP, recorded_track
 from skyverse.maps.readers.track_fixes import Reference, Unit
+from skyverse.model.frame import Frame
 from skyverse.model.quantities import Model, Number, Positive
-from skyverse.model.scenario import Frame
 
 
 class RecordedMotion(Model):

@@ -6,8 +6,8 @@ from pydantic import Field
 from pydantic.json_schema import models_json_schema
 
 from skyverse.live.sighting import Sighting
+from skyverse.model.frame import Origin
 from skyverse.model.quantities import Model, NonNegative, Point
-from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Obstacle, Zone
 
 LIVE_1: Final = "skyverse/live/1"

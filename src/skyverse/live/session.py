@@ -23,9 +23,9 @@ from skyverse.live.observation_lines import read_observation
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.live.sighting import Sighting
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Sphere
 from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory

@@ -19,7 +19,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind
 from skyverse.model.arrays import rows_of
 from skyverse.model.elementary import arcsinh, arctan2, exp, power
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 
 SEMI_MAJOR_AXIS = 6378137.0
 """WGS84's radius at the equator, metres."""

@@ -8,19 +8,9 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.frame import Frame, Origin
 from skyverse.model.geodesy import to_local, to_wgs84
-from skyverse.model.scenario import (
-    AltitudeBand,
-    Bounds,
-    ClimbLimit,
-    Frame,
-    Lattice,
-    Objective,
-    Origin,
-    Scenario,
-    Source,
-    Target,
-)
+from skyverse.model.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, Objective, Scenario, Source, Target
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import UAV
 

@@ -13,8 +13,8 @@ from rasterio.transform import Affine  # noqa: E402
 from skyverse.maps.assembly.terrain import read_terrain  # noqa: E402
 from skyverse.maps.georeference.choices import Raster  # noqa: E402
 from skyverse.maps.readers import raster_tiles  # noqa: E402
+from skyverse.model.frame import Origin  # noqa: E402
 from skyverse.model.geodesy import to_local  # noqa: E402
-from skyverse.model.scenario import Origin  # noqa: E402
 
 ORIGIN = Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
 SYSTEMS = {"EPSG:4326": 30.0 / 111_200, "EPSG:32632": 20.0, "EPSG:21781": 25.0, "EPSG:3857": 40.0, "EPSG:3413": 20.0}

@@ -23,7 +23,7 @@ from skyverse.maps.assembly.terrain import read_terrain  # noqa: E402
 from skyverse.maps.georeference.choices import Raster  # noqa: E402
 from skyverse.maps.readers import raster_tiles  # noqa: E402
 from skyverse.maps.readers.raster import open_raster  # noqa: E402
-from skyverse.model.scenario import Origin  # noqa: E402
+from skyverse.model.frame import Origin  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 DAVOS = Origin(latitude=46.8, longitude=9.85, altitude=1500.0)

@@ -16,8 +16,8 @@ from skyverse.maps.assembly.obstacles import local_features, prisms, simplified,
 from skyverse.maps.georeference.choices import Choices, Reading  # noqa: E402
 from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
 from skyverse.model.altitude import AboveSea  # noqa: E402
+from skyverse.model.frame import Origin  # noqa: E402
 from skyverse.model.geodesy import to_local  # noqa: E402
-from skyverse.model.scenario import Origin  # noqa: E402
 
 GEOD = pyproj.Geod(ellps="WGS84")
 LIMITS = {"lower": "0 m amsl", "upper": "250 m amsl"}

@@ -36,18 +36,9 @@ from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
 from skyverse.model.fleet_limits import FleetLimits
+from skyverse.model.frame import Frame, Origin, require_geoid
 from skyverse.model.lattice_steps import upright_step
-from skyverse.model.scenario import (
-    Bounds,
-    Frame,
-    Lattice,
-    Objective,
-    Origin,
-    Scenario,
-    Source,
-    Target,
-    require_geoid,
-)
+from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV

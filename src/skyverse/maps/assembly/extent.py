@@ -10,8 +10,9 @@ from skyverse.maps.assembly.bad_points import BadPoint
 from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.obstacles import LocalFeatures
 from skyverse.model.altitude import AboveGround, AboveHome, Altitude
+from skyverse.model.frame import Origin
 from skyverse.model.round_steps import round_steps
-from skyverse.model.scenario import AltitudeBand, Bounds, Origin
+from skyverse.model.scenario import AltitudeBand, Bounds
 from skyverse.model.shapes import Terrain, Voxels
 
 DEFAULT_HEADROOM = 30.0

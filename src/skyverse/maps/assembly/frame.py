@@ -14,8 +14,8 @@ from skyverse.maps.georeference.latitude_longitude import SWAPPED
 from skyverse.maps.georeference.rectangle import Rectangle, intersection
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveSea
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import Origin
 
 DEFAULT_MARGIN = 250.0
 """Metres that are kept around UAVs and targets by default."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.errors import Remedy
 from skyverse.maps.georeference.rectangle import Rectangle
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
 GIVE_GROUND = (Remedy("terrain"), Remedy("ground"))

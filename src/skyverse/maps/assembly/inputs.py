@@ -13,7 +13,7 @@ from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, aerial_cloud, aerial_voxels
 from skyverse.model.caution import Caution
-from skyverse.model.scenario import Origin
+from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain, Voxels
 from skyverse.model.short_lines import counted
 

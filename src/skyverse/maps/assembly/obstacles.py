@@ -16,8 +16,8 @@ from skyverse.maps.assembly.ground import GIVE_GROUND, ground_range
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.space.roof import roof_z
 

@@ -15,7 +15,7 @@ from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.fleet_limits import FleetLimits
 
 if TYPE_CHECKING:
-    from skyverse.model.scenario import Origin
+    from skyverse.model.frame import Origin
 
 GlobalPlace = tuple[float, float, Altitude]
 """Latitude, longitude, degrees; altitude."""

@@ -17,8 +17,8 @@ from skyverse.maps.georeference.latitude_longitude import SWAPPED, require_on_gl
 from skyverse.maps.georeference.rectangle import Rectangle, contains
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
 

@@ -8,8 +8,8 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import OpenRaster
+from skyverse.model.frame import MAX_FAR, Origin, require_true_lengths
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import MAX_FAR, Origin, require_true_lengths
 
 MAX_WIDTH = 2 * MAX_FAR
 """Metres that a scenario may be wide."""

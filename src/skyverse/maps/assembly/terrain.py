@@ -19,8 +19,8 @@ from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import open_raster
 from skyverse.maps.readers.raster_tiles import Tile, pixel_size, tiles
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
 MAX_HEIGHTS = 5_000_000

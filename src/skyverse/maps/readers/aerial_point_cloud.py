@@ -22,8 +22,8 @@ from skyverse.maps.readers import las, voxel_grid
 from skyverse.maps.readers.point_cloud import POINTS_AT_A_TIME
 from skyverse.maps.readers.raster_tiles import GIVE_GEOID
 from skyverse.model.altitude import FOOT
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
-from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain, Voxels
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.chebyshev import ChebyshevMap
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.maps.readers.undeclared_nodata import extremes_of_blocks, refuse_undeclared_nodata
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local, to_wgs84
-from skyverse.model.scenario import Origin
 
 MAX_PIXELS, POOLED_PIXELS = 8e6, 2e6
 """A window of more pixels than the first is read as blocks, about as many as the second where the step allows it."""

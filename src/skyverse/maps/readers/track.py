@@ -10,10 +10,10 @@ from skyverse.errors import InputError, path_of, require_file, shown
 from skyverse.maps.readers import track_csv, track_gpx
 from skyverse.maps.readers.track_fixes import Fixes, Reference, Unit, time
 from skyverse.model.altitude import FOOT
+from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
 from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.quantities import MAX_INSTANT
-from skyverse.model.scenario import Origin
 
 LONGEST_GAP = 60.0
 """Seconds between two fixes, beyond which nobody can say where a vehicle was, unless a caller knows better."""
