@@ -101,7 +101,6 @@ NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_wei
         (lambda one: sky.find_conflicts(one, ()), "scenario", NOT_A_THING),
         (sky.routes, "mission", NOT_A_THING),
         (lambda one: sky.certify(MAP1, one), "mission", NOT_A_THING),
-        (lambda one: sky.check_optimality(MAP1, one), "mission", NOT_A_THING),
         (sky.window_swap, "room", NOT_A_THING),
         *(
             (lambda one, name=name: sky.random_city(**{name: one}), None, (*NOT_A_NUMBER, -1.0))

@@ -142,7 +142,6 @@ from .problem import Problem as Problem
 from .referee import Certificates as Certificates
 from .referee import certify as certify
 from .referee import check as check
-from .referee import check_optimality as check_optimality
 from .referee import check_result as check_result
 from .samples.circle import circle_swap as circle_swap
 from .samples.city import random_city as random_city

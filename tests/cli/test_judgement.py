@@ -127,13 +127,3 @@ def test_check_prints_what_is_proven_of_each_flight_and_of_the_fleet(skyverse, d
     sentences = [line for line in skyverse("check", "two.json")[1].splitlines() if line.startswith("proven: ")]
     assert len(sentences) == 3
     assert "All 2 UAVs keep their separation" in sentences[2]
-
-
-@pytest.mark.parametrize(("verdict", "expected"), [("PROVEN", 0), ("UNDECIDED", 1), ("REFUTED", 1)])
-def test_a_claim_that_is_not_proven_where_that_is_asked_ends_with_1(skyverse, data, monkeypatch, verdict, expected):
-    judged = sky.Certificate(sky.Verdict[verdict], "uav-1's path is optimal, or not.")
-    monkeypatch.setattr(sky, "check_optimality", lambda *_: (judged, None))
-    code, out, _ = skyverse("check", "map1.json", "--optimality")
-    assert code == expected
-    assert f"{verdict.lower()}: uav-1's path is optimal, or not." in out
-    assert skyverse("check", "map1.json")[0] == 0

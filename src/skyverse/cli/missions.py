@@ -26,18 +26,16 @@ def check(
     /,
     *,
     scenario: GivenScenario | None = None,
-    optimality: Annotated[bool, FLAG] = False,
     as_json: AsJson = False,
 ) -> int:
     """Let the referee judge a mission file, whatever planned it.
 
     It prints what is wrong, and then what is proven of each UAV's flight and of the fleet, each in one sentence.
 
-    Examples: `skyverse check out/table-4.8.json --scenario table-4.8`,
-    `skyverse check out/city.json --scenario city.yaml --optimality`
+    Example: `skyverse check out/table-4.8.json --scenario table-4.8`
 
-    Exit code: 0 when all that is asked is proven; 1 when anything is wrong or cannot be decided, with --optimality also
-    a claim of the planner, or when a UAV has no way; 2 for bad input.
+    Exit code: 0 when all is proven; 1 when anything is wrong or cannot be decided, or when a UAV has no way; 2 for bad
+    input.
 
     Parameters
     ----------
@@ -46,9 +44,6 @@ def check(
     scenario
         The scenario that the mission has to answer, a file or a built-in name; what differs from it in the mission is
         named. Without it, the mission is judged by the scenario that it embeds, whoever wrote that.
-    optimality
-        Search anew, with code of the referee's own, wherever the mission says that no path is cheaper or that there is
-        none. It takes seconds to minutes; what cannot be decided so is called a claim of the planner.
     as_json
         Print the violations as JSON.
     """
@@ -73,19 +68,11 @@ def check(
             print(f"proven: {certificate.sentence}", file=aside)
     for caution in mission_cautions(replace(judged, scenario=world)):
         print(for_command_line(caution.sentence), file=aside)
-    claims = [one for one in sky.check_optimality(world, judged) if one is not None] if optimality else []
-    for claim in claims:
-        print(f"{claim.verdict.value}: {claim.sentence}", file=aside)
-    claimed = any(claim.verdict is not sky.Verdict.PROVEN for claim in claims)
-    optimal = any(result is not None and result.status is sky.Status.OPTIMAL for result in judged.results)
-    if optimal and not optimality:
-        print(
-            "Where a path is called optimal, it is so as claimed by the planner; --optimality searches anew.",
-            file=aside,
-        )
+    if any(result is not None and result.status is sky.Status.OPTIMAL for result in judged.results):
+        print("Where a path is called optimal, it is so as claimed by the planner.", file=aside)
     if not judged.complete:
         print(without_way(judged), file=sys.stderr)
-    return FOUND_WRONG if violations or claimed or not judged.complete else 0
+    return FOUND_WRONG if violations or not judged.complete else 0
 
 
 def show(

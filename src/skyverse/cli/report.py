@@ -54,7 +54,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     for columns in [flight_columns(mission), *([search_columns(mission)] if details else [])]:
         table([column.head for column in columns], zip(*(column.cells for column in columns), strict=True))
     if any(result.status.value == "optimal" for result in results):
-        print("Paths called optimal are so as claimed by the planner; skyverse check --optimality searches anew.")
+        print("Paths called optimal are so as claimed by the planner.")
     if results:
         print(planners_sentence(mission))
     times = f"total time {told_seconds(mission.total_time)}, makespan {told_seconds(mission.makespan)}"

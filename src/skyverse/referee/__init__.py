@@ -11,6 +11,5 @@ and `subdivision` turn that into proofs, and `tolerances` holds every tolerance.
 """
 
 from skyverse.referee.mission import Certificates, certify, check, check_result, judge
-from skyverse.referee.optimality import check_optimality
 
-__all__ = ["Certificates", "certify", "check", "check_optimality", "check_result", "judge"]
+__all__ = ["Certificates", "certify", "check", "check_result", "judge"]

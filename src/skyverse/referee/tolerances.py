@@ -32,9 +32,6 @@ STRAIGHT = 1e-9
 BOUND_ROUNDING = 1e-9
 """Relative: a complete path may cost this much less than its bound, because both are rounded sums."""
 
-LATTICE_ROUNDING = 1e-9
-"""Share of a lattice step: bounds that are shorter than whole steps by no more than this hold their last nodes."""
-
 OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
 
@@ -55,9 +52,6 @@ LIMIT_LET_PASS = 1e-6
 
 COST_LET_PASS = 1e-6
 """In the objective's unit, and relative above 1: a claimed cost may differ by this, as sums in another order do."""
-
-LATTICE_MARGIN = 4e-6
-"""Metres: planners need not use nodes that keep clear by less; they block those within 3e-6 m of an obstacle."""
 
 SEAM_SEARCH = 1e-5
 """Metres: no step that leads a curve away from what it touches is longer than half of this."""

@@ -1,9 +1,11 @@
-"""The referee's own lattice: which moves are free, and the cheapest path between two nodes, by Dijkstra's algorithm.
+"""An oracle of the lattice: which moves are free, and what the cheapest path between two nodes costs, by Dijkstra.
 
-It is slow and obvious on purpose: every move of the lattice is judged, and the search knows nothing but their prices.
+It is slow and obvious on purpose: every move is judged by the referee's geometry, and nothing is shared with the
+planners, whose optima it is compared with.
 """
 
 import heapq
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import product
@@ -12,17 +14,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
+from skyverse.model.quantities import derived
+from skyverse.model.scenario import Scenario
 from skyverse.referee.blocks import blocks
 from skyverse.referee.boxes import GrownBoxes
 from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
+from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
-from skyverse.referee.tolerances import LATTICE_ROUNDING, LET_PASS
+from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT
-from skyverse.referee.world import RefereeWorld
+from skyverse.referee.world import RefereeWorld, referee_world
 
 MOVES_AT_ONCE = 200_000
 """Moves judged together, which bounds the memory."""
+LATTICE_ROUNDING = 1e-9
+"""Share of a lattice step: bounds that are shorter than whole steps by no more than this hold their last nodes."""
+LATTICE_MARGIN = 4e-6
+"""Metres: planners need not use nodes that keep clear by less; they block those within 3e-6 m of an obstacle."""
+
+
+def cheapest_costs(scenario: Scenario, start: Floats, goal: Floats) -> tuple[float, float]:
+    """Return what the cheapest path between two nodes, (3,) metres, costs at least and at most.
+
+    The least counts moves that are free with what the referee lets pass, the most only those that every planner has to
+    use, and of zones along a surface all the risk that may be counted.
+    """
+    least = _cheapest(referee_world(scenario), start, goal, strict=False)
+    return least, _cheapest(referee_world(_farther(scenario)), start, goal, strict=True)
+
+
+def _cheapest(world: RefereeWorld, start: Floats, goal: Floats, strict: bool) -> float:
+    lattice, objective = judged_lattice(world, strict=strict), world.scenario.objective
+    first, last = lattice.node(start), lattice.node(goal)
+    assert first is not None
+    assert last is not None
+    lengths = np.linalg.norm(lattice.moves * lattice.step, axis=1)
+    by_nodes = objective.unit == "nodes"
+    fuel = objective.fuel * (np.ones(len(lengths)) if by_nodes else lengths)
+
+    def price(a: int, b: int) -> float:
+        return soft_price(world, np.stack([lattice.position(a), lattice.position(b)]), by_nodes, strict)
+
+    soft = objective.altitude is not None or objective.climb is not None or bool(world.scenario.risky_zones)
+    cost, _ = cheapest_path(lattice, first, last, price if soft else fuel, objective.divergence)
+    return cost + (objective.fuel if by_nodes else 0.0)
+
+
+def soft_price(world: RefereeWorld, leg: Floats, by_nodes: bool, strict: bool) -> float:
+    """Return what a leg (2, 3) costs with its soft terms; of risks along a surface the least, or if strict the most."""
+    objective = world.scenario.objective
+    total = objective.fuel * (1.0 if by_nodes else math.dist(leg[1], leg[0]))
+    if objective.altitude is not None:
+        total += objective.altitude.weight * altitude_term(objective.altitude, leg, world.ground)
+    if objective.climb is not None:
+        total += objective.climb.weight * climb_term(objective.climb, leg)
+    if world.scenario.risky_zones:
+        _, least, most = risk_term(world.scenario, leg)
+        total += objective.risk * (most if strict else least)
+    return total
+
+
+def _farther(scenario: Scenario) -> Scenario:
+    """Return a scenario in which everything must be kept farther away by `LATTICE_MARGIN`."""
+    return derived(scenario, clearance=scenario.clearance + LATTICE_MARGIN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +152,6 @@ def judged_lattice(world: RefereeWorld, *, strict: bool) -> RefereeLattice:
             row[some] = free_moves(world, places[some], world.first_node + (index[some] + move) * world.step, strict)
             row[some] &= usable[tuple(index[some].T)] & usable[tuple((index[some] + move).T)]
     return RefereeLattice(world.first_node, world.step, shape, steps, free)
-
-
-def can_be_judged(world: RefereeWorld) -> bool:
-    """Tell whether the moves of a world's lattice can be judged: diagonal ones only among boxes and round shapes."""
-    return world.scenario.lattice.connectivity == 6 or all(isinstance(kind, _ROUND) for kind in world.others)
 
 
 def free_moves(world: RefereeWorld, starts: Floats, ends: Floats, strict: bool) -> NDArray[np.bool_]:
