@@ -137,8 +137,8 @@ TOUCHING = {
 
 
 @pytest.mark.parametrize("shapes", TOUCHING.values(), ids=TOUCHING)
-@pytest.mark.parametrize("wider", [0.0, 1e-4])
-def test_no_leg_is_proven_that_leads_between_shapes_that_touch_when_they_are_grown(monkeypatch, shapes, wider):
+@pytest.mark.parametrize("wider", [-1e-4, 1e-4])
+def test_no_leg_is_proven_through_a_gap_that_is_too_narrow(monkeypatch, shapes, wider):
     mission = handmade.mission([handmade.along([(-90, 0, 50), (90, 0, 50)], 10)], clearance=2.0, origin=ORIGIN)
     given = mission.scenario.model_copy(update={"obstacles": shapes, "clearance": 2.0 - wider})
     proof = certificate(replace(mission, scenario=given))
@@ -148,9 +148,7 @@ def test_no_leg_is_proven_that_leads_between_shapes_that_touch_when_they_are_gro
     monkeypatch.setattr(World, "first_crossing", lambda *args: None)
     blind = certificate(replace(mission, scenario=given))
     assert blind.legs.trouble(*line) is None
-    assert blind.refused([line]) == (set() if wider else {0})
-    if searched is not None:
-        assert "between" in proof.sentence(searched[1])
+    assert blind.refused([line]) == (set() if wider > 0 else {0})
 
 
 def test_a_start_that_touches_a_grown_obstacle_is_exported():
@@ -164,8 +162,8 @@ def test_a_start_that_touches_a_grown_obstacle_is_exported():
         sky.routes(replace(mission, scenario=nearer))
 
 
-def test_no_leg_is_proven_that_leads_between_a_grown_shape_and_the_bounds_that_it_touches():
-    shape = (sky.Box(min=(-10, -20, handmade.LOW[2] + 2), max=(10, 20, 140)),)
+def test_no_leg_is_proven_between_a_grown_shape_and_bounds_that_are_too_near():
+    shape = (sky.Box(min=(-10, -20, handmade.LOW[2] + 1.999), max=(10, 20, 140)),)
     mission = handmade.mission([handmade.along([(-90, 0, 50), (90, 0, 50)], 10)], clearance=2.0, origin=ORIGIN)
     proof = certificate(replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": shape})))
     for z in (handmade.LOW[2], handmade.LOW[2] - 0.002):

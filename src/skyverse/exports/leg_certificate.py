@@ -18,14 +18,11 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.column import without_below
-from skyverse.referee.seams import Seam, find_seam
-from skyverse.referee.tolerances import HALF_SEAM, LET_PASS
+from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import named
 from skyverse.referee.world import RefereeWorld, referee_world
 from skyverse.space.tube import NO_ERROR
 
-SEAM_WIDTH = LET_PASS + 2 * HALF_SEAM
-"""Metres: what keeps as much from all grown shapes leads through no seam. The referee lets pass the first of it."""
 SEGMENTS_AT_ONCE = 20_000
 """Segments that the referee judges together, which bounds the memory."""
 
@@ -47,37 +44,29 @@ class LegCertificate:
 
     def refused(self, polylines: Sequence[Polyline]) -> set[int]:
         """Return the numbers of polylines that are not proven; the checker then knows which of their parts are not."""
-        wanted: dict[tuple[float, bool, Foot | None, bool], list[tuple[int, bytes, Segments]]] = defaultdict(list)
+        wanted: dict[tuple[float, bool, Foot | None], list[tuple[int, bytes, Segments]]] = defaultdict(list)
         for number, polyline in enumerate(polylines):
             for _, checked, key in self.legs.parts(*polyline):
                 for segments in checked.clear:
                     wanted[segments[2:]].append((number, key, segments))
         found = set()
-        for (growth, strays, foot, touches), parts in wanted.items():
-            world = self._world(growth if touches else growth + SEAM_WIDTH, strays, foot)
+        for (growth, strays, foot), parts in wanted.items():
+            world = self._world(growth, strays, foot)
             for batch in _batches(parts):
-                found |= self._refused(world, touches, batch)
+                found |= self._refused(world, batch)
         return found
 
-    def _refused(self, world: RefereeWorld, touches: bool, parts: list[tuple[int, bytes, Segments]]) -> set[int]:
-        """Judge parts in one world, without those that are refused, until the others are proven.
-
-        Only what `touches` grown shapes may lead through a seam: the world of all else is grown by the width of seams.
-        """
+    def _refused(self, world: RefereeWorld, parts: list[tuple[int, bytes, Segments]]) -> set[int]:
+        """Judge parts in one world, without those that are refused, until the others are proven."""
         found = set()
         while parts:
             of = np.repeat(np.arange(len(parts)), [len(segments.starts) for _, _, segments in parts])
             starts = np.concatenate([segments.starts for _, _, segments in parts])
             ends = np.concatenate([segments.ends for _, _, segments in parts])
             peaks, incursion = judge_segments(world, starts, ends)
-            if incursion is not None:
-                piece: int | None = incursion.segment
-            elif not peaks.proven[0]:
-                piece = int(max(peaks.stuck[0], 0))
-            else:
-                piece = _first_seam(world, starts, ends) if touches else None
-            if piece is None:
+            if incursion is None and peaks.proven[0]:
                 break
+            piece = int(max(peaks.stuck[0], 0)) if incursion is None else incursion.segment
             number, key, segments = parts.pop(int(of[piece]))
             self.legs.refuse(key, segments._replace(starts=starts[piece : piece + 1], ends=ends[piece : piece + 1]))
             found.add(number)
@@ -90,9 +79,6 @@ class LegCertificate:
         world = self._world(fault.growth, fault.strays, fault.foot)
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:
-            seam = _seam(world, fault.starts[0], fault.ends[0])
-            if seam is not None:
-                return seam.sentence(world.scenario, "it", "there").rstrip(".")
             ends = " and ".join(place_text(end) for end in (fault.starts[0], fault.ends[0]))
             return f"whether it keeps the clearance could not be decided between {ends}"
         return incursion.sentence(world.scenario, named("it", world.error), "there").rstrip(".")
@@ -105,16 +91,6 @@ class LegCertificate:
         if foot is None:
             return self.worlds[key]
         return without_below(self.worlds[key], np.array(foot), self.legs.search.roof(foot) + LET_PASS)
-
-
-def _seam(world: RefereeWorld, start: Floats, end: Floats) -> Seam | None:
-    """Return a seam that a segment between two places, (3,) metres each, leads through, or may lead through."""
-    return find_seam(world, np.stack([start, end])[None], np.zeros(1))
-
-
-def _first_seam(world: RefereeWorld, starts: Floats, ends: Floats) -> int | None:
-    """Return the first of some segments that is not proven to lead through no seam."""
-    return next((k for k, ends_at in enumerate(zip(starts, ends, strict=True)) if _seam(world, *ends_at)), None)
 
 
 def _batches(parts: list[tuple[int, bytes, Segments]]) -> list[list[tuple[int, bytes, Segments]]]:

@@ -22,8 +22,6 @@ class Segments(NamedTuple):
         without the error, and with it among all but what lies below.
     foot
         In the latter case, x, y and z of the foot of that column, metres.
-    touches
-        Whether some of them are so near to a grown shape that they may lead through a seam, between shapes that touch.
     """
 
     starts: Floats
@@ -31,7 +29,6 @@ class Segments(NamedTuple):
     growth: float
     strays: bool = True
     foot: Foot | None = None
-    touches: bool = False
 
 
 class Shortfall(NamedTuple):

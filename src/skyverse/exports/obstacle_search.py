@@ -12,7 +12,7 @@ from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SURFACE_DEPTH
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
 
@@ -70,12 +70,7 @@ class ObstacleSearch:
         met = world.first_crossing(starts, ends, growth)
         if met is not None:
             return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth, strays, foot))
-        touches = world.first_crossing(starts, ends, growth + 2 * SEAM_MARGIN) is not None
-        if touches:
-            sealed = np.flatnonzero(~world.segments_free(starts, ends, margin=growth))
-            if len(sealed):
-                return Checked(Segments(starts[sealed[:1]], ends[sealed[:1]], growth, strays, foot, True))
-        return Checked(None, (Segments(starts, ends, growth, strays, foot, touches),))
+        return Checked(None, (Segments(starts, ends, growth, strays, foot),))
 
     def blocked(
         self, starts: Floats, ends: Floats, extra: Floats, strays: bool, foot: Foot | None

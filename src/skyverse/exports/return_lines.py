@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
+from skyverse.exports.leg_certificate import SEGMENTS_AT_ONCE
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.tolerances import MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
+from skyverse.numerics.tolerances import MIN_GROWTH, SURFACE_DEPTH
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.column import without_below
@@ -33,6 +33,8 @@ CLEARANCE_SHARE = 0.5
 """The share of the clearance that is kept on the way home: with the rest, parts of a flight may have a length."""
 COLUMN_DECIMALS = 5
 """To 10 micrometres, lines that begin at the same place are in the same column."""
+LINE_MARGIN = 1e-6
+"""Metres that lines which are searched keep more than what the referee has yet to prove: more than rounding."""
 BEYOND_BOUNDS = 1000.0
 """Metres by which bounds are widened where only obstacles are asked for."""
 
@@ -181,7 +183,7 @@ class ReturnSpace:
     def blocker(self, line: ReturnLines, error: TrackingError, widened: float) -> int | None:
         """Return the number of an obstacle that the middle of one short line is too near to, or ``None``."""
         (group, *_) = self._groups(line, error, np.ones(1, dtype=np.bool_))
-        margin = group.growth + 2 * SEAM_MARGIN + widened
+        margin = group.growth + LINE_MARGIN + widened
         found = self._world(group).blocker(((line.starts + line.ends) / 2)[0], margin=margin)
         return None if found is None else self.numbers[found]
 
@@ -205,7 +207,7 @@ class ReturnSpace:
         """Tell for each line whether it is safe for a UAV with a tracking error, (m,)."""
         free = self.in_bounds(lines, error)
         for group in self._groups(lines, error, free):
-            some, margin = group.some, group.growth + 2 * SEAM_MARGIN
+            some, margin = group.some, group.growth + LINE_MARGIN
             free[some] &= self._world(group).segments_free(lines.starts[some], lines.ends[some], margin=margin)
         return free
 
@@ -249,10 +251,7 @@ class ReturnSpace:
                         yield LineGroup(some, ground, _strayed(own, wide, tall), 0.0)
 
     def proven(self, each: Sequence[tuple[TrackingError, ReturnLines]]) -> bool:
-        """Tell whether the referee proves all lines of some UAVs, which have tracking errors.
-
-        Shapes are grown by the width of seams, too, so that nothing leads between two that touch.
-        """
+        """Tell whether the referee proves all lines of some UAVs, which have tracking errors."""
         wanted: dict[tuple[Ground, TrackingError, float, VerticalColumn | None], list[tuple[Floats, Floats]]] = (
             defaultdict(list)
         )
@@ -265,12 +264,11 @@ class ReturnSpace:
         shapes: dict[Ground, SolidShapes] = {}
         for (ground, deviation, growth, column), pairs in wanted.items():
             given = self._asked[ground]
-            widened = growth + SEAM_WIDTH
             if given.terrain is not None:
-                more = {"clearance": given.ground_clearance + widened}
-                most = None if given.max_height is None else given.max_height - widened
+                more = {"clearance": given.ground_clearance + growth}
+                most = None if given.max_height is None else given.max_height - growth
                 given = derived(given, terrain=derived(given.terrain, **more), max_height=most)
-            given = derived(given, clearance=given.clearance + widened)
+            given = derived(given, clearance=given.clearance + growth)
             columns = [np.concatenate(column) for column in zip(*pairs, strict=True)]
             once = np.unique(np.hstack(columns), axis=0)  # from most parts of a flight the descent is the same line
             starts, ends = once[:, :3], once[:, 3:]
