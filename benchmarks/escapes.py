@@ -9,9 +9,8 @@ none is found, none may exist.
 import numpy as np
 
 import skyverse as sky
-from skyverse.live.change_of_velocity import braking_motion
-from skyverse.live.first_contact import first_contact
-from skyverse.live.steered_motion import steered_motion
+from skyverse.live.steered_motion import braking_motion, steered_motion
+from skyverse.live.surroundings import first_contact
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
 from skyverse.space.moving_shapes import moving_shapes

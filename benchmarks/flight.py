@@ -16,8 +16,8 @@ from machine import describe, table
 import skyverse as sky
 from skyverse.files import BUILTIN_NAMES
 from skyverse.flight import commands
-from skyverse.flight.feedforward import Reference
-from skyverse.flight.wind_observer import WindObserver
+from skyverse.flight.commands import Reference
+from skyverse.flight.simulate import WindObserver
 from skyverse.numerics.cores import cores
 
 LONG_MISSION = 60.0

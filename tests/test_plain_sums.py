@@ -91,7 +91,7 @@ def test_a_call_of_blas_is_found_whatever_it_is_called(source):
         "import math\nmath.hypot(*a)",
         "from scipy.spatial import cKDTree\ncKDTree(points)",
         "from scipy import ndimage\nndimage.label(a)",
-        "from skyverse.live.change_of_velocity import dot\ndot(a, b)",
+        "from skyverse.live.steered_motion import dot\ndot(a, b)",
         "@property\ndef f(): pass",
     ],
 )

@@ -16,10 +16,10 @@ from .files import read_scenario as read_scenario
 from .files import scenario_schema as scenario_schema
 from .files import write as write
 from .flight.fly import fly as fly
-from .flight.fly_many import fly_many as fly_many
-from .flight.fly_many_until_safe import fly_many_until_safe as fly_many_until_safe
-from .flight.fly_replanned import fly_replanned as fly_replanned
-from .flight.fly_until_safe import fly_until_safe as fly_until_safe
+from .flight.fly import fly_many as fly_many
+from .flight.replanned import fly_replanned as fly_replanned
+from .flight.until_safe import fly_many_until_safe as fly_many_until_safe
+from .flight.until_safe import fly_until_safe as fly_until_safe
 from .lab.comparison_report import write_report as write_report
 from .lab.moving_report import write_moving_report as write_moving_report
 from .lab.moving_row import MovingRow as MovingRow
@@ -34,7 +34,7 @@ from .lab.study import read_study as read_study
 from .live.closed_loop import fly_closed_loop as fly_closed_loop
 from .live.replan import Replan as Replan
 from .live.replanner import Replanner as Replanner
-from .live.sighting import Sighting as Sighting
+from .live.tracks import Sighting as Sighting
 from .maps.assembly.build import build_scenario as build_scenario
 from .maps.assembly.options import Note as Note
 from .maps.georeference.choices import Raster as Raster

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from handmade import straight
-from skyverse.flight.feedforward import _thrust
+from skyverse.flight.commands import _thrust
 from skyverse.flight.vehicle import VEHICLES, vehicle_of
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
@@ -44,7 +44,7 @@ def test_the_thrust_found_makes_rotorpys_vehicle_accelerate_as_the_trajectory_do
 def test_steps_of_runge_kutta_agree_with_scipys_own():
     from scipy.integrate import solve_ivp
 
-    from skyverse.flight.runge_kutta import RungeKutta
+    from skyverse.flight.simulate import RungeKutta
 
     def pendulum(t, y):
         return np.array([y[1], -np.sin(y[0]) - 0.1 * y[1]])

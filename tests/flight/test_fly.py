@@ -61,7 +61,7 @@ def test_a_straight_flight_arrives_on_time_and_stays_within_15_mm(vehicle):
 
 def test_without_being_told_of_drag_and_lag_it_flies_far_worse(monkeypatch):
     from skyverse.flight import commands
-    from skyverse.flight.feedforward import Reference
+    from skyverse.flight.commands import Reference
 
     flown = mission(straight((0, 0, 2), (2, 0, 2), 1.6))
     told = sky.fly(flown).largest

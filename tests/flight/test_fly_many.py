@@ -10,10 +10,10 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse import cli
-from skyverse.flight.fly_many_until_safe import _kept
-from skyverse.flight.run import fly_run, prepare
+from skyverse.flight.disturbances import weather_of
+from skyverse.flight.runs import fly_run, prepare
+from skyverse.flight.until_safe import _kept
 from skyverse.flight.vehicle import vehicle_of
-from skyverse.flight.weather import weather_of
 
 GUSTY = sky.Disturbances(gusts=True, mismatch=0.2)
 WEST = sky.wind_from(8, 270)

@@ -8,7 +8,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, hall
-from skyverse.flight.approaches import distances
+from skyverse.flight.judge import distances
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 

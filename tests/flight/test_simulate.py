@@ -6,10 +6,9 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse.flight.commands import HOVER_SECONDS, commands
-from skyverse.flight.draw_disturbances import draw
+from skyverse.flight.disturbances import Weather, draw
 from skyverse.flight.simulate import SimulationJob, simulate, simulate_in_rotorpy
 from skyverse.flight.vehicle import VEHICLES, vehicle_of
-from skyverse.flight.weather import Weather
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 

@@ -5,7 +5,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL
-from skyverse.live.first_contact import first_contact, share_avoided
+from skyverse.live.surroundings import first_contact, share_avoided
 from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.uav import TrackingError
 from skyverse.space.moving_shapes import LEAST_DOUBT, moving_shapes

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from replanned import BALL, field, hall
-from skyverse.live import track
-from skyverse.live.track import Tracks
+from skyverse.live import tracks as live_tracks
+from skyverse.live.tracks import Tracks
 
 CART = sky.Box(min=(-0.5, -2, -2), max=(0.5, 2, 2))
 
@@ -98,7 +98,7 @@ def test_who_is_forgotten_may_be_anywhere_where_uavs_can_be(seed):
 
 
 def test_movers_that_are_kept_in_mind_are_bounded(monkeypatch):
-    monkeypatch.setattr(track, "MAX_TRACKS", 3)
+    monkeypatch.setattr(live_tracks, "MAX_TRACKS", 3)
     tracks, box = Tracks(1.0), (np.zeros(3), np.full(3, 100.0))
     forgotten = []
     for k in range(6):

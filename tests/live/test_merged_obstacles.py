@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from replanned import hall
 from skyverse.live import observed
-from skyverse.live.merged_obstacles import around
+from skyverse.live.observed import around
 
 
 def shape(kind, at, size):

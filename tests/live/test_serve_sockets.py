@@ -8,9 +8,9 @@ import stat
 import pytest
 
 import skyverse as sky
-from skyverse.live import serve_sockets
+from skyverse.live import serve
 from skyverse.live.messages import Hello
-from skyverse.live.serve_sockets import Address, serve_until_cancelled
+from skyverse.live.serve import Address, serve_until_cancelled
 
 TOKEN = "a word that is long".replace(" ", "-")
 LOCAL = Address("127.0.0.1", 0)
@@ -123,7 +123,7 @@ def test_with_the_token_a_client_steers():
 
 
 def test_a_client_that_does_not_give_the_token_in_time_is_sent_away(monkeypatch):
-    monkeypatch.setattr(serve_sockets, "TOKEN_SECONDS", 0.05)
+    monkeypatch.setattr(serve, "TOKEN_SECONDS", 0.05)
 
     async def talk(connect):
         reader, _ = await connect()
@@ -133,7 +133,7 @@ def test_a_client_that_does_not_give_the_token_in_time_is_sent_away(monkeypatch)
 
 
 def test_clients_beyond_the_most_are_sent_away_until_one_leaves(monkeypatch):
-    monkeypatch.setattr(serve_sockets, "MAX_CLIENTS", 2)
+    monkeypatch.setattr(serve, "MAX_CLIENTS", 2)
 
     async def talk(connect):
         there = [await connect() for _ in range(2)]

@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from movers import depth_at
 from replanned import BALL
-from skyverse.live.sighting import Sighting
-from skyverse.live.track import Track
+from skyverse.live.tracks import Sighting, Track
 from skyverse.model.mover_motions import CircularMotion
 
 SEEN, HORIZON = 1.5, 2.0

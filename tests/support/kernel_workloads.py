@@ -9,9 +9,9 @@ import skyverse as sky
 from handmade import mission, straight
 from skyverse.draw.triangulation import triangles
 from skyverse.flight.commands import commands
+from skyverse.flight.disturbances import Weather
 from skyverse.flight.simulate import SimulationJob, simulate
 from skyverse.flight.vehicle import vehicle_of
-from skyverse.flight.weather import Weather
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.voxelise import touched
 from skyverse.space.moving_shapes import first_too_near, mover_gaps, moving_shapes

@@ -12,7 +12,7 @@ from skyverse.cli.report import json_text
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.live.serve_sockets import Address
+    from skyverse.live.serve import Address
 
 LOOPBACK = "127.0.0.1"
 LEAST_TOKEN, MOST_TOKEN = 16, 1024
@@ -71,8 +71,7 @@ def live(
     """
     import skyverse as sky
     from skyverse.live.messages import live_schema
-    from skyverse.live.serve_sockets import serve_sockets
-    from skyverse.live.serve_streams import serve_streams
+    from skyverse.live.serve import serve_sockets, serve_streams
     from skyverse.live.session import LiveSession, load_kernels
     from skyverse.space.mission_cautions import mission_cautions
 
@@ -112,7 +111,7 @@ def _tell_where(found: str) -> None:
 
 def _address(text: str) -> "Address | Path":
     """Return where to listen, or raise `InputError`."""
-    from skyverse.live.serve_sockets import Address
+    from skyverse.live.serve import Address
 
     if "/" in text:
         return Path(text)

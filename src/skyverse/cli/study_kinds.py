@@ -10,7 +10,7 @@ from skyverse.lab.moving_row import MovingRows
 from skyverse.lab.moving_study import MovingStudy, read_moving_study, write_moving_study
 from skyverse.lab.rows import Rows
 from skyverse.lab.study import Study, read_study, write_study
-from skyverse.live.policies.planner_policy import PlannerPolicy
+from skyverse.live.policies.planner_policies import PlannerPolicy
 
 
 class StudyKind(NamedTuple):

@@ -25,7 +25,6 @@ from skyverse.flight.quadrotor import (
     set_rotation,
     set_wrench,
 )
-from skyverse.flight.wind_observer import OBSERVER_BANDWIDTH
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.trajectory.limits import GRAVITY
 
@@ -33,6 +32,8 @@ POSITION_GAINS = (6.5, 6.5, 15.0)
 """rotorpy's gains for the error of position on each axis, 1/s^2."""
 VELOCITY_GAINS = (4.0, 4.0, 9.0)
 """rotorpy's gains for the error of velocity on each axis, 1/s."""
+OBSERVER_BANDWIDTH = 8.0
+"""The bandwidth of the observer of the wind, 1/s."""
 LOST_DISTANCE = 20.0
 """Metres: a UAV that is farther from its trajectory is lost."""
 

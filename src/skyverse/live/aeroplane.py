@@ -8,17 +8,27 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.live.aeroplane_course import AeroplaneCourse, Flying, Reference, loiter, part_of, pose_at, pose_of, timed
-from skyverse.live.aeroplane_legs import LEFT, LEVEL, flown_leg, turn
-from skyverse.live.choice import Choice, Span
+from skyverse.live.aeroplane_course import (
+    LEFT,
+    LEVEL,
+    AeroplaneCourse,
+    Flying,
+    Reference,
+    flown_leg,
+    loiter,
+    part_of,
+    places_ahead,
+    pose_at,
+    pose_of,
+    timed,
+    turn,
+)
 from skyverse.live.choose_loiter import choose_loiter
-from skyverse.live.course import STAY, of_one_degree
-from skyverse.live.first_contact import first_contact
+from skyverse.live.course import STAY, followed, of_one_degree
 from skyverse.live.guidance import path_from
 from skyverse.live.pilot import Pilot
-from skyverse.live.planned_motion import followed
-from skyverse.live.references import places_ahead
-from skyverse.live.surroundings import Surroundings
+from skyverse.live.replan import Choice, Span
+from skyverse.live.surroundings import Surroundings, first_contact
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory, joined

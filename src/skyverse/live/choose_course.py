@@ -14,16 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
-from skyverse.live.course import STAY, Course, stop_or_stay
-from skyverse.live.first_contact import first_contact, share_avoided
-from skyverse.live.guidance import Way
-from skyverse.live.planned_motion import Planned, motions_along
-from skyverse.live.slow_zones import seconds_lost
+from skyverse.live.course import STAY, Course, Planned, motions_along, stop_or_stay
+from skyverse.live.guidance import AT_REST, GATE_SHARES, SHARES, Way, escapes, gates, ways_ahead
+from skyverse.live.replan import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
 from skyverse.live.steered_motion import seconds_left, steered_motion
-from skyverse.live.surroundings import Surroundings, barred
-from skyverse.live.way_back import way_back
-from skyverse.live.ways import AT_REST, GATE_SHARES, SHARES, escapes, gates, ways_ahead
+from skyverse.live.surroundings import Surroundings, barred, first_contact, seconds_lost, share_avoided, way_back
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
 from skyverse.space.world import path_free

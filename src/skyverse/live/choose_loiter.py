@@ -16,22 +16,25 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.aeroplane_course import (
+    LEFT,
+    RIGHT,
     AeroplaneCourse,
+    Ahead,
     Flying,
     Reference,
+    away_along,
+    back_to,
+    end_of,
     loiter,
     part_of,
     pose_at,
     poses_at,
     timed,
+    turns_away,
 )
-from skyverse.live.aeroplane_legs import LEFT, RIGHT
-from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
-from skyverse.live.course import of_one_degree
-from skyverse.live.first_contact import first_contact, share_avoided
-from skyverse.live.planned_motion import followed
-from skyverse.live.references import Ahead, away_along, back_to, end_of, turns_away
-from skyverse.live.surroundings import Surroundings, barred
+from skyverse.live.course import followed, of_one_degree
+from skyverse.live.replan import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
+from skyverse.live.surroundings import Surroundings, barred, first_contact, share_avoided
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.trajectory.dubins import pose

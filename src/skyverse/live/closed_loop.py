@@ -1,5 +1,9 @@
-"""Flights in which a replanner is told what sensors see, and UAVs fly exactly what it answers."""
+"""What a UAV's sensor sees of movers and of obstacles that nobody knew of.
 
+Flights in which a replanner is told what sensors see, and UAVs fly exactly what it answers.
+"""
+
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,18 +11,132 @@ from typing import Protocol
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.replan import Replan
-from skyverse.live.sensor import HiddenObstacles, out_of_reach, seen_movers
-from skyverse.live.sighting import Sighting
+from skyverse.live.tracks import Sighting
 from skyverse.model.mission import Mission
-from skyverse.model.mover import Mover
-from skyverse.model.quantities import MAX_INSTANT
+from skyverse.model.mover import Ellipsoid, Mover, MoverShape
+from skyverse.model.mover_bounds import motion_bounds
+from skyverse.model.quantities import MAX_INSTANT, derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
-from skyverse.model.shapes import Shape
+from skyverse.model.shape_extent import extent
+from skyverse.model.shapes import Shape, Sphere
 from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.planners.base import Seed, seeded
+from skyverse.space.world import World
+
+LEAST_TOP_SPEED = 1e-3
+"""M/s: the least top speed that a sighting may state."""
+
+
+def seen_movers(
+    sensor: Sensor, movers: Sequence[Mover], t: float, places: Floats, rng: np.random.Generator
+) -> list[Sighting]:
+    """Return sightings of the movers that are within range of UAVs at an instant.
+
+    A sighting states the mover's largest speed and acceleration, which is how much its kind is known to do.
+
+    Parameters
+    ----------
+    sensor
+        What UAVs see with.
+    movers
+        As they truly move.
+    t
+        Seconds into the mission.
+    places
+        (n, 3) metres: where the UAVs are.
+    rng
+        Draws the errors, uniformly from a ball.
+    """
+    found = []
+    for number, mover in enumerate(movers):
+        at = mover.at([t])[0]
+        if _distances(mover.shape, places - at).min(initial=np.inf) > sensor.reach:
+            continue
+        if sensor.error > 0.0:
+            off = rng.normal(size=3)
+            at = at + sensor.error * rng.uniform() ** (1.0 / 3.0) / math.hypot(*off) * off
+        fastest, hardest = motion_bounds(mover.motion)
+        found.append(
+            Sighting(
+                name=mover.name or f"mover {number}",
+                shape=mover.shape,
+                position=tuple(at.tolist()),
+                error=sensor.error,
+                top_speed=max(fastest, LEAST_TOP_SPEED),
+                max_acceleration=hardest,
+            )
+        )
+    return found
+
+
+def out_of_reach(
+    sensor: Sensor, scenario: Scenario, held: Sequence[Mover], seen: Sequence[Sighting], seconds: float
+) -> list[str]:
+    """Return the names of movers that no UAV can come too near to within some seconds, since they are out of range.
+
+    Parameters
+    ----------
+    sensor, scenario
+        What UAVs see with, and the UAVs.
+    held
+        Movers that are kept in mind.
+    seen
+        What was seen at an instant: all others are farther away from every UAV than the sensor's range.
+    seconds
+        From that instant on.
+    """
+    names = {one.name for one in seen}
+    errors = [uav.tracking_error for uav in scenario.uavs]
+    kept = scenario.clearance + max(math.hypot(error.horizontal, error.vertical) for error in errors)
+    fastest = max(uav.max_speed for uav in scenario.uavs) * (1.0 + LIMIT_EASE)
+    far = []
+    for mover in held:
+        doubt = mover.doubt
+        speed = fastest + (doubt.growth if doubt.top_speed is None else doubt.top_speed)
+        if mover.name not in names and sensor.reach > kept + seconds * speed:
+            far.append(mover.name)
+    return far
+
+
+def _distances(shape: MoverShape, places: Floats) -> Floats:
+    """Return how far places (n, 3) in a mover's frame are from its shape, or from the box around it, (n,) metres."""
+    if isinstance(shape, Sphere):
+        return np.maximum(np.linalg.norm(places - np.array(shape.centre), axis=1) - shape.radius, 0.0)
+    if isinstance(shape, Ellipsoid):
+        size = np.array((shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z))
+        low, high = np.array(shape.centre) - size, np.array(shape.centre) + size
+    else:
+        low, high = extent(shape)
+    return np.asarray(np.linalg.norm(places - np.clip(places, low, high), axis=1))
+
+
+class HiddenObstacles:
+    """Obstacles that nobody knows of until a UAV comes within range of them.
+
+    Parameters
+    ----------
+    scenario
+        What is known.
+    obstacles
+        Those that are there too.
+    """
+
+    def __init__(self, scenario: Scenario, obstacles: Sequence[Shape]) -> None:
+        bare = derived(scenario, zones=(), terrain=None, movers=())
+        self._hidden = [(one, World(derived(bare, obstacles=(one,)))) for one in obstacles]
+
+    def seen(self, sensor: Sensor, places: Floats) -> list[Shape]:
+        """Return those that come within range of places (n, 3), metres, for the first time."""
+        near = [world.distance(places).min() <= sensor.reach for _, world in self._hidden]
+        found = [one for (one, _), seen in zip(self._hidden, near, strict=True) if seen]
+        self._hidden = [one for one, seen in zip(self._hidden, near, strict=True) if not seen]
+        return found
+
 
 OnAnswers = Callable[[tuple[Replan, ...]], None]
 """Called with the answers to each observation."""

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyverse.live.choice import KEEP_ON, LOOKED_AT, Choice, Span
 from skyverse.live.course import Course
-from skyverse.live.first_contact import first_contact
 from skyverse.live.guidance import Way
+from skyverse.live.replan import KEEP_ON, LOOKED_AT, Choice, Span
 from skyverse.live.steered_motion import seconds_left, steered_motion
-from skyverse.live.surroundings import Surroundings, barred
+from skyverse.live.surroundings import Surroundings, barred, first_contact
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
 
 SAME_PLACE = 0.02

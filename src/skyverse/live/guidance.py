@@ -1,5 +1,11 @@
-"""The way that a UAV would fly if nothing moved: the corners of its mission's flight, on to its target."""
+"""The way that a UAV would fly if nothing moved: the corners of its mission's flight, on to its target.
 
+The ways that are tried from where a UAV is: on along its way, past a mover, and away from it.
+"""
+
+import math
+from collections.abc import Iterator
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +20,7 @@ from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PATH
 from skyverse.planners.auto import Auto
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
+from skyverse.space.world import World, path_free
 from skyverse.trajectory.blended import blended_legs
 from skyverse.trajectory.limits import limits_of
 from skyverse.trajectory.path_to_trajectory import TOLERANCE, needed_waypoints
@@ -88,3 +95,82 @@ def guidance(problem: Problem, result: Result) -> Way:
 def place_to_stay(place: Floats) -> Way:
     """Return the guidance of a UAV that is to stay at a place (3,)."""
     return Way(np.array([place, place]), np.zeros(2), np.arange(2))
+
+
+SHARES = (1.0, 0.6, 0.3)
+"""Shares of the largest speed at which ways are tried."""
+AT_REST = 1.0
+"""Metres ahead of a UAV at rest at which it gets back to its guidance."""
+SKIPPED = 3
+"""Points of the guidance that may be left out at once."""
+GATE_SHARES = (1.0, 0.5)
+"""Those at which gates are tried."""
+GATE_SIZES = (1.1, 2.0)
+"""How far gates are from where a mover is met, in units of what must be kept from it."""
+GATE_BLEND = 0.5
+"""How far a blend at a gate may be from it, as a share of the gate's size."""
+ESCAPE_SIZES = (1.0, 0.4)
+"""How far places to escape to are, in units of how far the UAV gets from rest to rest."""
+DIRECTIONS = np.vstack([np.eye(3), -np.eye(3), np.array(tuple(product((-1.0, 1.0), repeat=3))) / np.sqrt(3.0)])
+"""(14, 3) unit vectors towards the faces and the corners of a cube."""
+
+
+def ways_ahead(guidance: Way, mark: int, place: Floats, lead: float) -> Iterator[Way]:
+    """Yield ways to the target that get back to the guidance at several places.
+
+    Parameters
+    ----------
+    guidance, mark
+        The guidance, and the number of its next point.
+    place
+        (3,) metres: where the UAV is.
+    lead
+        Metres ahead of the UAV at which it can get back to the guidance.
+    """
+    last = len(guidance.points) - 1
+    mark = min(mark, last)
+    for k in range(mark, min(mark + SKIPPED, last) + 1):
+        yield guidance.after(k)
+    leg = guidance.points[mark] - guidance.points[mark - 1]
+    size = math.hypot(*leg)
+    if mark and size > 0.0:
+        along = float(np.sum((place - guidance.points[mark - 1]) * leg)) / size + lead
+        if 0.0 < along < size:
+            yield guidance.after(mark).through(0, guidance.points[mark - 1] + along / size * leg, 0.25 * lead)
+
+
+def sees_its_way(world: World, place: Floats, guidance: Way, mark: int) -> bool:
+    """Tell whether a UAV at rest gets straight back to its guidance, by a way that `ways_ahead` yields."""
+    ways = ways_ahead(guidance, mark, place, AT_REST)
+    return any(path_free(world.space, np.vstack([place, way.points[:1]])) for way in ways)
+
+
+def gates(way: Way, place: Floats, meeting: Floats, k: int, need: float) -> Iterator[Way]:
+    """Yield ways that pass a place of a way on all sides.
+
+    Parameters
+    ----------
+    way
+        A way that meets a mover on its leg to point k.
+    place, meeting
+        (3,) metres: where the way begins, and where it meets the mover.
+    need
+        Metres that must be kept from the mover there.
+    """
+    course = meeting - (way.points[k - 1] if k else place)
+    size = math.hypot(*course)
+    course = course / size if size > 0.0 else np.array([1.0, 0.0, 0.0])
+    aside = np.cross(course, [0.0, 0.0, 1.0] if abs(course[2]) < 0.9 else [1.0, 0.0, 0.0])
+    aside /= math.hypot(*aside)
+    upwards = np.cross(aside, course)
+    for size in GATE_SIZES:
+        for turn in np.arange(8) * (np.pi / 4.0):
+            to = np.cos(turn) * aside + np.sin(turn) * upwards
+            yield way.through(k, meeting + size * need * to, GATE_BLEND * size * need)
+
+
+def escapes(way: Way, place: Floats, reach: float) -> Iterator[Way]:
+    """Yield ways that first lead away from a place (3,) in all directions, by up to `reach` metres."""
+    for size in ESCAPE_SIZES:
+        for to in DIRECTIONS:
+            yield way.through(0, place + size * reach * to, GATE_BLEND * size * reach)

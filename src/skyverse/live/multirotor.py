@@ -8,15 +8,13 @@ from typing import ClassVar, Self
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.choice import Choice, Span
 from skyverse.live.choose_course import choose_course
-from skyverse.live.course import Course
-from skyverse.live.guidance import Way, mission_guidance, planned_anew
+from skyverse.live.course import Course, Planned, followed, planned_motion
+from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees_its_way
 from skyverse.live.pilot import LOST, SPARE, Pilot
-from skyverse.live.planned_motion import Planned, followed, planned_motion
+from skyverse.live.replan import Choice, Span
 from skyverse.live.steered_heading import steered_heading, still
 from skyverse.live.surroundings import Surroundings
-from skyverse.live.ways import sees_its_way
 from skyverse.model.mission import Mission
 from skyverse.model.pointing import Pointing
 from skyverse.model.scenario import Scenario

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.choice import Choice, Span
+from skyverse.live.replan import Choice, Span
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario

@@ -6,18 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyverse.live.choice import Span
 from skyverse.live.course import Course
 from skyverse.live.first_proven import first_proven
+from skyverse.live.guidance import SHARES
 from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, with_seen
 from skyverse.live.policies.policy import Found, Policy, Situation
-from skyverse.live.replan import Replan
-from skyverse.live.sighting import Sighting
+from skyverse.live.replan import Replan, Span, in_turns
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
-from skyverse.live.track import Tracks
-from skyverse.live.turns import in_turns
-from skyverse.live.ways import SHARES
+from skyverse.live.tracks import Sighting, Tracks
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt, Ellipsoid, Mover

@@ -1,6 +1,57 @@
-"""What a replanner answers for one UAV to what was observed."""
+"""What is chosen for a UAV to fly from now on, what a replanner answers of it, and in which turns UAVs choose."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+LOOKED_AT = 0.5
+"""The share of the horizon after which motions are compared by what they still have to fly."""
+KEEP_ON = 0.05
+"""Seconds by which another way must arrive earlier than the present one, so that a UAV does not waver."""
+BLOCKED = 10.0
+"""Seconds that it may take longer to arrive along a way in which something stands."""
+
+
+class Span(NamedTuple):
+    """The instants that matter, seconds into the mission.
+
+    Attributes
+    ----------
+    now, join
+        Now, and when a new motion can begin.
+    until
+        Until when it is proven.
+    apart
+        Until when it is proven to keep its distance from other UAVs, no earlier than `until`.
+    """
+
+    now: float
+    join: float
+    until: float
+    apart: float
+
+
+class Choice(NamedTuple):
+    """What is known of the motion that was chosen.
+
+    Attributes
+    ----------
+    kept, proven
+        Whether it is what was flown before, and whether it is proven up to the horizon.
+    mover, contact
+        The mover that it comes too near to first, -1 if none, and when, infinite if never, up to the horizon.
+    tried
+        How many motions were made.
+    held_up
+        Whether another UAV is in the way of the motion that would arrive first.
+    """
+
+    kept: bool
+    proven: bool
+    mover: int
+    contact: float
+    tried: int
+    held_up: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,3 +105,29 @@ class Replan:
 
     def __repr__(self) -> str:
         return f"Replan at t = {self.time:.6g} s\n  {self.sentence}"
+
+
+def in_turns(order: Sequence[int], replan: Callable[[int], Replan]) -> dict[int, Replan]:
+    """Return the answers of UAVs, each of which is true of what all others fly in the end.
+
+    A UAV whose motion was proven before another one took a motion that is not proven, maybe through its own, has
+    another turn.
+
+    Parameters
+    ----------
+    order
+        The UAVs' indices, in the order of their turns.
+    replan
+        Chooses what a UAV flies among what the others fly now.
+    """
+    answers: dict[int, Replan] = {}
+    waiting, turns = list(order), 0
+    last = dict.fromkeys(order, 0)
+    while waiting:
+        uav, turns = waiting.pop(0), turns + 1
+        found = replan(uav)
+        answers[uav], last[uav] = found if uav not in answers else answers[uav].followed_by(found), turns
+        if not waiting:
+            unproven = max((last[k] for k in order if not answers[k].proven), default=0)
+            waiting = [k for k in order if answers[k].proven and last[k] < unproven][:1]
+    return answers

@@ -11,16 +11,13 @@ from numpy.typing import ArrayLike
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind
 from skyverse.live.aeroplane import Aeroplane
-from skyverse.live.choice import Choice, Span
 from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
 from skyverse.live.pilot import SPARE, Pilot
-from skyverse.live.replan import Replan
-from skyverse.live.sighting import Sighting, checked_sighting
+from skyverse.live.replan import Choice, Replan, Span, in_turns
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
-from skyverse.live.track import Tracks
-from skyverse.live.turns import in_turns
+from skyverse.live.tracks import Sighting, Tracks, checked_sighting
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import MAX_INSTANT

@@ -18,11 +18,11 @@ from skyverse.live.messages import (
     Setpoints,
     UAVAnswer,
     YawMessage,
+    read_observation,
 )
-from skyverse.live.observation_lines import read_observation
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
-from skyverse.live.sighting import Sighting
+from skyverse.live.tracks import Sighting
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission

@@ -9,7 +9,7 @@ import skyverse as sky
 from replanned import BALL, hall
 from skyverse.live.guidance import Way
 from skyverse.live.policies import make_policy
-from skyverse.live.policies.planner_policy import problem_now
+from skyverse.live.policies.planner_policies import problem_now
 from skyverse.live.policies.policy import Situation
 from skyverse.space.timed_shapes import TimedShape
 

@@ -9,10 +9,10 @@ if TYPE_CHECKING:
     from skyverse.live.policies.policy import Policy
 
 _CLASSES = {
-    "from-scratch": "from_scratch.FromScratch",
-    "kept-population": "kept_population.KeptPopulation",
+    "from-scratch": "planner_policies.FromScratch",
+    "kept-population": "planner_policies.KeptPopulation",
     "velocity-obstacles": "velocity_obstacles.VelocityObstacles",
-    "wait": "wait.Wait",
+    "wait": "policy.Wait",
 }
 
 POLICY_NAMES = tuple(_CLASSES)

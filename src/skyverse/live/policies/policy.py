@@ -1,4 +1,7 @@
-"""What a replanning policy is: frozen settings with one verb, which finds a way to the target anew."""
+"""What a replanning policy is: frozen settings with one verb, which finds a way to the target anew.
+
+Standing still until the way is free.
+"""
 
 import math
 from abc import ABC, abstractmethod
@@ -116,3 +119,12 @@ def require_positive(policy: Policy, name: str) -> None:
     value = getattr(policy, name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise InputError(f"{name} is a number above 0, not {value!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wait(Policy):
+    """Go on along the mission's own path as soon as that is proven, and stand still until then."""
+
+    def find(self, situation: Situation) -> Found:
+        """Return what is left of the mission's path."""
+        return Found(situation.guidance, NO_EFFORT)

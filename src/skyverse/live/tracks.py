@@ -1,4 +1,6 @@
-"""The sightings of movers, where they may be from now on, and which of them are forgotten.
+"""What was seen of a mover at an instant, and what is known of how it may move on.
+
+The sightings of movers, where they may be from now on, and which of them are forgotten.
 
 A mover whose acceleration is at most a is seen at p0 and, d seconds later, at p1, each within an error e of where it
 is. So its velocity at the second sighting is within 2 e / d + a d / 2 of (p1 - p0) / d, and t seconds later it is
@@ -7,16 +9,92 @@ within e + v t + a t^2 / 2 of p1 + t (p1 - p0) / d, where v is that first bound.
 
 import math
 from bisect import insort
-from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Mapping, Sequence
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, did_you_mean, shown
-from skyverse.live.sighting import Sighting
-from skyverse.model.mover import Doubt, Mover
+from skyverse.model.mover import Doubt, Mover, MoverShape
 from skyverse.model.mover_motions import WaypointMotion
+from skyverse.model.quantities import Amount, Limit, Model, Number, listed
+from skyverse.model.wrong_values import complaint
+
+MAX_SEEN = 1e6
+"""Metres, m/s or m/s^2: nothing that is seen is farther off, larger or faster, so that squares of it mean something."""
+MIN_SEEN = 1e-6
+"""Metres: nothing that is seen is smaller."""
+
+
+def _of_real_size(shape: MoverShape) -> MoverShape:
+    for name, value in shape.model_dump(
+        exclude_none=True, exclude={"shape", "name", "kind", "solid", "closed_above"}
+    ).items():
+        sizes = np.abs(np.atleast_1d(value))
+        if sizes.max() > MAX_SEEN:
+            raise ValueError(f"{name} must be at most {MAX_SEEN:g} m")
+        if np.ndim(value) == 0 and name not in ("low", "high") and sizes.min() < MIN_SEEN:
+            raise ValueError(f"{name} must be at least {MIN_SEEN:g} m")
+    return shape
+
+
+Component = Annotated[Number, Field(ge=-MAX_SEEN, le=MAX_SEEN)]
+Vector = Annotated[tuple[Component, Component, Component], BeforeValidator(listed)]
+
+
+class Sighting(Model):
+    """What was seen of a mover at an instant, and what is known of how it may move on.
+
+    Attributes
+    ----------
+    name
+        Tells movers apart: sightings of one mover have one name.
+    shape
+        In a frame whose zero is the moving point and whose axes do not turn.
+    position
+        x, y, z of the moving point, metres.
+    error
+        Metres by which that may be off.
+    velocity
+        x, y, z in m/s; ``None`` where it was not measured, and is estimated from earlier sightings.
+    velocity_error
+        M/s by which the velocity may be off, if it is given.
+    top_speed
+        M/s that the mover never exceeds.
+    max_acceleration
+        M/s^2 that it never exceeds; ``None`` where that is not known, as of a mover that may turn back in an instant.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    shape: Annotated[MoverShape, AfterValidator(_of_real_size)]
+    position: Vector
+    error: Amount = 0.0
+    velocity: Vector | None = None
+    velocity_error: Amount = 0.0
+    top_speed: Limit
+    max_acceleration: Amount | None = None
+
+    @model_validator(mode="after")
+    def _within_top_speed(self) -> Self:
+        if self.velocity is not None and math.hypot(*self.velocity) > self.top_speed + self.velocity_error:
+            seen = f"{math.hypot(*self.velocity):g} m/s"
+            raise ValueError(f"velocity must not be above top_speed and velocity_error together, but it is {seen}")
+        return self
+
+
+def checked_sighting(given: Sighting | Mapping[str, object], number: int) -> Sighting:
+    """Return the sighting of a mover that was given as the one of some number, or raise `InputError`."""
+    if isinstance(given, Sighting):
+        return given
+    try:
+        return Sighting.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in ("", *first["loc"]))
+        raise InputError(complaint(first), field=f"movers[{number}]{place}") from None
+
 
 MAX_SIGHTINGS = 64
 """Sightings of one mover that are kept."""

@@ -1,0 +1,364 @@
+"""One run of a whole mission in the compiled simulator: errors, distances, and what was touched.
+
+What is kept of one run: least distances, largest errors, how many errors of each size, and what was touched.
+
+Holds the least distances of the runs that came nearest against the referee's code.
+
+What was flown is a straight line from sample to sample, which the referee judges at every instant around the nearest
+one: grown by a little more than the measured distance, the obstacle must be hit, and grown by less it must not. The
+referee grows a box on each axis, which reaches sqrt(3) times as far at a corner as the distance that is measured.
+"""
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats, Ints
+from skyverse.flight.commands import COMMAND_RATE, Commands, commands
+from skyverse.flight.disturbances import Weather
+from skyverse.flight.simulate import Samples, SimulationJob, simulate
+from skyverse.flight.tracking_control import LOST_DISTANCE
+from skyverse.flight.vehicle import Vehicle, told_airspeeds
+from skyverse.model.flight_runs import Distribution, Touch
+from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
+from skyverse.model.scenario import Objective
+from skyverse.model.seconds import told_instant
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import TrackingError
+from skyverse.model.verdict import Fault
+from skyverse.referee import check
+from skyverse.space.world import World
+
+
+@dataclass(frozen=True, eq=False)
+class Fleet:
+    """What all runs of a mission share.
+
+    Attributes
+    ----------
+    mission, vehicle, weather
+        What is flown, by which vehicle, and what disturbs it.
+    commands
+        The commands to each UAV; ``None`` for those that are not flown.
+    world
+        The obstacles and the terrain.
+    still
+        The (m, 3) planned positions of each UAV that is not flown, `COMMAND_RATE` a second; ``None`` for the others.
+    pairs
+        The pairs of UAVs that must keep a separation, with its horizontal and vertical semi-axes, metres.
+    """
+
+    mission: Mission
+    vehicle: Vehicle
+    weather: Weather
+    commands: tuple[Commands | None, ...]
+    world: World
+    still: tuple[Floats | None, ...]
+    pairs: tuple[tuple[int, int, float, float], ...]
+
+
+class Nearest(NamedTuple):
+    """The least distance that something came to: metres, seconds into the mission, and who came there."""
+
+    distance: float
+    time: float
+    uavs: tuple[int, ...]
+
+
+class Run(NamedTuple):
+    """What came of one run.
+
+    Attributes
+    ----------
+    seed
+        Its seed.
+    samples
+        The motion of each UAV; ``None`` for those that were not flown.
+    errors
+        (m, 2) horizontal and vertical tracking errors of each UAV, metres; ``None`` for those that were not flown.
+    obstacle, ground, pair
+        The least distance of any centre to an obstacle as given and to the ground, and of any two centres.
+    nearness
+        The least distance of any two as a share of their separation.
+    outside
+        Metres by which the bounds were left at most.
+    """
+
+    seed: int
+    samples: tuple[Samples | None, ...]
+    errors: tuple[Floats | None, ...]
+    obstacle: Nearest
+    ground: Nearest
+    pair: Nearest
+    nearness: float
+    outside: float
+
+
+BETWEEN_SAMPLES = 11
+"""Places between two samples at which the least distance is looked for."""
+NOWHERE = Nearest(np.inf, 0.0, ())
+"""What stands where there is nothing to come near to."""
+
+
+def prepare(mission: Mission, vehicle: Vehicle, weather: Weather) -> Fleet:
+    """Return what all runs of a mission share."""
+    scenario = mission.scenario
+    both = zip(scenario.uavs, mission.trajectories, strict=True)
+    flown = [trajectory is not None and uav.fixed_wing is None for uav, trajectory in both]
+    told = tuple(commands(mission, uav, vehicle) if flies else None for uav, flies in enumerate(flown))
+    end = max([float(c.times[-1]) for c in told if c is not None] + [mission.makespan])
+    times = np.arange(np.ceil(end * COMMAND_RATE) + 1) / COMMAND_RATE
+    still = []
+    for uav, flies in enumerate(flown):
+        trajectory = mission.trajectories[uav]
+        start = np.array([scenario.uavs[uav].start], dtype=np.float64)
+        still.append(None if flies else start if trajectory is None else trajectory.at(times).position)
+    pairs = []
+    for i, j in itertools.combinations(range(len(flown)), 2):
+        level, upright = np.maximum(scenario.uavs[i].ellipsoid, scenario.uavs[j].ellipsoid).tolist()
+        if level > 0 and (flown[i] or flown[j]):
+            pairs.append((i, j, level, upright))
+    world = World(derived(scenario, terrain=None))
+    return Fleet(mission, vehicle, weather, told, world, tuple(still), tuple(pairs))
+
+
+def fly_run(fleet: Fleet, seed: int) -> Run:
+    """Fly every UAV of a mission once; the same seed flies the same."""
+    scenario = fleet.mission.scenario
+    seeds = run_seeds(seed, len(scenario.uavs))
+    samples: list[Samples | None] = []
+    errors: list[Floats | None] = []
+    obstacle = ground = pair = NOWHERE
+    outside = 0.0
+    low, high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
+    for uav, told in enumerate(fleet.commands):
+        if told is None:
+            samples.append(None)
+            errors.append(None)
+            continue
+        flown = simulate(SimulationJob(told, fleet.vehicle, fleet.weather, seeds[uav]))
+        samples.append(flown)
+        away = flown.positions - told.reference.position[told.hover :][: len(flown.times)]
+        errors.append(np.column_stack([np.hypot(away[:, 0], away[:, 1]), np.abs(away[:, 2])]))
+        obstacle = min(obstacle, _nearest_obstacle(fleet.world, flown, uav))
+        if scenario.terrain is not None:
+            heights = flown.positions[:, 2] - scenario.terrain.height(flown.positions[:, :2])
+            ground = min(ground, _least(heights, flown, uav))
+        outside = max(outside, float(np.max(low - flown.positions)), float(np.max(flown.positions - high)))
+    both = zip(fleet.still, samples, strict=True)
+    places: list[Floats] = [np.asarray(still) if f is None else f.positions for still, f in both]
+    firsts = [0 if f is None else round(float(f.times[0]) * COMMAND_RATE) for f in samples]
+    count = max(first + len(place) for first, place in zip(firsts, places, strict=True))
+    nearness = np.inf
+    for i, j, level, upright in fleet.pairs:
+        apart = _held(places[i], firsts[i], count) - _held(places[j], firsts[j], count)
+        across = apart[:, 0] ** 2 + apart[:, 1] ** 2
+        squares = across + apart[:, 2] ** 2
+        k = int(np.argmin(squares))
+        between = np.linalg.norm(_between(apart, k), axis=1)
+        pair = min(pair, Nearest(float(between.min()), k / COMMAND_RATE, (i, j)))
+        nearness = min(nearness, float(np.sqrt(np.min(across / level**2 + apart[:, 2] ** 2 / upright**2))))
+    return Run(seed, tuple(samples), tuple(errors), obstacle, ground, pair, nearness, outside)
+
+
+def run_seeds(seed: int, uavs: int) -> list[int]:
+    """Return the seed of each UAV's flight in the run of a seed."""
+    return np.random.default_rng(seed).integers(2**62, size=uavs).tolist()
+
+
+def _nearest_obstacle(world: World, flown: Samples, uav: int) -> Nearest:
+    """Return the least distance to an obstacle: of all samples, and around the nearest also between them."""
+    distances = world.distance(flown.positions)
+    k = int(np.argmin(distances))
+    least = min(distances[k], world.distance(_between(flown.positions, k)).min())
+    return Nearest(float(least), float(flown.times[k]), (uav,) if np.isfinite(least) else ())
+
+
+def _between(positions: Floats, k: int) -> Floats:
+    """Return places on the straight lines from the sample before the k-th to it, and on to the one behind it."""
+    before, at, after = positions[max(k - 1, 0)], positions[k], positions[min(k + 1, len(positions) - 1)]
+    shares = np.linspace(0.0, 1.0, BETWEEN_SAMPLES)[:, None]
+    return np.concatenate([before + shares * (at - before), at + shares * (after - at)])
+
+
+def _least(distances: Floats, flown: Samples, uav: int) -> Nearest:
+    k = int(np.argmin(distances))
+    return Nearest(float(distances[k]), float(flown.times[k]), (uav,))
+
+
+def _held(positions: Floats, first: int, count: int) -> Floats:
+    """Return (count, 3) positions: those given from a sample on, the first of them before and the last behind."""
+    if len(positions) == count and first == 0:
+        return positions
+    return positions[np.clip(np.arange(count) - first, 0, len(positions) - 1)]
+
+
+MILLIMETRES = 1000.0
+"""The resolution of the distributions of errors, bins a metre."""
+
+
+class RunSummary(NamedTuple):
+    """What is kept of a run: see `Run`; `lost` holds the instant, seconds, and the UAV that was lost first."""
+
+    seed: int
+    obstacle: Nearest
+    ground: Nearest
+    pair: Nearest
+    nearness: float
+    outside: float
+    largest: Floats
+    lost: tuple[float, int] | None
+
+
+class ErrorCounts:
+    """How many errors there are of each millimetre, rounded up."""
+
+    def __init__(self) -> None:
+        self.counts = np.zeros(0, dtype=np.int64)
+
+    def add(self, counts: Ints) -> None:
+        """Add counts of errors."""
+        if len(counts) > len(self.counts):
+            self.counts = np.pad(self.counts, (0, len(counts) - len(self.counts)))
+        self.counts[: len(counts)] += counts
+
+    def distribution(self, largest: float) -> Distribution:
+        """Return the distribution of all that were counted; the largest is known exactly."""
+        up_to = np.cumsum(self.counts)
+        median, most = (float(np.searchsorted(up_to, share * up_to[-1])) / MILLIMETRES for share in (0.5, 0.99))
+        return Distribution(min(median, float(largest)), min(most, float(largest)), float(largest))
+
+
+def total(each: Iterable[ErrorCounts]) -> ErrorCounts:
+    """Return the counts of all together."""
+    together = ErrorCounts()
+    for one in each:
+        together.add(one.counts)
+    return together
+
+
+def summarise_run(fleet: Fleet, seed: int) -> tuple[RunSummary, dict[int, tuple[Ints, Ints]]]:
+    """Fly once; return what is kept, and each UAV's counts of horizontal and vertical errors."""
+    run = fly_run(fleet, seed)
+    largest = np.zeros((len(run.errors), 2))
+    counts = {}
+    for uav, errors in enumerate(run.errors):
+        if errors is not None:
+            largest[uav] = errors.max(axis=0)
+            bins = np.ceil(errors * MILLIMETRES).astype(np.int64)
+            counts[uav] = (np.bincount(bins[:, 0]), np.bincount(bins[:, 1]))
+    lost = [(float(s.times[-1]), uav) for uav, s in enumerate(run.samples) if s is not None and s.lost]
+    summary = RunSummary(
+        seed, run.obstacle, run.ground, run.pair, run.nearness, run.outside, largest, min(lost, default=None)
+    )
+    return summary, counts
+
+
+def first_touch(fleet: Fleet, number: int, run: RunSummary) -> Touch | None:
+    """Return the first thing that went wrong in a run, or nothing."""
+    radius, names = fleet.vehicle.radius, [uav.name for uav in fleet.mission.scenario.uavs]
+    wrong = []
+    for nearest, reach, deed in (
+        (run.obstacle, radius, "touches an obstacle"),
+        (run.ground, radius, "touches the ground"),
+        (run.pair, 2 * radius, "touch each other"),
+    ):
+        if nearest.distance <= reach:
+            wrong.append((nearest.time, f"{' and '.join(names[uav] for uav in nearest.uavs)} {deed}", ""))
+    if run.lost is not None:
+        time, uav = run.lost
+        flown = fleet.mission.trajectories[uav]
+        assert flown is not None
+        why = told_airspeeds(fleet.vehicle, flown, fleet.weather.wind)
+        wrong.append((time, f"{names[uav]} is lost, more than {LOST_DISTANCE:g} m off its trajectory,", why))
+    if not wrong:
+        return None
+    time, deed, why = min(wrong)
+    seed = f" (seed {run.seed})" if fleet.weather.random else ""
+    return Touch(number, run.seed, time, f"{deed} {told_instant(time)} in run {number}{seed}{why}")
+
+
+CROSS_CHECKED = 3
+"""How many of the runs that came nearest to obstacles, to the ground and to other UAVs are held against the referee."""
+SECONDS_AROUND = 2.0
+"""Seconds before and after the nearest instant that are judged."""
+MORE = 0.001
+"""Metres added to a measured distance, at which the referee must find something."""
+
+
+def cross_check_nearest(fleet: Fleet, done: Sequence[RunSummary]) -> tuple[str, ...]:
+    """Return one sentence each about the runs that came nearest to obstacles, to the ground, and to other UAVs."""
+    said = []
+    for kind, noun in (("obstacle", "an obstacle"), ("ground", "the ground"), ("pair", "another UAV")):
+        near = [getattr(run, kind) for run in done]
+        order = [k for k in np.argsort([nearest.distance for nearest in near])[:CROSS_CHECKED] if near[k].uavs]
+        against = sum(not _agrees(fleet, fly_run(fleet, done[k].seed), kind, near[k]) for k in order)
+        if order:
+            judged = f"the referee's code agrees in the nearest {len(order)}"
+            if against:
+                judged = f"the referee's code does not agree in {against} of the nearest {len(order)}"
+            said.append(f"Nearest to {noun}: {near[order[0]].distance:.3f} m; {judged}.")
+    return tuple(said)
+
+
+def _agrees(fleet: Fleet, run: Run, kind: str, nearest: Nearest) -> bool:
+    """Tell whether the referee finds what was nearest at its distance, and nothing at a smaller one."""
+    times, places = _around(fleet, run, nearest)
+    if not _hit(fleet, kind, nearest, times, places, max(nearest.distance, 0.0) + MORE):
+        return False
+    steps = sum(float(np.linalg.norm(np.diff(rows, axis=0), axis=1).max(initial=0.0)) for rows in places)
+    less = (nearest.distance - steps) / (math.sqrt(3.0) if kind == "obstacle" else 1.0) - MORE
+    return less <= 0 or not _hit(fleet, kind, nearest, times, places, less)
+
+
+def _around(fleet: Fleet, run: Run, nearest: Nearest) -> tuple[Floats, list[Floats]]:
+    """Return the samples around the nearest instant, (m,) seconds, and where each of its UAVs is then, (m, 3)."""
+    first, last = nearest.time - SECONDS_AROUND, nearest.time + SECONDS_AROUND
+    times = np.arange(np.floor(first * COMMAND_RATE), np.ceil(last * COMMAND_RATE) + 1) / COMMAND_RATE
+    places = []
+    for uav in nearest.uavs:
+        flown, still = run.samples[uav], fleet.still[uav]
+        known = np.asarray(still) if flown is None else flown.positions
+        begin = 0 if flown is None else round(float(flown.times[0]) * COMMAND_RATE)
+        rows = np.round(times * COMMAND_RATE).astype(int) - begin
+        places.append(known[np.clip(rows, 0, len(known) - 1)])
+    return times, places
+
+
+def _hit(fleet: Fleet, kind: str, nearest: Nearest, times: Floats, places: list[Floats], reach: float) -> bool:
+    """Tell whether the referee finds a UAV within `reach` metres of an obstacle, the ground, or another UAV.
+
+    It is asked about nothing else: a pair may be nearer to an obstacle than to each other.
+    """
+    scenario = fleet.mission.scenario
+    uavs, trajectories = [], []
+    for uav, rows in zip(nearest.uavs, places, strict=True):
+        changes: dict[str, object] = {
+            "start": tuple(rows[0].tolist()),
+            "home": None,
+            "separation": reach,
+            "vertical_separation": reach,
+            "tracking_error": TrackingError(),
+        }
+        uavs.append(scenario.uavs[uav].model_copy(update=changes))
+        slopes = np.diff(rows, axis=0) / np.diff(times)[:, None]
+        trajectories.append(Trajectory(times - times[0], np.stack([rows[:-1], slopes], axis=1)))
+    ground = scenario.terrain and scenario.terrain.model_copy(update={"clearance": reach})
+    changes = {
+        "uavs": tuple(uavs),
+        "targets": (),
+        "objective": Objective(),
+        "clearance": reach,
+        "obstacles": scenario.obstacles if kind == "obstacle" else (),
+        "terrain": ground if kind == "ground" else None,
+        "max_height": None,
+    }
+    judged, nothing = scenario.model_copy(update=changes), (None,) * len(uavs)
+    flown = Mission(judged, nothing, nothing, tuple(trajectories), (), fleet.mission.provenance)
+    contacts = (Fault.SEPARATION, Fault.GIVEN) if kind == "pair" else (Fault.TRAJECTORY_CLEARANCE,)
+    return any(violation.fault in contacts for violation in check(judged, flown))
