@@ -112,7 +112,6 @@ NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_wei
         (sky.read_flight, "path", NOT_A_PATH),
         (sky.read_mission, "source", NOT_A_PATH),
         (sky.read_study, "path", NOT_A_PATH),
-        (sky.read_moving_study, "path", NOT_A_PATH),
         (sky.read_track, "path", NOT_A_PATH),
     ],
 )  # fmt: skip

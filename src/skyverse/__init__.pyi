@@ -21,11 +21,6 @@ from .flight.replanned import fly_replanned as fly_replanned
 from .flight.until_safe import fly_many_until_safe as fly_many_until_safe
 from .flight.until_safe import fly_until_safe as fly_until_safe
 from .lab.comparison_report import write_report as write_report
-from .lab.moving_report import write_moving_report as write_moving_report
-from .lab.moving_row import MovingRow as MovingRow
-from .lab.moving_row import MovingRows as MovingRows
-from .lab.moving_study import MovingStudy as MovingStudy
-from .lab.moving_study import read_moving_study as read_moving_study
 from .lab.row import Row as Row
 from .lab.rows import Rows as Rows
 from .lab.run_study import run_study as run_study

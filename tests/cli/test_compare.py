@@ -79,14 +79,12 @@ def test_policies_are_compared_by_the_same_verb(compare):
     Path("crossing.yaml").write_text(json.dumps(data | {"seeds": 1, "longest": 30}))
     code, out, err = compare("crossing.yaml", report=True)
     assert code == 0, err
-    head = out.splitlines()[0].split()
-    assert head.index("arrived") < head.index("safe") < head.index("contacts") < head.index("time")
-    assert [line.split()[6] for line in out.splitlines()[1:3]] == policies
     assert "The referee found nothing wrong." in out
     assert Path("out/crossing/report.html").is_file()
     code, out, err = compare("crossing.yaml", "--json", "--export", "flights.csv")
     assert "2 of 2 runs were done before" in err
-    assert [line["arrived"] for line in json.loads(out)["summary"]] == [1, 1]
+    summary = json.loads(out)["summary"]
+    assert [(line["planner"], line["success"], line["contacts"]) for line in summary] == [(p, 1, 0) for p in policies]
     assert len(Path("flights.csv").read_text().splitlines()) == 3
 
 
@@ -158,7 +156,7 @@ def test_bad_input_ends_in_one_sentence_and_claims_no_folder(compare, study, wor
 
 
 def test_what_the_referee_finds_wrong_ends_with_1(compare, study, monkeypatch):
-    monkeypatch.setattr("skyverse.lab.study.make_planner", lambda name: Liar())
+    monkeypatch.setattr("skyverse.lab.study_parts.make_planner", lambda name: Liar())
     code, out, _ = compare(study(planners=["liar"]))
     assert code == 1
     assert "map1, liar, 50 paths, seed 0: uav-1's history of costs" in out

@@ -8,7 +8,7 @@ import pytest
 
 from skyverse.errors import InputError
 from skyverse.lab.comparison_report import comparison_report, write_report
-from skyverse.lab.report import Figure, Heading, Table, Text, cells
+from skyverse.lab.report import Figure, SectionHeading, Table, Text, cells
 from skyverse.lab.report_files import markdown
 from skyverse.lab.row import Row
 from skyverse.lab.rows import Rows
@@ -229,7 +229,7 @@ def test_budgets_have_sections_of_their_own(tmp_path):
     runs = [replace(row, budget=budget) for budget in ("100 paths", "200 paths") for row in random_runs(2, 3, 6)]
     with study(tmp_path, runs) as rows:
         report = comparison_report(rows)
-    headings = [block.text for block in report.blocks if isinstance(block, Heading) and block.level == 2]
+    headings = [block.text for block in report.blocks if isinstance(block, SectionHeading) and block.level == 2]
     assert headings[:2] == ["Effort, 100 paths", "Costs, 100 paths"]
     assert "Effort, 200 paths" in headings
     names = [block.name for block in report.blocks if isinstance(block, Figure)]
@@ -294,7 +294,7 @@ CLAIMS = {
 def test_methods_claim_no_test_that_was_not_made(tmp_path, sizes, made):
     with study(tmp_path, random_runs(*sizes)) as rows:
         blocks = comparison_report(rows).blocks
-    (place,) = [k for k, block in enumerate(blocks) if isinstance(block, Heading) and block.text == "Methods"]
+    (place,) = [k for k, block in enumerate(blocks) if isinstance(block, SectionHeading) and block.text == "Methods"]
     for needed, names in CLAIMS.items():
         assert {name in blocks[place + 1].markdown for name in names} == {needed in made}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyverse.lab import figures
-from skyverse.lab.curves import Band, band, grid, profile
+from skyverse.lab.curves import Quartiles, band, grid, profile
 from skyverse.lab.figures import PLANNER_COLOURS, Panel, image, style
 from skyverse.lab.statistics import ranking
 from skyverse.model.result import History
@@ -101,7 +101,7 @@ def test_convergence_is_median_and_quartiles_beside_the_optimum():
 
 
 def test_infinite_costs_leave_gaps_and_not_lines():
-    nothing = Band(grid(9), *(np.full(9, INF) for _ in range(3)))
+    nothing = Quartiles(grid(9), *(np.full(9, INF) for _ in range(3)))
     figure, _ = drawn(figures.convergence, ["a"], [Panel("map1", None, [nothing])])
     assert np.isnan(figure.axes[0].get_lines()[0].get_ydata()).all()
 

@@ -21,6 +21,7 @@ from skyverse.cli import main
 from skyverse.cli.study import study_of
 from skyverse.lab.code_digest import code_digest, refuse_edited, settings_of, versions
 from skyverse.lab.jobs import row_of
+from skyverse.lab.plan_job import plan_job
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_study import run_jobs
 from skyverse.lab.study import Study, read_study, write_study
@@ -207,7 +208,7 @@ def test_every_setting_counts_and_is_told_also_one_that_the_repr_omits(quiet):
     values = (0.2, 0.001, "0.2", (0.2,), [0.2], {"a": 0.2}, None, move, sky.MVO, sky.MVO(universes=3), quiet(size=3))
     planners = [quiet(size=value) for value in values]
     assert len({job(planner).key for planner in planners}) == len(values)
-    assert "size=0.001" in job(quiet(size=0.001)).row().settings
+    assert "size=0.001" in plan_job(job(quiet(size=0.001))).settings
     assert settings_of(quiet(size=move)) == settings_of(quiet(size=move))
 
 

@@ -10,7 +10,7 @@ from markdown_it import MarkdownIt
 
 from skyverse.errors import InputError
 from skyverse.lab.formatting import literal
-from skyverse.lab.report import Figure, Heading, Printed, Report, Table, Text, cells
+from skyverse.lab.report import Figure, Printed, Report, SectionHeading, Table, Text, cells
 from skyverse.lab.report_files import html, latex, markdown, write_report_files
 
 NAMES = (
@@ -59,9 +59,9 @@ def report(*blocks):
 
 
 EVERYTHING = report(
-    Heading("First"),
+    SectionHeading("First"),
     Text("Some *text* with `code`.\n\n| a | b |\n|---|---|\n| 1 | 2 |"),
-    Heading("Second <b>", level=3),
+    SectionHeading("Second <b>", level=3),
     Table(("planner", "cost"), (("mvo", 1.25), ("x", 1000.5)), caption="Costs of `x`.", notes=("A note.",)),
     Figure("curve", "How it *falls*.", drawing),
 )
@@ -106,7 +106,7 @@ def test_what_a_user_named_breaks_neither_page_nor_markdown(name):
     named = Report(
         name,
         (
-            Heading(name),
+            SectionHeading(name),
             Text(f"About {literal(name)}."),
             Table((name, "cost"), ((name, 1.0),), caption=literal(name), notes=(f"See {literal(name)}.",)),
         ),

@@ -10,7 +10,6 @@ import time
 import pytest
 
 from patience import PATIENCE_S, wait_until
-from skyverse.lab.moving_row import MovingRows
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_study import run_study
 from skyverse.lab.study import read_study
@@ -50,13 +49,13 @@ def kept(folder):
         return list(rows)
 
 
-def wait_for_rows(folder, least, process, kind=Rows):
+def wait_for_rows(folder, least, process):
     """Wait until so many rows are there."""
 
     def there():
         if not (folder / "rows.sqlite").exists():
             return False
-        with kind(folder / "rows.sqlite") as rows:
+        with Rows(folder / "rows.sqlite") as rows:
             return len(rows) >= least
 
     wait_until(there, process)
@@ -103,18 +102,16 @@ def test_flights_killed_go_on_where_they_were(started, tmp_path):
     folder = tmp_path / "killed"
     words = (tmp_path / "study.yaml", "-o", folder)
     process = started(*words, "--workers", 2)
-    wait_for_rows(folder, 1, process, MovingRows)
+    wait_for_rows(folder, 1, process)
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
-    with MovingRows(folder / "rows.sqlite") as rows:
-        before = list(rows)
+    before = kept(folder)
     assert before
     _, err = finished(started(*words, "--workers", 1))
     assert f"{len(before)} of 6 runs were done before" in err
-    with MovingRows(folder / "rows.sqlite") as rows:
-        after = list(rows)
+    after = kept(folder)
     assert all(row in after for row in before)  # their milliseconds, too: they were not flown again
-    assert [(row.policy, row.seed) for row in after] == [
+    assert [(row.planner, row.seed) for row in after] == [
         (policy, seed) for policy in ("wait", "from-scratch planner=astar") for seed in range(3)
     ]
 

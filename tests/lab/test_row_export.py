@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.lab.plan_job import plan_job
 from skyverse.lab.row import COLUMN_TYPES
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_job import run_job
 from skyverse.lab.run_study import run_jobs
 from studies import Instant, Liar, job
 
@@ -72,7 +72,7 @@ def test_other_suffixes_and_folders_that_are_not_there_are_refused(rows, tmp_pat
 def test_exporting_needs_no_more_memory_for_more_rows(tmp_path, suffix):
     if suffix == ".parquet":
         pytest.importorskip("pyarrow", reason="needs skyverse[parquet]")
-    row = run_job(job(Instant(length=500)))
+    row = plan_job(job(Instant(length=500)))
     peaks = []
     with Rows(tmp_path / "rows.sqlite") as rows:
         tracemalloc.start()

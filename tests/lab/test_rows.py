@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skyverse import History, InputError
+from skyverse.lab.plan_job import plan_job
 from skyverse.lab.row import COLUMN_TYPES, Row
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_job import run_job
 from studies import job
 
 ROW = Row(
@@ -45,7 +45,7 @@ def rows(tmp_path):
 
 
 def test_a_row_comes_back_as_it_was_also_from_another_process(rows):
-    made = run_job(job())
+    made = plan_job(job())
     rows.add(made, "a")
     rows.add(ROW, "b")
     with Rows(rows.path) as again:

@@ -5,9 +5,6 @@ from pathlib import Path
 import pytest
 
 import skyverse as sky
-from skyverse.lab.columns import column_types
-from skyverse.lab.moving_row import MovingRow
-from skyverse.lab.moving_study import MovingStudy, read_moving_study
 from skyverse.lab.row import COLUMN_TYPES
 from skyverse.lab.study import Study, read_study, study_from_data, write_study
 from skyverse.live.policies import POLICY_NAMES
@@ -145,13 +142,9 @@ def test_the_documentations_study_file_is_one(tmp_path):
 def test_the_documentations_study_among_movers_is_one(tmp_path):
     page = (Path(__file__).parents[2] / "docs/studies.md").read_text(encoding="utf-8")
     (tmp_path / "study.yaml").write_text("name: Crossing" + page.split("```yaml\nname: Crossing")[1].split("```")[0])
-    study = read_moving_study(tmp_path / "study.yaml")
+    study = read_study(tmp_path / "study.yaml")
     assert (len(study.seeds), len(study.movers), len(study.policies)) == (20, 2, 8)
     section = page.split("## Replanning among movers")[1].split("\n## ")[0]
-    for field in set(MovingStudy.model_fields) - {"format", "name", "scenarios"}:
-        assert f"| `{field}` |" in section
-    for column in column_types(MovingRow):
-        assert f"`{column}`" in section
     for name in POLICY_NAMES:
         assert f"| `{name}` |" in section
 
@@ -161,3 +154,67 @@ def test_nodes_are_not_compared_with_metres():
     with pytest.raises(sky.InputError, match=r"map1: objective.unit: expected 'metres' to compare taut with"):
         list(study.jobs())
     assert len(list(sky.Study(scenarios="map1", planners=["theta-star", "taut"], seeds=1).jobs())) == 2
+
+
+FLIGHTS = {
+    "name": "Crossing",
+    "scenarios": ["map1", {"label": "mine", "file": "mine.yaml"}],
+    "movers": ["patrols", {"kind": "knots", "count": 4, "speed": 2, "hidden": 1}],
+    "policies": [
+        "default",
+        {"policy": "from-scratch", "planner": "mvo", "settings": {"universes": 9}, "label": "MVO"},
+        {"policy": "velocity-obstacles", "proven": False},
+        "known-beforehand",
+    ],
+    "seeds": [3, 5],
+    "sensor": {"range": 5, "error": 0.1},
+    "longest": 20,
+}
+
+
+def test_a_study_of_flights_is_written_and_read_again(tmp_path):
+    sky.write(sky.read("map3"), tmp_path / "mine.yaml")
+    study = study_from_data("study.yaml", FLIGHTS, tmp_path)
+    write_study(study, tmp_path / "out.yaml")
+    again = read_study(tmp_path / "out.yaml")
+    assert again.seen_from(tmp_path) == study.seen_from(tmp_path)
+    jobs = list(again.jobs())
+    assert len({job.key for job in jobs}) == len(jobs) == 2 * 2 * 4 * 2
+    assert [job.key for job in study.jobs()] == [job.key for job in jobs]
+    assert jobs[0].run == ("map1: 10 patrols at 1 m/s", "default", "20 s of flight", 3)
+    assert {job.label for job in jobs} == {"default", "MVO", "velocity-obstacles proven=False", "known-beforehand"}
+    assert {job.case.label for job in jobs[16:]} == {"mine: 10 patrols at 1 m/s", "mine: 4 knots at 2 m/s, 1 hidden"}
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"policies": ["waits"]}, "policies[0]: there is no policy 'waits'; there are default, known-beforehand"),
+        ({"policies": [{"policy": "wait", "paths": 3}]}, "policies[0]: there is no setting 'paths'; Wait has none"),
+        ({"policies": [{"policy": "from-scratch", "planner": "mvoo"}]}, "policies[0]: there is no planner 'mvoo'"),
+        ({"policies": [{"policy": "from-scratch", "paths": 0}]}, "policies[0]: paths is a whole number"),
+        ({"policies": ["wait", "wait"]}, "labels of policies must differ, but 'wait' stands 2 times"),
+        ({"policies": []}, "policies"),
+        ({"movers": ["birds"]}, "movers[0].kind"),
+        ({"movers": [{"kind": "knots", "speed": 0}]}, "movers[0].speed"),
+        ({"movers": [{"kind": "knots", "cuont": 2}]}, "movers[0].cuont: there is no such key; did you mean 'count'?"),
+        ({"sensor": {"range": -1}}, "sensor.range"),
+        ({"longest": 0}, "longest"),
+        ({"planners": ["mvo"]}, "expected either planners, or policies and movers"),
+        ({"budget": {"paths": 10}}, "expected no budget in a study of policies"),
+    ],
+)
+def test_what_is_wrong_with_flights_is_said_in_one_sentence_with_file_and_field(change, sentence):
+    data = {"scenarios": ["map1"], "movers": ["patrols"], "policies": ["wait"]} | change
+    with pytest.raises(sky.InputError) as refused:
+        study_from_data("study.yaml", data)
+    assert str(refused.value).startswith(f"study.yaml: {sentence}")
+    assert "\n" not in str(refused.value)
+
+
+def test_more_hidden_obstacles_than_there_are_are_refused():
+    study = Study(scenarios=["map1"], movers=[{"hidden": 9}], policies=["wait"])
+    with pytest.raises(
+        sky.InputError, match=r"map1: obstacles: expected 9 or more, of which so many are hidden, found 8"
+    ):
+        list(study.jobs())

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.lab.run_job import run_job
+from skyverse.lab.plan_job import plan_job
 from skyverse.lab.study import read_study, write_study
 from skyverse.model.uav import TrackingError
 from skyverse.planners.objective import priced_result, rescored
@@ -208,7 +208,7 @@ def test_a_share_above_a_bound_that_is_not_positive_means_nothing(less, gap):
         def bound(self, problem):
             return -1.0 - less
 
-    row = run_job(replace(job(sky.Taut(), scenario=EMPTY, seed=0), objective=Offset()))
+    row = plan_job(replace(job(sky.Taut(), scenario=EMPTY, seed=0), objective=Offset()))
     assert row.success
     assert (row.bound, row.gap) == (-1.0 - less, gap)
 

@@ -92,9 +92,9 @@ def test_what_another_part_has_left_half_done_is_not_taken_for_a_cell(tmp_path):
 
 
 def sky_row(job):
-    from skyverse.lab.run_job import run_job
+    from skyverse.lab.plan_job import plan_job
 
-    return run_job(job)
+    return plan_job(job)
 
 
 def test_the_baseline_at_any_effort_is_read_off_one_long_run(tmp_path):

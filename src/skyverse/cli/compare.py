@@ -17,8 +17,7 @@ from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
 
 if TYPE_CHECKING:
-    from skyverse.cli.study_kinds import StudyKind
-    from skyverse.lab.moving_study import MovingStudy
+    from skyverse.lab.job import Job
     from skyverse.lab.study import Study
 
 asked = Group("Study (instead of a study file)")
@@ -96,8 +95,11 @@ def compare(
     as_json
         Print the summary as JSON.
     """
-    from skyverse.cli.study_kinds import kind_of
+    from skyverse.cli.study_summary import study_summary, summary_lines
+    from skyverse.lab.comparison_report import write_report
+    from skyverse.lab.row import LABELS
     from skyverse.lab.row_export import refuse_export
+    from skyverse.lab.rows import Rows
     from skyverse.lab.run_study import run_jobs
     from skyverse.lab.workers import WorkerError
 
@@ -116,18 +118,17 @@ def compare(
             "assignment": assignment,
         },
     )
-    kind = kind_of(study)
-    jobs: list[Any] = list(study.jobs())
+    jobs = list(study.jobs())
     for case in {job.case: None for job in jobs}:
         refuse_unsafe(case.label, case.scenario)
     folder = output if output is not None else DEFAULT_FOLDER / file_name(study.name)
     if export is not None:
         refuse_export(export)
         refuse_output(export)
-    _keep_study(folder, study, kind)
-    watch = StudyWatch(folder, [] if dask else kind.workloads(jobs))
+    _keep_study(folder, study)
+    watch = StudyWatch(folder, [] if dask else _workloads(jobs))
     try:
-        with kind.rows(folder / "rows.sqlite") as rows:
+        with Rows(folder / "rows.sqlite") as rows:
             others = len(rows.done() - {job.key for job in jobs})
             if others:
                 raise InputError(
@@ -136,16 +137,16 @@ def compare(
                 )
             with watch.bar() as on_run:
                 run_jobs(jobs, rows, workers=workers or cores(), dask=dask, on_run=on_run)
-            summary = kind.summarise(rows)
+            summary = study_summary(rows)
             written = [rows.path]
             if report:
                 formats, figures = (
                     (("html", "md", "csv", "tex"), ("svg", "pdf")) if paper else (("html", "md"), ("svg",))
                 )
-                written += kind.write_report(rows, folder, title=study.name, formats=formats, figures=figures)
+                written += write_report(rows, folder, title=study.name, formats=formats, figures=figures)
             if export is not None:
                 written += rows.export(export)
-            columns = (*rows.label_kinds, "seed", "verdict")
+            columns = (*LABELS, "seed", "verdict")
             judged = rows.select(columns)
             wrong = [run for run in zip(*(judged[name].tolist() for name in columns), strict=True) if run[-1]]
     except KeyboardInterrupt:
@@ -158,22 +159,33 @@ def compare(
         verdicts = [dict(zip(columns, run, strict=True)) for run in wrong]
         print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
     else:
-        _print_summary(kind.told(summary), wrong, written)
+        _print_summary(summary_lines(summary), wrong, written)
     return FOUND_WRONG if wrong else 0
 
 
-def _keep_study(folder: Path, study: "Study | MovingStudy", kind: "StudyKind") -> None:
+def _workloads(jobs: "list[Job]") -> list[str]:
+    """Return what to compile before jobs are run: for planners, and for those that policies ask."""
+    from skyverse.live.policies.planner_policies import PlannerPolicy
+
+    makers = {job.label: job.planner for job in jobs}.values()
+    asked = {type(one.made() if isinstance(one, PlannerPolicy) else one).__name__ for one in makers}
+    return sorted(asked | {"mission" for job in jobs if job.case.traffic is not None})
+
+
+def _keep_study(folder: Path, study: "Study") -> None:
     """Write the study into its folder, and refuse a folder that holds another study."""
+    from skyverse.lab.study import read_study, write_study
+
     file = folder / "study.yaml"
     refuse_output(file)
     if not file.is_file():
-        kind.write(study, file)
-    elif kind.read(file).seen_from(folder) != study.seen_from(folder):
+        write_study(study, file)
+    elif read_study(file).seen_from(folder) != study.seen_from(folder):
         raise InputError(f"{folder}: expected the same study as before or a new folder, found another study in {file}")
 
 
 def _print_summary(lines: list[dict[str, str]], wrong: list[tuple[Any, ...]], written: list[Path]) -> None:
-    if "budget" in lines[0] and len({line["budget"] for line in lines}) == 1:
+    if len({line["budget"] for line in lines}) == 1:
         print(f"{lines[0]['budget']} for each UAV")
         for line in lines:
             del line["budget"]

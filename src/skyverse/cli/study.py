@@ -8,14 +8,13 @@ from skyverse.cli.settings import values_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.lab.moving_study import MovingStudy
     from skyverse.lab.study import Study
 
 _BUDGET_OPTIONS = ("paths", "nodes", "evaluations", "iterations", "seconds")
 
 
-def study_of(sources: list[str], asked: dict[str, Any]) -> "Study | MovingStudy":
-    """Return the study of a file, which may be one among movers, or of scenarios and options.
+def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
+    """Return the study of a file, or of scenarios and options.
 
     Parameters
     ----------
@@ -43,10 +42,6 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study | MovingStudy"
         own = [str(source.parent.resolve()), str(Path.cwd())]  # modules beside the study's file, then those here
         sys.path[:] = [*(folder for folder in sys.path if folder not in own and folder), *own]
         named = data if "name" in data else {**data, "name": source.stem}
-        if "policies" in data:
-            from skyverse.lab.moving_study import moving_study_from_data
-
-            return moving_study_from_data(source, named, source.parent)
         return study_from_data(source, named, source.parent)
     budget = {name: asked[name] for name in _BUDGET_OPTIONS if asked[name] is not None}
     if len(budget) > 1:
@@ -78,7 +73,7 @@ def _planners(names: list[str], settings: list[str]) -> list[dict[str, Any]]:
 
 def _run_count(runs: int) -> int:
     """Return how many runs are asked for, or refuse too many."""
-    from skyverse.lab.study_fields import MAX_SEEDS
+    from skyverse.lab.study_parts import MAX_SEEDS
 
     if runs > MAX_SEEDS:
         raise InputError(f"--runs: expected at most {MAX_SEEDS:,}, found {runs:,}")

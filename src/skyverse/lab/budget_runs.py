@@ -12,7 +12,7 @@ from skyverse.lab.curves import ratios
 from skyverse.lab.pairwise_tests import Costs
 from skyverse.lab.rows import Rows
 
-_COLUMNS = ("seed", "cost", "success", "gap", "bound", "seconds", "stopped_by")
+_COLUMNS = ("seed", "cost", "success", "gap", "bound", "seconds", "stopped_by", "flown_seconds")
 _EFFORT_COLUMNS = ("generated_paths", "generated_nodes", "evaluations", "iterations")
 
 
@@ -32,6 +32,11 @@ class BudgetRuns:
     scenarios: tuple[str, ...]
     planners: tuple[str, ...]
     cells: Mapping[tuple[str, str], Mapping[str, NDArray[Any]]]
+
+    @property
+    def flown(self) -> bool:
+        """Whether the runs are flights, whose costs are seconds; then a seed makes the same movers for all planners."""
+        return bool(np.isfinite(np.concatenate([self.all(p, "flown_seconds") for p in self.planners])).any())
 
     @property
     def contestants(self) -> tuple[str, ...]:

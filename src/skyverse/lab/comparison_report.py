@@ -13,10 +13,11 @@ from skyverse.errors import InputError
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
 from skyverse.lab.curves import band, expected_run_length, grid, run_lengths, spread
+from skyverse.lab.flight_report import READ, answer_times, flight_table, kept_population_section
 from skyverse.lab.formatting import literal, whole_numbers
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.planner_differences import best_mean, difference_section, matrix
-from skyverse.lab.report import Block, Cell, Figure, Heading, Printed, Report, Table, Text, decimals
+from skyverse.lab.report import Block, Cell, Figure, Printed, Report, SectionHeading, Table, Text, decimals
 from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
 from skyverse.lab.statistics import summary, wilson
@@ -82,12 +83,18 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
     for number, budget in enumerate(budgets, 1):
         runs = runs_at_budget(rows, budget)
         mark, suffix = (f"-{number}", f", {budget}") if len(budgets) > 1 else ("", "")
-        blocks += [Heading(f"Effort{suffix}"), *_effort(runs, mark)]
-        blocks += [Heading(f"Costs{suffix}"), *_costs(runs, mark)]
-        blocks += [Heading(f"Convergence{suffix}"), *_convergence(rows, runs, mark)]
-        blocks += [Heading(f"Differences{suffix}"), *difference_section(runs, mark)]
-    blocks += [Heading("Methods"), Text(_methods(rows, blocks))]
-    return Report(title, [*blocks, Heading("How to read this"), Text(_READ)])
+        if runs.flown:
+            blocks += kept_population_section(rows, runs)
+        blocks += [SectionHeading(f"Effort{suffix}"), *_effort(runs, mark)]
+        if runs.flown:
+            blocks += [answer_times(rows, runs, mark)]
+        blocks += [SectionHeading(f"Costs{suffix}"), *_costs(rows, runs, mark)]
+        if not runs.flown:
+            blocks += [SectionHeading(f"Convergence{suffix}"), *_convergence(rows, runs, mark)]
+        blocks += [SectionHeading(f"Differences{suffix}"), *difference_section(runs, mark)]
+    if not runs.flown:
+        blocks += [SectionHeading("Methods"), Text(_methods(rows, blocks))]
+    return Report(title, [*blocks, SectionHeading("How to read this"), Text(READ if runs.flown else _READ)])
 
 
 def _made(rows: Rows) -> Iterator[Block]:
@@ -97,9 +104,8 @@ def _made(rows: Rows) -> Iterator[Block]:
     counts.append(counted(len(planners), "planner"))
     budgets = [literal(budget) for budget in rows.labels("budget")]
     lines = [
-        f"{', '.join(counts)}. Budget of each UAV's search: {listed(budgets)}. Seeds: "
-        f"{whole_numbers(told['seed'].tolist())}. A run is one scenario planned once, with all its UAVs; its cost is "
-        "their sum."
+        f"{', '.join(counts)}. Budget of each UAV: {listed(budgets)}. Seeds: {whole_numbers(told['seed'].tolist())}. "
+        "A run is one scenario planned, or flown, once, with all its UAVs."
     ]
     lines += [f"Made with {literal(version)}." for version in sorted(set(told["versions"].tolist()))]
     if len(rows) < math.prod(len(set(told[name].tolist())) for name in ("scenario", "planner", "budget", "seed")):
@@ -136,7 +142,8 @@ def _effort(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     titles = _EFFORT_TITLES | {"iterations": "iterations"}
     means = {name: [float(runs.all(planner, name).mean()) for planner in runs.planners] for name in titles}
     searching = [k for k, planner in enumerate(runs.planners) if np.any(runs.all(planner, "stopped_by") != "finished")]
-    yield Text("\n\n".join(_equality(runs, means, searching)))
+    if not runs.flown:
+        yield Text("\n\n".join(_equality(runs, means, searching)))
     yield Table(("planner", *titles.values()), list(zip(runs.planners, *means.values(), strict=True)))
     shown = {title: means[name] for name, title in _EFFORT_TITLES.items()}
     yield Figure(f"effort{mark}", "Mean effort of a run.", partial(figures.bars, runs.planners, shown))
@@ -166,10 +173,12 @@ def _equality(runs: BudgetRuns, means: dict[str, list[float]], searching: list[i
         yield f"Effort is not compared where planners end by themselves, whatever the budget: {listed(ended)}."
 
 
-def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
+def _costs(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
     for scenario in runs.scenarios:
-        yield Heading(scenario, level=3)
-        found = compare_pairs([runs.costs(planner, [scenario]) for planner in runs.contestants])
+        yield SectionHeading(scenario, level=3)
+        found = compare_pairs([runs.costs(planner, [scenario]) for planner in runs.contestants], paired=runs.flown)
+        if runs.flown:
+            yield flight_table(rows, runs, scenario)
         yield _cost_table(runs, scenario, found)
         if len(found) > 1 and len(runs.scenarios) > 1:
             yield matrix(runs.contestants, found)
@@ -183,7 +192,8 @@ def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
             "times its length, dots beyond; the diamond is the mean. Costs far beyond all whiskers are stated in "
             "words; a mean that far out is not drawn."
         )
-        yield Figure(name, caption, partial(figures.boxes, runs.planners, some))
+        words = {"quantity": "seconds", "lost": "not safely there"} if runs.flown else {}
+        yield Figure(name, caption, partial(figures.boxes, runs.planners, some, **words))
 
 
 def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], PairwiseTest]) -> Table:
@@ -229,7 +239,8 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
         )
     bound, gaps = runs.bound(scenario), [runs.cells[scenario, planner]["gap"] for planner in runs.planners]
     attained = np.any(np.concatenate(gaps) <= OPTIMALITY_GAP)
-    said = "The exact optimum is" if attained else "No path costs less than"
+    least = "No flight takes less than" if runs.flown else "No path costs less than"
+    said = "The exact optimum is" if attained else least
     caption = "No lower bound is known." if bound is None else f"{said} {bound:,.6g}."
     compared = runs.contestants
     means = [s.mean for planner, s in zip(runs.planners, summaries, strict=True) if planner in compared]

@@ -44,7 +44,7 @@ def best_so_far(history: History, at: ArrayLike) -> Floats:
 
 
 @dataclass(frozen=True)
-class Band:
+class Quartiles:
     """Quartiles over many runs of the best cost so far, (m,) each; a run that has ended keeps its last cost."""
 
     evaluations: Floats
@@ -53,12 +53,12 @@ class Band:
     high: Floats
 
 
-def band(histories: Iterable[History], at: Floats) -> Band:
+def band(histories: Iterable[History], at: Floats) -> Quartiles:
     """Return quartiles of the runs' best costs after `at` evaluations; a run without a path costs infinity."""
     runs = np.array([best_so_far(history, at) for history in histories]).reshape(-1, len(at))
     if len(runs) == 0:
         runs = np.full((1, len(at)), np.inf)
-    return Band(at, *(quantile(runs, q) for q in (0.25, 0.5, 0.75)))
+    return Quartiles(at, *(quantile(runs, q) for q in (0.25, 0.5, 0.75)))
 
 
 def run_lengths(histories: Iterable[History], targets: ArrayLike) -> Floats:

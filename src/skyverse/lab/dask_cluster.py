@@ -3,16 +3,16 @@
 import itertools
 import re
 from collections.abc import Generator, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 from skyverse.errors import InputError
-from skyverse.lab.jobs import StudyJob, row_of, warm_up
+from skyverse.lab.job import Job
+from skyverse.lab.jobs import row_of, warm_up
+from skyverse.lab.row import Row
 from skyverse.lab.workers import WorkerError
 
-R = TypeVar("R")
 
-
-def on_dask(jobs: Sequence[StudyJob[R]], address: str) -> Generator[tuple[StudyJob[R], R]]:
+def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
     """Run jobs on the cluster whose scheduler is at `address`, and yield each job with its row as it finishes.
 
     The cluster holds at most three jobs for each of its threads at a time. Dask repeats a job whose worker dies.
@@ -38,7 +38,7 @@ def on_dask(jobs: Sequence[StudyJob[R]], address: str) -> Generator[tuple[StudyJ
         ) from None
     with client:
         waiting = iter(jobs)
-        given: dict[Any, StudyJob[R]] = {}
+        given: dict[Any, Job] = {}
         running = as_completed(loop=client.loop, with_results=True)
 
         def hand_out(count: int) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, logarithmic, plain
 from skyverse.draw.palette import TRACKS
-from skyverse.lab.curves import Band
+from skyverse.lab.curves import Quartiles
 from skyverse.lab.formatting import one_line
 from skyverse.lab.statistics import Ranking, quantile
 
@@ -78,7 +78,7 @@ class Panel:
 
     title: str
     bound: float | None
-    bands: Sequence[Band] = ()
+    bands: Sequence[Quartiles] = ()
     costs: Sequence[Floats] = ()
 
 

@@ -38,15 +38,7 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
         yield f"Too few runs to test whether they differ from it ({runs} of both): {named(planners, few)}."
 
 
-_CHEAPER = "How often a run of the row's planner is cheaper than one of the column's (A12), and Holm-adjusted p."
-
-
-def matrix(
-    planners: Sequence[str],
-    found: dict[tuple[int, int], PairwiseTest],
-    head: str = "cheaper than",
-    caption: str = _CHEAPER,
-) -> Table:
+def matrix(planners: Sequence[str], found: dict[tuple[int, int], PairwiseTest]) -> Table:
     """Return a table of how often each planner is cheaper than each other."""
 
     def cell(row: int, column: int) -> Cell:
@@ -61,9 +53,9 @@ def matrix(
 
     everyone = range(len(planners))
     return Table(
-        (head, *planners),
+        ("cheaper than", *planners),
         [(planners[row], *(cell(row, column) for column in everyone)) for row in everyone],
-        caption=caption,
+        caption="How often a run of the row's planner is cheaper than one of the column's (A12), and Holm-adjusted p.",
     )
 
 
@@ -71,7 +63,7 @@ def difference_section(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     """Yield the comparison of the planners over all scenarios: pair by pair, by mean ranks, by performance profiles."""
     known = all(runs.bound(scenario) is not None for scenario in runs.scenarios)
     against = "lower bound" if known else "lower bound or best cost known"
-    found = compare_pairs([runs.costs(planner, runs.scenarios) for planner in runs.contestants])
+    found = compare_pairs([runs.costs(planner, runs.scenarios) for planner in runs.contestants], paired=runs.flown)
     if found:
         yield _pairs(runs, found)
     yield from _ranks(runs, mark)

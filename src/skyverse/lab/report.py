@@ -28,7 +28,7 @@ Cell = str | int | float | Printed | None
 
 
 @dataclass(frozen=True)
-class Heading:
+class SectionHeading:
     """A heading in plain text; 2 is the highest level below the title."""
 
     text: str
@@ -70,7 +70,7 @@ class Figure:
     draw: "Callable[[], figure.Figure]"
 
 
-Block = Heading | Text | Table | Figure
+Block = SectionHeading | Text | Table | Figure
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError
 from skyverse.lab.figures import image, style
 from skyverse.lab.formatting import literal, one_line
-from skyverse.lab.report import NO_VALUE, Cell, Figure, Heading, Printed, Report, Table, Text, cells
+from skyverse.lab.report import NO_VALUE, Cell, Figure, Printed, Report, SectionHeading, Table, Text, cells
 
 _TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 _SUFFIXES = (*_TYPES, "pdf")
@@ -86,7 +86,7 @@ def write_report_files(
 def _named_tables(report: Report) -> Iterator[tuple[str, Table]]:
     heading, number = "", 0
     for block in report.blocks:
-        if isinstance(block, Heading):
+        if isinstance(block, SectionHeading):
             heading = re.sub(r"\W+", "-", one_line(block.text).lower()).strip("-")[:40]
         elif isinstance(block, Table):
             number += 1
@@ -150,7 +150,7 @@ def markdown(report: Report, *, suffix: str | None = "svg") -> str:
     parts = [f"# {literal(report.title)}"]
     for block in report.blocks:
         match block:
-            case Heading(text, level):
+            case SectionHeading(text, level):
                 parts.append(f"{'#' * level} {literal(text)}")
             case Text(text):
                 parts.append(text.strip())
@@ -168,7 +168,7 @@ def html(report: Report, images: dict[str, str]) -> str:
     body, contents = [], []
     for number, block in enumerate(report.blocks):
         match block:
-            case Heading(text, level):
+            case SectionHeading(text, level):
                 body.append(f'<h{level} id="s{number}">{_text(text)}</h{level}>')
                 if level <= 3:
                     contents.append(f'<li class="level-{level}"><a href="#s{number}">{_text(text)}</a></li>')

@@ -12,10 +12,10 @@ import numpy as np
 
 from skyverse.atomic import whole_file
 from skyverse.errors import InputError
-from skyverse.lab.row import COLUMN_TYPES, RUN_COLUMNS, Row
+from skyverse.lab.row import COLUMN_TYPES, LABELS, Row
 from skyverse.model.result import History
 
-HISTORY_COLUMNS = (*RUN_COLUMNS, *(field.name for field in fields(History)))
+HISTORY_COLUMNS = (*LABELS, "seed", *(field.name for field in fields(History)))
 """The columns of exported histories: a line for each improvement and the end of each iteration; 0 is the start."""
 
 WriteLines = Callable[[Iterable[tuple[Any, ...]]], None]
@@ -26,7 +26,7 @@ _BATCH_LINES = 1000
 def export_rows(rows: Iterable[Row], path: str | Path) -> list[Path]:
     """Write rows as ``NAME.csv`` or ``NAME.parquet``, and their histories as ``NAME-history`` with the same suffix.
 
-    An unknown bound or gap is an empty field in CSV and null in Parquet.
+    What a run has no value for is an empty field in CSV and null in Parquet.
 
     Raises
     ------
@@ -51,17 +51,6 @@ def export_rows(rows: Iterable[Row], path: str | Path) -> list[Path]:
     return [path, beside]
 
 
-def export_table(rows: Iterable[object], path: str | Path, columns: dict[str, type]) -> Path:
-    """Write columns of rows as one ``.csv`` or ``.parquet`` file; see `export_rows`."""
-    path = Path(path)
-    refuse_export(path)
-    table_at = _csv_table if path.suffix.lower() == ".csv" else _parquet_table
-    with whole_file(path) as hidden, table_at(hidden, columns) as write_rows:
-        for row in rows:
-            write_rows([tuple(getattr(row, name) for name in columns)])
-    return path
-
-
 def refuse_export(path: Path) -> None:
     """Raise `InputError` if rows cannot be exported to `path`, so that this is known before a long study begins."""
     suffix = path.suffix.lower()
@@ -72,7 +61,7 @@ def refuse_export(path: Path) -> None:
 
 
 def _lines(row: Row) -> Iterator[tuple[Any, ...]]:
-    run = tuple(getattr(row, name) for name in RUN_COLUMNS)
+    run = tuple(getattr(row, name) for name in (*LABELS, "seed"))
     for values in zip(*(column.tolist() for column in vars(row.history).values()), strict=True):
         yield (*run, *values)
 

@@ -3,51 +3,33 @@
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any, TypeVar, overload
 
 from skyverse.errors import InputError
 from skyverse.lab.code_digest import refuse_edited
-from skyverse.lab.jobs import StudyJob
-from skyverse.lab.moving_row import MovingRows
-from skyverse.lab.moving_study import MovingStudy
-from skyverse.lab.row_file import RowFile
+from skyverse.lab.job import Job
+from skyverse.lab.row import LABELS, Row
 from skyverse.lab.rows import Rows
 from skyverse.lab.study import Study
 from skyverse.lab.workers import in_process, on_workers
-
-R = TypeVar("R")
-F = TypeVar("F", bound=RowFile[Any])
 
 OnRun = Callable[[int, int], None]
 """Called with the number of finished runs and the number of all runs, at the start and after each run."""
 
 
-@overload
 def run_study(
-    study: Study, path: str | Path, *, workers: int = 1, dask: str | None = None, on_run: OnRun | None = None
-) -> Rows: ...
-
-
-@overload
-def run_study(
-    study: MovingStudy, path: str | Path, *, workers: int = 1, dask: str | None = None, on_run: OnRun | None = None
-) -> MovingRows: ...
-
-
-def run_study(
-    study: Study | MovingStudy,
+    study: Study,
     path: str | Path,
     *,
     workers: int = 1,
     dask: str | None = None,
     on_run: OnRun | None = None,
-) -> Rows | MovingRows:
+) -> Rows:
     """Run those runs of a study that are not in the file yet.
 
     Parameters
     ----------
     study
-        Scenarios x planners x budgets x seeds, or a `MovingStudy`: scenarios x movers x policies x seeds.
+        Scenarios x planners x budgets x seeds, or scenarios x movers x policies x seeds.
     path
         The SQLite file of the rows, which is created if it does not exist. Each row is stored as soon as its run ends,
         so that an interrupted study continues where it was.
@@ -61,7 +43,7 @@ def run_study(
 
     Returns
     -------
-    Rows or MovingRows
+    Rows
         The open file.
 
     Raises
@@ -69,14 +51,9 @@ def run_study(
     InputError
         If the study cannot be run, or the file has rows of another study with the same labels.
     """
-    if isinstance(study, MovingStudy):
-        return _run(study.jobs(), MovingRows(path), workers=workers, dask=dask, on_run=on_run)
-    return _run(study.jobs(), Rows(path), workers=workers, dask=dask, on_run=on_run)
-
-
-def _run(jobs: Iterable[StudyJob[R]], rows: F, *, workers: int, dask: str | None, on_run: OnRun | None) -> F:
+    rows = Rows(path)
     try:
-        run_jobs(jobs, rows, workers=workers, dask=dask, on_run=on_run)
+        run_jobs(study.jobs(), rows, workers=workers, dask=dask, on_run=on_run)
     except BaseException:
         rows.close()
         raise
@@ -84,8 +61,8 @@ def _run(jobs: Iterable[StudyJob[R]], rows: F, *, workers: int, dask: str | None
 
 
 def run_jobs(
-    jobs: Iterable[StudyJob[R]],
-    rows: RowFile[R],
+    jobs: Iterable[Job],
+    rows: Rows,
     *,
     workers: int = 1,
     dask: str | None = None,
@@ -107,7 +84,7 @@ def run_jobs(
     for job in {job.label: job for job in wanted}.values():
         refuse_edited(job.made_by)
     pending = _pending(wanted, rows)
-    for place, kind in enumerate(rows.label_kinds):
+    for place, kind in enumerate(LABELS):
         rows.expect(kind, dict.fromkeys(str(job.run[place]) for job in wanted))
     note = on_run or (lambda done, total: None)
     before, total = len(wanted) - len(pending), len(wanted)
@@ -120,7 +97,7 @@ def run_jobs(
             note(done, total)
 
 
-def _finished(jobs: Sequence[StudyJob[R]], workers: int, dask: str | None) -> Generator[tuple[StudyJob[R], R]]:
+def _finished(jobs: Sequence[Job], workers: int, dask: str | None) -> Generator[tuple[Job, Row]]:
     if dask is not None:
         from skyverse.lab.dask_cluster import on_dask
 
@@ -128,7 +105,7 @@ def _finished(jobs: Sequence[StudyJob[R]], workers: int, dask: str | None) -> Ge
     return in_process(jobs) if workers == 1 else on_workers(jobs, workers)
 
 
-def _pending(wanted: Sequence[StudyJob[R]], rows: RowFile[R]) -> list[StudyJob[R]]:
+def _pending(wanted: Sequence[Job], rows: Rows) -> list[Job]:
     seen: set[tuple[str | int, ...]] = set()
     done = rows.done()
     pending = []
@@ -140,7 +117,7 @@ def _pending(wanted: Sequence[StudyJob[R]], rows: RowFile[R]) -> list[StudyJob[R
             continue
         if done and rows.key(*job.run) is not None:
             raise InputError(
-                f"{rows.path}: holds the run {job}, but of another {', '.join(rows.label_kinds)}, assignment or "
+                f"{rows.path}: holds the run {job}, but of another {', '.join(LABELS)}, assignment or "
                 "code; give another file or folder"
             )
         pending.append(job)

@@ -1,7 +1,8 @@
-"""Studies: scenarios x planners x budgets x seeds, as objects and as files."""
+"""Studies: scenarios x planners x budgets x seeds, or scenarios x movers x policies x seeds; objects and files."""
 
 import dataclasses
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -10,127 +11,41 @@ from pydantic import BeforeValidator, Field, PlainSerializer, ValidationError, m
 from skyverse.atomic import write_text
 from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError, path_of
-from skyverse.files import read_scenario
+from skyverse.files import BUILTIN_NAMES, read_scenario
 from skyverse.files.document import explained, parse, read_text
-from skyverse.lab.code_digest import settings_of
-from skyverse.lab.run_job import Case, Job
-from skyverse.lab.study_fields import (
-    Count,
-    MadeByName,
-    ScenarioStudy,
+from skyverse.lab.job import Case, Contender, Job, Traffic
+from skyverse.lab.study_parts import (
+    Budget,
     Seeds,
     StudyModel,
+    StudyMovers,
+    StudyObjective,
+    StudyPlanner,
+    StudyPolicy,
     StudyScenario,
+    StudyScenarios,
+    as_settings,
     as_tuple,
     label_of,
     named_by,
+    one_or_list,
     refuse_doubles,
 )
 from skyverse.mission.plan_mission import Assignment
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
+from skyverse.model.sensor import Sensor
 from skyverse.model.temporary_zones import temporary_zones
-from skyverse.planners import make_planner, name_of, own_class
-from skyverse.planners.base import Planner
 from skyverse.planners.objective import PathObjective
 from skyverse.planners.waypoints import WaypointSearch
-from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
+from skyverse.stop import Stop
 
-_RULES = {
-    "paths": MaxPaths,
-    "nodes": MaxNodes,
-    "evaluations": MaxEvaluations,
-    "iterations": MaxIterations,
-    "seconds": MaxSeconds,
-}
+_ONLY_PLANNERS = {"budget", "objective"}
+_ONLY_POLICIES = {"movers", "sensor", "longest"}
 
 
-class StudyPlanner(MadeByName):
-    """A planner by name, its settings, and its label."""
-
-    planner: str
-
-    @property
-    def name(self) -> str:
-        """The planner's name, of an own one that of its class."""
-        return self.planner.rpartition(":")[2]
-
-    def make(self) -> Planner:
-        """Return the planner."""
-        return make_planner(self.planner, **self.settings)
-
-
-def _said(value: Any) -> Any:
-    """Return what a study's file says for a planner or an objective that is given as such."""
-    if not isinstance(value, Planner | PathObjective):
-        return value
-    key = "objective" if isinstance(value, PathObjective) else "planner"
-    fields: tuple[Any, ...] = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
-    settings = {f.name: getattr(value, f.name) for f in fields}
-    settings_of(tuple(settings.values()))
-    name = name_of(value)
-    made = own_class(name, PathObjective)(**settings) if key == "objective" else make_planner(name, **settings)
-    if made != value:
-        raise ValueError(f"expected what its settings make anew, a dataclass, found {value!r:.60}")
-    return {key: name, **{f.name: settings[f.name] for f in fields if settings[f.name] != f.default}}
-
-
-class StudyObjective(MadeByName):
-    """An objective of one's own by its name, ``"module:Class"``, and its settings."""
-
-    objective: str
-
-    @property
-    def name(self) -> str:
-        """The name of its class."""
-        return self.objective.rpartition(":")[2]
-
-    def make(self) -> PathObjective:
-        """Return the objective."""
-        objective: PathObjective = own_class(self.objective, PathObjective)(**self.settings)
-        return objective
-
-
-class Budget(StudyModel):
-    """The budget of each UAV's search: exactly one of these limits."""
-
-    paths: Count | None = None
-    nodes: Count | None = None
-    evaluations: Count | None = None
-    iterations: Count | None = None
-    seconds: Annotated[float, Field(gt=0, strict=False)] | None = None
-
-    @model_validator(mode="after")
-    def _one(self) -> Self:
-        if len(self.model_fields_set) != 1 or self._amount is None:
-            raise ValueError(f"expected one of {', '.join(_RULES)} in each budget")
-        return self
-
-    @property
-    def _unit(self) -> str:
-        return next(iter(self.model_fields_set))
-
-    @property
-    def _amount(self) -> Any:
-        return getattr(self, self._unit)
-
-    @property
-    def label(self) -> str:
-        """The label of the budget in rows, such as ``"1000 paths"`` or ``"0.1 seconds"``."""
-        return f"{self._amount} {self._unit}"
-
-    @property
-    def stop(self) -> Stop:
-        """The rule that ends a search."""
-        return _RULES[self._unit](self._amount)
-
-
-def _one_or_list(budgets: tuple[Budget, ...]) -> Any:
-    said = [budget.model_dump(exclude_unset=True) for budget in budgets]
-    return said[0] if len(said) == 1 else said
-
-
-class Study(ScenarioStudy):
-    """A comparison: all planners on all scenarios, with all budgets and seeds.
+class Study(StudyModel):
+    """A comparison: all planners on all scenarios, with all budgets and seeds; or policies among movers.
 
     Attributes
     ----------
@@ -142,8 +57,16 @@ class Study(ScenarioStudy):
         Names, planners, or ``{"planner": ..., "label": ..., settings ...}``; a planner of one's own is a class at the
         top of a module, named ``"module:Class"``. Exact planners, which depend on neither budget nor
         seed, are also run for each of them, so that every planner has the same number of rows.
+    policies
+        Instead of planners, how missions are replanned in flight: names, or ``{"policy": ..., "label": ..., settings
+        ...}``: ``default`` (the `Replanner`), ``from-scratch`` (a planner asked anew at each observation),
+        ``kept-population`` (one that begins with its last population), ``velocity-obstacles``, ``wait``, and
+        ``known-beforehand`` (planned with all movers known, which no policy has).
+    movers
+        Kinds of movers, by name, or ``{"kind": ..., "count": ..., "speed": ..., "hidden": ..., "label": ...}``.
     seeds
-        The number of seeds, counted from 0, or a list of seeds.
+        The number of seeds, counted from 0, or a list of seeds. For policies a seed makes the movers, the sensor's
+        errors and the policy's random numbers.
     budget
         The limit of each UAV's search, one of ``paths``, ``nodes``, ``evaluations``, ``iterations`` or ``seconds``, or
         a list of limits. Seconds are turned into paths by a pilot run.
@@ -152,31 +75,64 @@ class Study(ScenarioStudy):
     objective
         A `PathObjective` of one's own, ``"module:Class"`` or ``{"objective": ..., settings ...}``: waypoint planners
         minimise it, and the paths of all others are priced by it.
+    sensor
+        What UAVs see with.
+    longest
+        Seconds after which a flight is given up.
     """
 
     format: Literal["skyverse/study/1"] = "skyverse/study/1"
+    name: Annotated[str, Field(min_length=1)] = "study"
+    scenarios: StudyScenarios
     planners: Annotated[
-        tuple[Annotated[StudyPlanner, named_by("planner"), BeforeValidator(_said)], ...],
+        tuple[Annotated[StudyPlanner, named_by("planner"), BeforeValidator(as_settings)], ...],
         BeforeValidator(as_tuple),
         Field(min_length=1),
-    ]
+    ] = Field(default=(), validate_default=False)
+    policies: Annotated[
+        tuple[Annotated[StudyPolicy, named_by("policy")], ...], BeforeValidator(as_tuple), Field(min_length=1)
+    ] = Field(default=(), validate_default=False)
+    movers: Annotated[
+        tuple[Annotated[StudyMovers, named_by("kind")], ...], BeforeValidator(as_tuple), Field(min_length=1)
+    ] = Field(default=(), validate_default=False)
     seeds: Seeds = 30  # type: ignore[assignment]
     budget: Annotated[
         tuple[Budget, ...],
         BeforeValidator(as_tuple),
-        PlainSerializer(_one_or_list),
+        PlainSerializer(one_or_list),
         Field(min_length=1, validate_default=True),
     ] = {"paths": 1000}  # type: ignore[assignment]
     assignment: Assignment = "path-cost"
-    objective: Annotated[StudyObjective | None, named_by("objective"), BeforeValidator(_said)] = None
+    objective: Annotated[StudyObjective | None, named_by("objective"), BeforeValidator(as_settings)] = None
+    sensor: Sensor = Sensor(range=8.0)
+    longest: Annotated[float, Field(gt=0, le=3600, strict=False)] = 60.0
+
+    @model_validator(mode="after")
+    def _of_one_kind(self) -> Self:
+        if bool(self.planners) == bool(self.policies):
+            raise ValueError("expected either planners, or policies and movers")
+        if self.policies and not self.movers:
+            raise ValueError("expected movers, among which policies replan")
+        others = sorted(self.model_fields_set & (_ONLY_PLANNERS if self.policies else _ONLY_POLICIES))
+        if others:
+            kind = "policies" if self.policies else "planners"
+            raise ValueError(f"expected no {' and no '.join(others)} in a study of {kind}")
+        return self
 
     @model_validator(mode="after")
     def _unlike(self) -> Self:
         refuse_doubles("labels of scenarios", [given.label for given in self.scenarios])
         refuse_doubles("labels of planners", [contender.label for contender in self.planners])
+        refuse_doubles("labels of policies", [contender.label for contender in self.policies])
+        refuse_doubles("labels of movers", [given.label for given in self.movers])
         refuse_doubles("budget", [budget.label for budget in self.budget])
         refuse_doubles("seeds", self.seeds)
         return self
+
+    @property
+    def contenders(self) -> tuple[StudyPlanner | StudyPolicy, ...]:
+        """The planners or the policies."""
+        return self.planners or self.policies
 
     def jobs(self) -> Iterator[Job]:
         """Read the scenarios, and yield one job for each run.
@@ -184,36 +140,62 @@ class Study(ScenarioStudy):
         Raises
         ------
         InputError
-            If a scenario cannot be read, has movers or zones with active times, no UAV or no target, or has costs in a
-            unit that not all planners share.
+            If a scenario cannot be read, or has no UAV or no target. For planners, if it has movers or zones with
+            active times, or has costs in a unit that not all of them share. For policies, if it has zones with active
+            times or a limit of speed, or fewer obstacles than are to be hidden.
         """
-        cases = [_case(given, self.assignment) for given in self.scenarios]
         objective = self.objective.make() if self.objective else None
+        budgets: list[tuple[Stop | None, str]] = [(budget.stop, budget.label) for budget in self.budget]
+        if self.policies:
+            cases = [self._flown_case(given, movers) for given in self.scenarios for movers in self.movers]
+            budgets = [(None, f"{self.longest:g} s of flight")]
+        else:
+            cases = [self._planned_case(given, objective) for given in self.scenarios]
         for case in cases:
-            if objective is None:
-                self._refuse_two_units(case.scenario)
-            if case.scenario.movers:
-                raise InputError(
-                    f"{case.scenario.name}: movers: expected none, since studies compare paths, which have no times, "
-                    f"found {len(case.scenario.movers)}"
-                )
-            for number in temporary_zones(case.scenario):
-                raise InputError(
-                    f"{case.scenario.name}: zones[{number}].active: expected none, since studies compare paths, which "
-                    "have no times"
-                )
-            for contender in self.planners:
-                planner = contender.make()
-                if isinstance(planner, WaypointSearch) and planner.objective != objective:
-                    if planner.objective is not None:
+            for contender in self.contenders:
+                made: Contender = contender.make()
+                if isinstance(made, WaypointSearch) and made.objective != objective:
+                    if made.objective is not None:
                         raise InputError(
                             f"{contender.label}: expected the study's objective, by which all planners are compared, "
-                            f"found {planner.objective!r}"
+                            f"found {made.objective!r}"
                         )
-                    planner = dataclasses.replace(planner, objective=objective)
-                for budget in self.budget:
+                    made = dataclasses.replace(made, objective=objective)
+                for stop, budget in budgets:
                     for seed in self.seeds:
-                        yield Job(case, planner, contender.label, budget.stop, budget.label, seed, objective)
+                        yield Job(case, made, contender.label, stop, budget, seed, objective)
+
+    def _planned_case(self, given: StudyScenario, objective: PathObjective | None) -> Case:
+        scenario = _read(given)
+        if objective is None:
+            self._refuse_two_units(scenario)
+        if scenario.movers:
+            raise InputError(
+                f"{scenario.name}: movers: expected none, since studies compare paths, which have no times, "
+                f"found {len(scenario.movers)}"
+            )
+        for number in temporary_zones(scenario):
+            raise InputError(
+                f"{scenario.name}: zones[{number}].active: expected none, since studies compare paths, which have no "
+                "times"
+            )
+        return Case(given.label, scenario, self.assignment)
+
+    def _flown_case(self, given: StudyScenario, movers: StudyMovers) -> Case:
+        scenario = _read(given)
+        for number, zone in enumerate(scenario.zones):
+            if zone.max_speed is not None or zone.active is not None:
+                raise InputError(
+                    f"{given.file}: zones[{number}]: expected no limit of speed and no active times, which replanning "
+                    "policies do not keep"
+                )
+        if movers.hidden > len(scenario.obstacles):
+            raise InputError(
+                f"{given.file}: obstacles: expected {movers.hidden} or more, of which so many are hidden, "
+                f"found {len(scenario.obstacles)}"
+            )
+        traffic = Traffic(movers.kind, movers.count, movers.speed, movers.hidden, self.sensor, self.longest)
+        return Case(f"{given.label}: {movers.label}", scenario, self.assignment, traffic)
 
     def _refuse_two_units(self, scenario: Scenario) -> None:
         off = [contender.label for contender in self.planners if contender.make().leaves_lattice(scenario)]
@@ -222,6 +204,17 @@ class Study(ScenarioStudy):
                 f"{scenario.name}: objective.unit: expected 'metres' to compare {' and '.join(off)} with planners "
                 "on the lattice, found 'nodes', which paths of straight legs have none of"
             )
+
+    def seen_from(self, folder: Path) -> Self:
+        """Return the study with the paths of its scenarios' files relative to `folder`."""
+        return self.with_files(lambda file: Path(os.path.relpath(file, folder)).as_posix())
+
+    def with_files(self, moved: Callable[[str], str]) -> Self:
+        """Return the study with the paths of its scenarios' files moved."""
+        given = (
+            each if each.file in BUILTIN_NAMES else derived(each, file=moved(each.file)) for each in self.scenarios
+        )
+        return derived(self, scenarios=tuple(given))
 
 
 def read_study(path: str | Path) -> Study:
@@ -239,8 +232,8 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
     try:
         study = Study.model_validate(data)
     except ValidationError as error:
-        known = {*Study.model_fields, *StudyScenario.model_fields, *StudyPlanner.model_fields, *Budget.model_fields}
-        raise explained(source, error, data, known) from None
+        parts = (Study, StudyScenario, StudyPlanner, StudyPolicy, StudyMovers, Budget, Sensor)
+        raise explained(source, error, data, {name for part in parts for name in part.model_fields}) from None
     return study.with_files(lambda file: str(folder / file))
 
 
@@ -255,19 +248,21 @@ def write_study(study: Study, path: Path) -> None:
     for own in (*(contender.planner for contender in study.planners), study.objective and study.objective.objective):
         if own and own.startswith(("__main__:", "__mp_main__:")):
             raise InputError(f"{path}: expected classes in modules of their own, which a file can name, found {own!r}")
-    data = study.seen_from(path.parent).model_dump(mode="json")
-    if data["objective"] is None:
+    others = {"planners", *_ONLY_PLANNERS} if study.policies else {"policies", *_ONLY_POLICIES}
+    data = study.seen_from(path.parent).model_dump(mode="json", exclude=others)
+    if data.get("objective", "") is None:
         del data["objective"]
-    for things, key in ((data["scenarios"], "file"), (data["planners"], "planner")):
+    for part, key in (("scenarios", "file"), ("planners", "planner"), ("policies", "policy")):
+        things = data.get(part, [])
         for k, thing in enumerate(things):
             if thing["label"] == label_of(thing[key]) and len(thing) == 2:
                 things[k] = thing[key]
     write_text(path, yaml_text(data))
 
 
-def _case(given: StudyScenario, assignment: Assignment) -> Case:
+def _read(given: StudyScenario) -> Scenario:
     scenario = read_scenario(given.file)
     for kind, things in (("uavs", scenario.uavs), ("targets", scenario.targets)):
         if not things:
             raise InputError(f"{given.file}: {kind}: there are none")
-    return Case(given.label, scenario, assignment)
+    return scenario

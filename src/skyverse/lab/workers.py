@@ -7,20 +7,20 @@ from collections import deque
 from collections.abc import Generator, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection, wait
-from typing import Any, TypeVar
+from typing import Any
 
 from skyverse.errors import InputError
 from skyverse.interrupt import on_interrupt
-from skyverse.lab.jobs import StudyJob, row_of, warm_up
-
-R = TypeVar("R")
+from skyverse.lab.job import Job
+from skyverse.lab.jobs import make_run, row_of, warm_up
+from skyverse.lab.row import Row
 
 
 class WorkerError(RuntimeError):
     """A run ended its process twice, or the connection to a cluster was lost."""
 
 
-def in_process(jobs: Sequence[StudyJob[R]]) -> Generator[tuple[StudyJob[R], R]]:
+def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
     """Run one job after another in this process; Ctrl-C takes effect after the run, a second Ctrl-C at once."""
     interrupts: list[int] = []
 
@@ -31,7 +31,7 @@ def in_process(jobs: Sequence[StudyJob[R]]) -> Generator[tuple[StudyJob[R], R]]:
     with on_interrupt(catch):  # an exception raised inside a kernel may crash the process
         for job in jobs:
             try:
-                row = job.row()
+                row = make_run(job)
             except Exception as error:
                 error.add_note(f"in the run {job}")
                 raise
@@ -40,7 +40,7 @@ def in_process(jobs: Sequence[StudyJob[R]]) -> Generator[tuple[StudyJob[R], R]]:
                 raise KeyboardInterrupt
 
 
-def on_workers(jobs: Sequence[StudyJob[R]], workers: int) -> Generator[tuple[StudyJob[R], R]]:
+def on_workers(jobs: Sequence[Job], workers: int) -> Generator[tuple[Job, Row]]:
     """Run jobs on spawned processes, each one job at a time, and yield each job with its row as it finishes.
 
     The first process compiles the kernels before the others begin. A process that dies is replaced, and its job is run
@@ -91,10 +91,10 @@ class _Worker:
         with on_interrupt(signal.SIG_IGN):  # from its first instant, since this process handles Ctrl-C
             self.process.start()
         theirs.close()
-        self.job: StudyJob[Any] | None = None
+        self.job: Job | None = None
         self.attempt = 0
 
-    def take(self, waiting: deque[tuple[StudyJob[R], int]]) -> None:
+    def take(self, waiting: deque[tuple[Job, int]]) -> None:
         """Take the next job, if there is one."""
         self.job = None
         if waiting:
@@ -121,7 +121,7 @@ class _Worker:
         return died
 
 
-def _prepare(worker: _Worker, jobs: list[StudyJob[R]]) -> None:
+def _prepare(worker: _Worker, jobs: list[Job]) -> None:
     """Let one process compile the kernels; if it dies, the runs themselves will report why."""
     with suppress(OSError, EOFError):
         worker.connection.send(jobs)

@@ -10,9 +10,10 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.files import read_scenario
+from skyverse.lab.job import Case, Job
+from skyverse.lab.plan_job import problems_of
 from skyverse.lab.report import Block
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_job import Case, Job, problems_of
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.result import History
 from skyverse.planners import make_planner

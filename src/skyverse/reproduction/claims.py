@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 
-from skyverse.lab.report import Block, Heading, Table, Text
-from skyverse.lab.run_job import Job
+from skyverse.lab.job import Job
+from skyverse.lab.report import Block, SectionHeading, Table, Text
 from skyverse.reproduction import cost_claims, effort_claims, fleets, parameter_claims, spread_claims, timed_claims
 from skyverse.reproduction.cell_runs import (
     EQUAL_EFFORTS,
@@ -151,7 +151,7 @@ def page(cells: CellRuns, elsewhere: Sequence[Sequence[Sequence[ClaimVerdict]]] 
         Text(_stability(len(elsewhere), alike, cells.runs)),
     ]
     for number, (claim, findings) in enumerate(zip(CLAIMS, judged, strict=True), 1):
-        blocks += [Heading(f"Claim {number}"), Text(f"{claim.text} ({claim.where})")]
+        blocks += [SectionHeading(f"Claim {number}"), Text(f"{claim.text} ({claim.where})")]
         for form, finding in zip(FORMS, findings, strict=True):
             blocks += finding.blocks(form)
     return blocks

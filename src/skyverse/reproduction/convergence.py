@@ -5,8 +5,8 @@ from functools import partial
 from itertools import product
 
 from skyverse.lab.figures import Panel, boxes
+from skyverse.lab.job import Case, Job
 from skyverse.lab.report import Block, Figure, Table, Text
-from skyverse.lab.run_job import Case, Job
 from skyverse.reproduction.cell_runs import (
     FORM_HEADS,
     FORMS,

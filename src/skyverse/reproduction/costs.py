@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 
+from skyverse.lab.job import Job
 from skyverse.lab.report import Block, Cell, Figure, Table, Text
-from skyverse.lab.run_job import Job
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
 from skyverse.reproduction.cell_runs import (
     FORMS,

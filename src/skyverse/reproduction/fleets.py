@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import product
 
+from skyverse.lab.job import Case, Job
 from skyverse.lab.report import Block, Figure, Table
-from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
 from skyverse.reproduction.cell_runs import (
     FORM_HEADS,

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.lab.run_job import Case
+from skyverse.lab.job import Case
 from skyverse.mission.plan_mission import plan_mission
 from skyverse.reproduction.cell_runs import EXACT, CellRuns, case, optimum, planner, without_obstacles
 from skyverse.reproduction.claim_verdict import Comparison, Finding, judged

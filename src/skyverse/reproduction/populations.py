@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import product
 
+from skyverse.lab.job import Job
 from skyverse.lab.report import Block, Figure, Table
-from skyverse.lab.run_job import Job
 from skyverse.reproduction.cell_runs import FORM_HEADS, FORMS, CellRuns, ThesisPart, all_methods, case
 from skyverse.reproduction.charts import ChartSeries, lines
 from skyverse.reproduction.costs import MAP_TITLES

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from skyverse._version import __version__
 from skyverse.errors import InputError
-from skyverse.lab.report import Block, Heading, Report, Text
+from skyverse.lab.job import Job
+from skyverse.lab.report import Block, Report, SectionHeading, Text
 from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_job import Job
 from skyverse.lab.run_study import OnRun, run_jobs
 from skyverse.reproduction import claims, convergence, costs, fleets, flight_figures, populations
 from skyverse.reproduction.cell_runs import CellRuns, ThesisPart
@@ -151,8 +151,8 @@ def _write_pages(
         there = [by_name[name] for name in names if name in by_name]
         blocks = [block for part in there for block in part.blocks(cells)]
         seconds = [block for part in there if part.seconds is not None for block in part.seconds(cells)]
-        shown += [Heading(heading), *blocks] if blocks else []
-        timed += [Heading(heading), *seconds] if seconds else []
+        shown += [SectionHeading(heading), *blocks] if blocks else []
+        timed += [SectionHeading(heading), *seconds] if seconds else []
     judged = claims.page(cells, elsewhere) if "claims" in by_name else []
     if claimed := by_name.get("claims"):
         timed += claimed.seconds(cells) if claimed.seconds is not None else []

@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from skyverse.lab.report import Block, Heading, Table, Text
+from skyverse.lab.job import Job
+from skyverse.lab.report import Block, SectionHeading, Table, Text
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_job import Job
 from skyverse.lab.run_study import run_jobs
 from skyverse.mission.assignment import assign, straight_line
 from skyverse.reproduction.cell_runs import FORMS, CellRuns, all_methods, case
@@ -36,7 +36,7 @@ def blocks(
     judged.append(("Munkres", "Munkres's algorithm takes about 0.1 s for five UAVs.", [_munkres()] * len(FORMS)))
     verdicts = [[name, text, *(finding.verdict.value for finding in found)] for name, text, found in judged]
     shown: list[Block] = [
-        Heading("Claims on time"),
+        SectionHeading("Claims on time"),
         Text(
             "The claims that [claims](claims.md) judges by nodes, judged by measured milliseconds: "
             f"{len(seeds)} runs of each method in turn, in one process."

@@ -1,4 +1,4 @@
-"""What ``compare`` prints of a study of planners."""
+"""What ``compare`` prints of a study."""
 
 import itertools
 from typing import Any
@@ -7,15 +7,17 @@ import numpy as np
 
 from skyverse.lab.rows import Rows
 
+_COLUMNS = ("success", "cost", "gap", "generated_paths", "seconds")
+_FLOWN_COLUMNS = ("contacts", "least_gap", "replans", "unproven", "milliseconds_99", "milliseconds_worst")
 
-def planner_summary(rows: Rows) -> list[dict[str, Any]]:
+
+def study_summary(rows: Rows) -> list[dict[str, Any]]:
     """Return a line for each planner on each scenario under each budget; costs are those of all runs."""
-    columns = ("success", "cost", "gap", "generated_paths", "seconds")
     lines = []
     names = ("scenario", "budget", "planner")
     for labels in itertools.product(*(rows.labels(name) for name in names)):
         group = dict(zip(names, labels, strict=True))
-        found = rows.select(columns, **group)
+        found = rows.select(_COLUMNS + _FLOWN_COLUMNS, **group)
         cost, gap, runs = found["cost"], found["gap"], len(found["cost"])
         if not runs:
             continue
@@ -30,18 +32,27 @@ def planner_summary(rows: Rows) -> list[dict[str, Any]]:
             "generated paths": float(found["generated_paths"].mean()),
             "seconds": float(found["seconds"].mean()),
         }
+        if np.isfinite(found["replans"]).all():
+            measured |= {
+                "contacts": int(found["contacts"].sum()),
+                "least gap": float(found["least_gap"].min()),
+                "replans": float(found["replans"].mean()),
+                "unproven": int(found["unproven"].sum()),
+                "milliseconds 99 %": float(np.median(found["milliseconds_99"])),
+                "milliseconds worst": float(found["milliseconds_worst"].max()),
+            }
         lines.append(group | measured)
     return lines
 
 
-def planner_lines(summary: list[dict[str, Any]]) -> list[dict[str, str]]:
+def summary_lines(summary: list[dict[str, Any]]) -> list[dict[str, str]]:
     """Return the lines of a summary as they are printed."""
     return [_line(line) for line in summary]
 
 
 def _line(line: dict[str, Any]) -> dict[str, str]:
     mean, error, gap = line["mean"], line["standard error"], line["gap"]
-    return {
+    printed = {
         "scenario": line["scenario"],
         "budget": line["budget"],
         "planner": line["planner"],
@@ -52,3 +63,7 @@ def _line(line: dict[str, Any]) -> dict[str, str]:
         "paths": f"{line['generated paths']:.0f}",
         "seconds": f"{line['seconds']:.3g}",
     }
+    if "contacts" in line:
+        printed |= {"contacts": str(line["contacts"]), "replans": f"{line['replans']:.0f}"}
+        printed |= {"ms, 99 %": f"{line['milliseconds 99 %']:.1f}", "worst": f"{line['milliseconds worst']:.0f}"}
+    return printed

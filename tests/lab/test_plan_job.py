@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.lab.run_job import run_job
+from skyverse.lab.plan_job import plan_job
 from studies import ROOM, Instant, Liar, job
 
 
 def test_a_row_of_one_uav_says_what_planning_it_says():
     stop = sky.MaxPaths(200)
-    row = run_job(job(sky.MVO(), seed=7, scenario=sky.read("map1"), stop=stop))
+    row = plan_job(job(sky.MVO(), seed=7, scenario=sky.read("map1"), stop=stop))
     result = sky.MVO().plan(sky.Problem(sky.read("map1")), stop=stop, rng=7)
     assert (row.cost, row.bound, row.gap, row.status) == (result.cost, result.bound, result.gap, result.status.value)
     assert (row.fuel, row.divergence, row.end) == tuple(result.terms[t] for t in ("fuel", "divergence", "end"))
@@ -31,7 +31,7 @@ def test_a_row_of_a_fleet_sums_the_mission_up(assignment):
     fleet = sky.read("table-4.8")
     asked = job(sky.MVO(), seed=3, scenario=fleet, stop=sky.MaxPaths(60))
     asked = replace(asked, case=replace(asked.case, assignment=assignment))
-    row = run_job(asked)
+    row = plan_job(asked)
     mission = sky.plan_mission(fleet, sky.MVO(), stop=sky.MaxPaths(60), rng=3, assignment=assignment, keep_apart=False)
     results = mission.results
     histories = [result.history.by_iteration() for result in results]
@@ -50,7 +50,7 @@ def test_a_row_of_a_fleet_sums_the_mission_up(assignment):
 
 def test_a_run_that_reaches_nothing_is_no_success_and_has_no_gap():
     walled = ROOM.model_copy(update={"obstacles": (sky.Box(min=(1.8, 0, 0), max=(2.2, 4, 4)),)})
-    row = run_job(job(scenario=walled))
+    row = plan_job(job(scenario=walled))
     assert (row.success, row.status, row.cost, row.gap, row.bound) == (False, "no path", np.inf, None, None)
     assert len(row.history.cost) == 0
     assert row.verdict == ""
@@ -61,18 +61,18 @@ def test_the_worst_status_of_a_fleet_counts_and_uavs_without_a_target_do_not():
     targets = (sky.Target(position=(4, 4, 4)), sky.Target(position=(4, 4, 0)))
     fleet = ROOM.model_copy(update={"uavs": uavs, "targets": targets})
     asked = job(sky.AStar(), scenario=fleet)
-    row = run_job(replace(asked, case=replace(asked.case, assignment="identity")))
+    row = plan_job(replace(asked, case=replace(asked.case, assignment="identity")))
     assert (row.status, row.success) == ("start out of bounds", False)
     assert row.cost == np.inf
     assert row.fuel == 13.0
-    row = run_job(asked)  # by path costs the one that can goes
+    row = plan_job(asked)  # by path costs the one that can goes
     assert (row.status, row.success, row.cost) == ("optimal", True, 13.0 + 8.0)
 
 
 def test_the_referee_judges_every_run():
-    row = run_job(job(Liar()))
+    row = plan_job(job(Liar()))
     assert "claims" in row.verdict
-    assert run_job(job(Instant())).verdict == ""
+    assert plan_job(job(Instant())).verdict == ""
 
 
 def test_seconds_become_paths_and_stay_near_the_clock(monkeypatch):
@@ -80,7 +80,7 @@ def test_seconds_become_paths_and_stay_near_the_clock(monkeypatch):
     seconds = 0.1
     for planner in (sky.MVO(), sky.RandomRestart()):
         asked = job(planner, scenario=sky.read("map1"), stop=sky.MaxSeconds(seconds), budget="0.1 seconds")
-        row = run_job(asked)
+        row = plan_job(asked)
         assert row.generated_paths > 400
         assert row.seconds < 2 * seconds  # an iteration may go on after the clock
         assert row.iterations > 1
@@ -88,7 +88,7 @@ def test_seconds_become_paths_and_stay_near_the_clock(monkeypatch):
 
 
 def test_an_exact_planner_needs_no_budget():
-    row = run_job(job(sky.AStar(), scenario=sky.read("map1"), stop=sky.MaxSeconds(0.1)))
+    row = plan_job(job(sky.AStar(), scenario=sky.read("map1"), stop=sky.MaxSeconds(0.1)))
     assert (row.cost, row.gap, row.stopped_by) == (265, 0, "finished")
 
 
@@ -115,4 +115,4 @@ def test_a_planner_that_returns_no_result_is_refused():
             return None
 
     with pytest.raises(sky.InputError, match="expected it to return a Result, found None"):
-        run_job(job(Silent(), seed=0))
+        plan_job(job(Silent(), seed=0))
