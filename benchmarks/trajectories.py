@@ -28,11 +28,11 @@ from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.obstacles import with_margin
+from skyverse.summary import flight_summary
 from skyverse.trajectory import Shape, fly_along
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.smooth import REACH
-from skyverse.trajectory.summary import flight_summary
 
 MAPS = ("map1", "map2", "map3")
 FLEETS = ("table-4.8", "table-4.9-2", "table-4.9-3", "table-4.9-4", "table-4.11", "table-4.12", "table-4.13")

@@ -1,5 +1,8 @@
 """The objective's terms against NumPy that spells the equations out."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +10,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse import cost
-from worlds import OBJECTIVES, indices_of, neighbours, price_of, scenarios, shape_of
+from worlds import OBJECTIVES, ROOM, indices_of, neighbours, price_of, scenarios, shape_of
 
 
 @st.composite
@@ -106,3 +109,26 @@ def test_steps_of_equal_metres_and_of_equal_nodes_are_told_apart():
     )
     airspace = sky.Airspace(scenario)
     assert cost.fuel(airspace.grid, airspace.pricing, np.array([0, 1, 2])) == 4
+
+
+@pytest.mark.parametrize("unit", ["nodes", "metres"])
+@pytest.mark.parametrize("planner", [sky.AStar(), sky.MVO(universes=5), sky.Taut()])
+def test_what_results_state_is_what_their_paths_cost_and_nothing_else_is_taken_for_it(unit, planner):
+    weights = {"fuel": 0.7, "divergence": 0.3, "end": 9.0, "unit": unit}
+    problem = sky.Problem(ROOM.model_copy(update={"objective": sky.Objective(**weights)}))
+    result = planner.plan(problem, stop=sky.MaxIterations(3), rng=1)
+    rates = problem.airspace.rates
+    assert cost.wrong_figures(problem.scenario, rates, result) == ""
+    for change in (
+        {"cost": result.cost * (1 + 3e-6)},
+        {"cost": math.nan},
+        {"terms": result.terms | {"fuel": result.terms["fuel"] + 0.1, "end": result.terms["end"] - 0.1}},
+        {"terms": result.terms | {"luck": 0.0}},
+        {"bound": result.cost + 0.1},
+        {"bound": math.nan, "status": sky.Status.OPTIMAL},
+        {"bound": None, "status": sky.Status.OPTIMAL},
+        {"path": result.path[:-1]},
+        {"path": np.zeros((0, 3))},
+        {"path": result.path * math.nan},
+    ):
+        assert cost.wrong_figures(problem.scenario, rates, replace(result, **change)), change

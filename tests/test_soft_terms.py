@@ -16,9 +16,9 @@ import skyverse as sky
 from skyverse import cost
 from skyverse.planners.base import provenance
 from skyverse.planners.results import SearchRecord, any_angle_result
-from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
 from skyverse.search.lattice_astar import prices_to, shortest_route
 from skyverse.space.lattice import positions
+from soft_terms import altitude_term, climb_term, risk_term
 
 STAR = ((1, 1), (9, 2), (5, 4), (8, 9), (2, 8))
 COMB = ((0, 0), (10, 0), (10, 8), (8, 8), (8, 2), (6, 2), (6, 8), (4, 8), (4, 2), (2, 2), (2, 8), (0, 8))
@@ -227,18 +227,19 @@ def test_terms_that_are_not_priced_are_not_there():
 
 
 @pytest.mark.parametrize("name", ["altitude", "risk", "climb"])
-def test_the_referee_names_a_term_that_is_not_what_the_path_costs(name):
+def test_a_term_that_is_not_what_the_path_costs_is_told(name):
     scenario = field(*ZONES, **ALL)
     path = np.array([(0, 0, 0), (4, 6, 5), (10, 10, 10)], float)
     record = SearchRecord(provenance("by hand", None, None))
-    right = any_angle_result(sky.Problem(scenario), path, None, record)
-    assert sky.check_result(scenario, 0, 0, right) == []
+    problem = sky.Problem(scenario)
+    right = any_angle_result(problem, path, None, record)
+    assert cost.wrong_figures(scenario, problem.airspace.rates, right) == ""
     told = right.terms | {name: right.terms[name] - 0.01}
     wrong = dataclasses.replace(right, terms=told, cost=sum(told.values()))
-    assert [violation.fault for violation in sky.check_result(scenario, 0, 0, wrong)] == [sky.Fault.COST]
+    assert cost.wrong_figures(scenario, problem.airspace.rates, wrong)
     del told[name]
     silent = dataclasses.replace(right, terms=told, cost=sum(told.values()))
-    assert [violation.fault for violation in sky.check_result(scenario, 0, 0, silent)] == [sky.Fault.COST]
+    assert cost.wrong_figures(scenario, problem.airspace.rates, silent)
 
 
 def test_a_leg_along_a_face_may_count_as_inside_or_as_outside():

@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.model.shapes import Cylinder, Prism, Voxels, Zone
 from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel, query, writable
 from skyverse.numerics.norm import norm
-from skyverse.numerics.tolerances import COLLINEAR
+from skyverse.numerics.tolerances import COLLINEAR, OPTIMALITY_GAP, STATED_COST
 from skyverse.space import band, chord
 from skyverse.space.ground import Ground, make_ground
 from skyverse.space.lattice import Grid, position
@@ -288,3 +289,39 @@ def _named(scenario: Scenario, shares: Sequence[float]) -> dict[str, float]:
     names = ("fuel", "divergence", "end", "altitude", "risk", "climb")
     priced = {*names[:3], *soft_terms(scenario)}
     return {name: share for name, share in zip(names, shares, strict=True) if name in priced}
+
+
+def wrong_figures(scenario: Scenario, rates: Rates, result: Result) -> str:
+    """Say what is wrong with the cost, terms, bound or history that a result states for its path; empty if nothing is.
+
+    By an objective of one's own, nobody else can tell what a path costs.
+    """
+    if not len(result.path):
+        return (
+            "" if result.cost == math.inf else f"there is no path, so that the cost is infinite, not {result.cost:.9g}"
+        )
+    history = result.history.cost
+    falls = (history[1:] <= history[:-1]).all() and all(_agree(last, result.cost) for last in history[-1:])
+    uneven = "" if falls else f"the history of costs does not fall to the cost, {result.cost:.9g}"
+    if result.objective:
+        return uneven
+    true = terms_of_legs(scenario, rates, result.path, result.goal)
+    if scenario.objective.unit == "nodes" and not result.any_angle:
+        true["fuel"] = scenario.objective.fuel * len(result.path)
+    price, bound = sum(true.values()), result.bound
+    same = result.terms.keys() == true.keys() and all(_agree(result.terms[name], true[name]) for name in true)
+    if not (same and _agree(result.cost, price)):
+        return f"it states {_bill(result.terms, result.cost)}, but its path makes {_bill(true, price)}"
+    if result.status is Status.OPTIMAL and (bound is None or not _agree(bound, price)):
+        return f"the path is called optimal at cost {price:.9g}, but its bound is {bound}"
+    if result.status.reached and bound is not None and not price >= bound * (1 - OPTIMALITY_GAP):
+        return f"the path costs {price:.9g}, less than the bound {bound:.9g} that no path can beat"
+    return uneven
+
+
+def _agree(stated: float, true: float) -> bool:
+    return abs(stated - true) <= STATED_COST * max(1.0, abs(true))
+
+
+def _bill(terms: dict[str, float], price: float) -> str:
+    return ", ".join(f"{name} {share:.9g}" for name, share in terms.items()) + f" and cost {price:.9g}"

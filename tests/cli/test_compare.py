@@ -159,7 +159,7 @@ def test_what_the_referee_finds_wrong_ends_with_1(compare, study, monkeypatch):
     monkeypatch.setattr("skyverse.lab.study_parts.make_planner", lambda name: Liar())
     code, out, _ = compare(study(planners=["liar"]))
     assert code == 1
-    assert "map1, liar, 50 paths, seed 0: uav-1's history of costs" in out
+    assert "map1, liar, 50 paths, seed 0: uav-1: it states fuel" in out
     assert "nothing wrong" not in out
 
 

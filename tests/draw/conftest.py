@@ -119,7 +119,7 @@ def troubled():
         trajectories=(quintics(path, 6.0), None, None, None),
         violations=(
             Violation(Fault.SEPARATION, (0, 1), "0.31 m apart, 0.50 m asked for.", 3.25, (5.0, 2.0, 3.0)),
-            Violation(Fault.COST, (), "The cost is <27>."),
+            Violation(Fault.STATUS, (), "The cost is <27>."),
         ),
         provenance=PROVENANCE,
         interrupted=True,

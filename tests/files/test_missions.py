@@ -249,3 +249,50 @@ def test_an_unwritable_output_leaves_nothing_behind(name, tmp_path):
     with pytest.raises(sky.InputError, match="cannot be written"):
         sky.write(room_mission(), tmp_path / name)
     assert [p.name for p in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize(
+    ("place", "change", "says"),
+    [
+        (("results", 0, "cost"), lambda cost: cost - 1, "but its path makes"),
+        (("results", 0, "terms", "fuel"), lambda fuel: fuel + 1e-4, "but its path makes"),
+        (("results", 0, "bound"), lambda _: 1e6, "that no path can beat"),
+        (("results", 0, "history", "cost", 0), lambda _: 0.0, "does not fall"),
+        (("results", 1, "cost"), lambda _: 3.0, "there is no path"),
+    ],
+)
+def test_a_file_that_states_other_costs_than_its_paths_have_is_refused(place, change, says, tmp_path):
+    data = dumped(tmp_path)
+    *keys, last = place
+    at = data
+    for key in keys:
+        at = at[key]
+    at[last] = change(at[last])
+    refused(tmp_path, data, f"results[{place[1]}]: ", says)
+
+
+def test_what_a_file_states_of_flights_and_arrivals_is_computed_anew(tmp_path):
+    data = dumped(tmp_path)
+    data["flights"][0] |= {"length": 1.0, "energy": 5.0, "deviation": 0.0}
+    data["deconfliction"] |= {"total_after": 0.5, "makespan_after": 0.1}
+    (tmp_path / "other.json").write_text(json.dumps(data))
+    assert sky.read(tmp_path / "other.json") == unjudged(room_mission())
+
+
+def test_a_deconfliction_of_uavs_that_are_not_there_is_refused(tmp_path):
+    data = dumped(tmp_path)
+    data["deconfliction"]["actions"] = [{"uav": 3, "kind": "delay", "sentence": "It departs later."}]
+    refused(tmp_path, data, "deconfliction: expected UAVs numbered 0 to 2, found 3")
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=[*HealthCheck])
+@given(
+    st.integers(1, 30).flatmap(
+        lambda degree: st.lists(st.floats(-1e200, 1e200), min_size=3 * degree, max_size=3 * degree)
+    )
+)
+def test_the_figures_of_a_flight_of_any_numbers_are_computed(tmp_path, numbers):
+    data = dumped(tmp_path)
+    data["trajectories"][0] |= {"knots": [0.0, 7.0], "coefficients": [np.reshape(numbers, (-1, 3)).tolist()]}
+    (tmp_path / "wild.json").write_text(json.dumps(data))
+    assert len(sky.read(tmp_path / "wild.json").flights) == 3

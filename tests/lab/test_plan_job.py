@@ -71,7 +71,7 @@ def test_the_worst_status_of_a_fleet_counts_and_uavs_without_a_target_do_not():
 
 def test_the_referee_judges_every_run():
     row = plan_job(job(Liar()))
-    assert "claims" in row.verdict
+    assert "but its path makes" in row.verdict
     assert plan_job(job(Instant())).verdict == ""
 
 
@@ -101,8 +101,6 @@ def test_check_result_judges_one_result_alone():
     faults = {v.fault for v in sky.check_result(scenario, 0, 0, replace(result, path=moved))}
     assert sky.Fault.PATH_STEP in faults
     assert sky.Fault.TRAJECTORY_SHAPE not in faults
-    cheap = replace(result, cost=1.0)
-    assert sky.Fault.COST in {v.fault for v in sky.check_result(scenario, 0, 0, cheap)}
     unfinished = replace(result, status=sky.Status.NO_PATH)
     assert sky.Fault.STATUS in {v.fault for v in sky.check_result(scenario, 0, 0, unfinished)}
     with pytest.raises(sky.InputError, match=r"target: .* found 3"):

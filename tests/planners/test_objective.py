@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.cost import wrong_figures
 from skyverse.lab.plan_job import plan_job
 from skyverse.lab.study import read_study, write_study
 from skyverse.model.uav import TrackingError
@@ -66,9 +67,8 @@ def test_the_referee_judges_the_path_all_the_same():
     through = np.vstack([problem.start, problem.end])[None]
     result = sky.WOA(waypoints=1, objective=Danger(reach=0.0)).plan(problem, stop=STOP, rng=0)
     straight = priced_result(problem, Danger(), through[0], result.cost, result_record(result))
-    faults = {violation.fault for violation in sky.check_result(ROOM, 0, 0, straight)}
-    assert sky.Fault.COST not in faults
-    assert faults  # the wall
+    assert sky.check_result(ROOM, 0, 0, straight)  # the wall
+    assert wrong_figures(ROOM, problem.airspace.rates, straight) == ""
 
 
 def result_record(result):

@@ -8,7 +8,7 @@ import pytest
 from judged_missions import SCENARIO, VALID
 from skyverse.model.shapes import Box, Terrain
 from skyverse.model.verdict import Fault
-from skyverse.referee import certify, check
+from skyverse.referee import check
 
 
 def said(**changes):
@@ -72,15 +72,3 @@ def test_a_second_ground_that_only_one_of_both_has_is_told():
 def test_a_mission_without_a_scenario_is_refused():
     (found,) = check(SCENARIO, replace(VALID, scenario=None))
     assert found.message == "The mission embeds no scenario."
-
-
-def test_certificates_of_another_scenario_are_refused():
-    own = certify(SCENARIO, VALID)
-    assert {one.scenario for one in (own.trajectories[0], own.apart)} == {SCENARIO.digest}
-    moved = SCENARIO.model_copy(update={"description": "another"})
-    carried = replace(VALID, certificates=own.trajectories, apart=own.apart, scenario=moved)
-    found = check(moved, carried)
-    assert [one.fault for one in found] == [Fault.STATUS] * 3
-    assert all("made for another scenario" in one.message for one in found)
-    old = replace(own.apart, scenario="")  # what version 1 of the format wrote
-    assert check(SCENARIO, replace(VALID, apart=old)) == []

@@ -19,12 +19,12 @@ from skyverse.model.scenario import Scenario
 from skyverse.referee.blocks import blocks
 from skyverse.referee.boxes import GrownBoxes
 from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
-from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT
 from skyverse.referee.world import RefereeWorld, referee_world
+from soft_terms import altitude_term, climb_term, risk_term
 
 MOVES_AT_ONCE = 200_000
 """Moves judged together, which bounds the memory."""

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.summary import flight_summary, largest_distance
 from skyverse.trajectory import blended as blended_module
 from skyverse.trajectory import fly_along
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.path_to_trajectory import needed_waypoints
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.straight_legs import least_seconds
-from skyverse.trajectory.summary import flight_summary, largest_distance
 from woods import woods
 
 TOLERANCE = 2.0

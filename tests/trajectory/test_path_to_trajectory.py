@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.model.trajectory import Trajectory
+from skyverse.summary import turning
 from skyverse.trajectory import fly_along, path_to_trajectory
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.path_to_trajectory import needed_waypoints
 from skyverse.trajectory.proof import Proof
-from skyverse.trajectory.summary import turning
 
 
 def flown(scenario, planner=None, shape="minimum-time", uav=0):

@@ -2,17 +2,20 @@
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from skyverse.cost import make_rates, wrong_figures
 from skyverse.errors import InputError
 from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.pointing import Pointing
 from skyverse.model.replanned_flight import REPLANNED_FLIGHT_1, ReplannedFlight
+from skyverse.summary import with_flight_summaries
 
 _JUDGED = {"certificates": True, "apart": True}  # only the referee can say what is proven
 MISSIONS = JsonFormat(Mission, "skyverse/mission/2", _JUDGED)
@@ -33,7 +36,29 @@ def mission_from_data(source: str | Path, data: Any) -> Mission:
         if len(getattr(mission, name)) != fleet:
             found = len(getattr(mission, name))
             raise InputError(f"{source}: {name}: expected one entry for each UAV, {fleet} in all, found {found}")
-    return mission
+    return _with_true_figures(source, mission)
+
+
+def _with_true_figures(source: str | Path, mission: Mission) -> Mission:
+    """Return a mission whose flights and arrival times are computed anew; costs that are not so are refused."""
+    scenario = mission.scenario
+    rates = make_rates(scenario)
+    with np.errstate(all="ignore"):
+        for i, result in enumerate(mission.results):
+            if result is not None and (wrong := wrong_figures(scenario, rates, result)):
+                raise InputError(f"{source}: results[{i}]: {wrong}")
+        if mission.flights:
+            mission = with_flight_summaries(mission)
+    record = mission.deconfliction
+    if record is None:
+        return mission
+    named = [uav for conflict in (*record.found, *record.left) for uav in conflict.uavs]
+    for wrong_one in {*named, *(action.uav for action in record.actions)} - {*range(len(scenario.uavs))}:
+        numbers = f"0 to {len(scenario.uavs) - 1}"
+        raise InputError(f"{source}: deconfliction: expected UAVs numbered {numbers}, found {wrong_one}")
+    return replace(
+        mission, deconfliction=replace(record, total_after=mission.total_time, makespan_after=mission.makespan)
+    )
 
 
 def replanned_flight_from_data(source: str | Path, data: Any) -> ReplannedFlight:

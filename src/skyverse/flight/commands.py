@@ -20,7 +20,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
-from skyverse.trajectory.limits import GRAVITY
+from skyverse.model.uav import GRAVITY
 
 VERTICAL = np.array([0.0, 0.0, 1.0])
 _DIFFERENCE_STEP = 0.005

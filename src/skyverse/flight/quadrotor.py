@@ -20,8 +20,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.flight.vehicle import Vehicle
+from skyverse.model.uav import GRAVITY
 from skyverse.numerics.kernel import by_reference, inner
-from skyverse.trajectory.limits import GRAVITY
 
 POSITION, VELOCITY, ATTITUDE, RATE, ROTORS, STATE_SIZE = 0, 3, 6, 10, 13, 17
 """Where a state (17,) holds position (m), velocity (m/s), the quaternion x, y, z, w, and, in rad/s, the rates of the

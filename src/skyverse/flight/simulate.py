@@ -20,7 +20,7 @@ from skyverse.flight.disturbances import Drawn, Weather, draw
 from skyverse.flight.quadrotor import ATTITUDE, POSITION, ROTORS, STATE_SIZE, VELOCITY, quadrotor_of
 from skyverse.flight.tracking_control import LOST_DISTANCE, OBSERVER_BANDWIDTH, DrawnDisturbances, track
 from skyverse.flight.vehicle import Vehicle
-from skyverse.trajectory.limits import GRAVITY
+from skyverse.model.uav import GRAVITY
 
 
 class RungeKutta(OdeSolver):

@@ -25,8 +25,8 @@ from skyverse.flight.quadrotor import (
     set_rotation,
     set_wrench,
 )
+from skyverse.model.uav import GRAVITY
 from skyverse.numerics.kernel import by_reference, inner, kernel
-from skyverse.trajectory.limits import GRAVITY
 
 POSITION_GAINS = (6.5, 6.5, 15.0)
 """rotorpy's gains for the error of position on each axis, 1/s^2."""

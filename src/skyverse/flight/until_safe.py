@@ -15,7 +15,6 @@ from skyverse.errors import InputError
 from skyverse.flight.fly import Flights, OnFlown, OnRuns, fly
 from skyverse.flight.judge import planned_close
 from skyverse.flight.vehicle import refuse_stand_in
-from skyverse.mission.flight_summaries import with_flight_summaries
 from skyverse.mission.plan_mission import plan_mission
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight
@@ -30,6 +29,7 @@ from skyverse.model.verdict import Fault
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import Seed, seeded
 from skyverse.referee import certify, check
+from skyverse.summary import with_flight_summaries
 from skyverse.trajectory import Shape
 
 _SLOWED = "Slowed down with the whole mission, to be flown safely."

@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from skyverse.cost import wrong_figures
 from skyverse.lab.code_digest import settings_of, versions
 from skyverse.lab.job import Case, Job
 from skyverse.lab.row import Row
 from skyverse.mission.plan_mission import assign_targets
 from skyverse.model.result import History, Result, Status
-from skyverse.model.verdict import Violation
 from skyverse.planners.base import Planner
 from skyverse.planners.objective import rescored
 from skyverse.planners.own_path import require_result
@@ -31,13 +31,16 @@ def plan_job(job: Job) -> Row:
     count = len(job.case.scenario.uavs)
     streams = np.random.default_rng(job.seed).spawn(count) if count > 1 else [job.seed]
     results = []
-    violations: list[Violation] = []
+    complaints: list[str] = []
     for problem in problems:
         stop = _counted(job.case, job.planner, job.stop, problem)
         result = require_result(job.planner.plan(problem, stop=stop, rng=streams[problem.uav]))
-        violations += check_result(job.case.scenario, problem.uav, problem.target, result)
+        violations = check_result(job.case.scenario, problem.uav, problem.target, result)
+        wrong = wrong_figures(job.case.scenario, problem.airspace.rates, result)
+        complaints += [violation.message for violation in violations]
+        complaints += [f"{job.case.scenario.uavs[problem.uav].name}: {wrong}."] if wrong else []
         results.append(result if job.objective is None else rescored(problem, job.objective, result))
-    return _row(job, results, violations)
+    return _row(job, results, complaints)
 
 
 @lru_cache(maxsize=4)
@@ -71,7 +74,7 @@ def _counted(case: Case, planner: Planner, stop: Stop, problem: Problem) -> Stop
     return MaxPaths(max(1, round(_rates[which] * seconds))) | stop
 
 
-def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -> Row:
+def _row(job: Job, results: Sequence[Result], complaints: Sequence[str]) -> Row:
     scenario, planner, budget, seed = job.run
     status = max((r.status for r in results), key=list(Status).index, default=Status.NOT_PLANNED)
     success = bool(results) and all(result.status.reached for result in results)
@@ -100,7 +103,7 @@ def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -
         iterations=sum(int(result.history.iteration.max(initial=0)) for result in results),
         seconds=sum((result.seconds for result in results), 0.0),
         stopped_by=", ".join(dict.fromkeys(result.stopped_by for result in results)),
-        verdict=" ".join(violation.message for violation in violations),
+        verdict=" ".join(complaints),
         settings=settings_of(job.planner),
         versions=versions(job.made_by),
         history=_history(results),

@@ -14,7 +14,6 @@ from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion, assign, straight_line
-from skyverse.mission.flight_summaries import with_flight_summaries
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
@@ -30,6 +29,7 @@ from skyverse.problem import Airspace, Problem, snap_endpoint
 from skyverse.referee import judge
 from skyverse.search.lattice_astar import prices_to
 from skyverse.stop import Progress, Stop, require_stop
+from skyverse.summary import with_flight_summaries
 from skyverse.trajectory import Shape, fly_along
 
 Assignment = Literal["euclidean", "path-cost", "identity"]

@@ -8,6 +8,9 @@ from pydantic import Field, model_validator
 from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, Positive, Whole
 from skyverse.model.vehicle_profiles import with_profile
 
+GRAVITY = 9.81
+"""Metres per second squared."""
+
 
 class FixedWing(Model):
     """The limits of an aeroplane, which cannot hover: it keeps its horizontal speed, and turns and climbs gently.

@@ -18,8 +18,6 @@ class Fault(Enum):
     PATH_CLEARANCE = "path too close"
     PATH_ENDS = "path ends"
     PATH_STEP = "path off the lattice"
-    COST = "cost"
-    BOUND = "bound"
     TRAJECTORY_SHAPE = "trajectory shape"
     TRAJECTORY_BOUNDS = "trajectory out of bounds"
     TRAJECTORY_CLEARANCE = "trajectory too close"
@@ -41,8 +39,6 @@ class Fault(Enum):
     AIRSPEED = "off its airspeed"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"
-    DECONFLICTION = "deconfliction"
-    FLIGHT = "flight summary"
     UNDECIDED = "undecided"
 
 

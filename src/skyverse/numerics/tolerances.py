@@ -158,6 +158,9 @@ are three wide on either side: so wherever there is a passage there are edges to
 sight to it.
 """
 
+STATED_COST = 1e-6
+"""In the objective's unit, and relative above 1: a cost that a file states may differ by this from what it is."""
+
 COVER_MARGIN = 1e-6
 """Metres: an obstacle or zone must reach so far beyond what it is said to cover, clear of its surface."""
 

@@ -24,10 +24,6 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
                 f"The mission's {noun} has {counted(len(values), 'entry', 'entries')}, but the scenario has {fleet}."
             )
             found.append(Violation(Fault.ASSIGNMENT, (), message))
-    if mission.flights and len(mission.flights) != count:
-        entries = counted(len(mission.flights), "entry", "entries")
-        message = f"The mission's flights have {entries}, but the scenario has {fleet}."
-        found.append(Violation(Fault.ASSIGNMENT, (), message))
     takers: dict[int, int] = {}
     for uav in range(min(count, *(len(values) for values in columns.values()))):
         name = scenario.uavs[uav].name

@@ -101,33 +101,6 @@ class GrownGround(GrownSolids):
         h = self.heights[first[0] : last[0] + 2, first[1] : last[1] + 2]
         return float(steepest_in_cells(h, self.step)[beside < radius].max(initial=0.0))
 
-    def heights_along(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
-        """Cut the straight leg from a to b, (3,) metres, where it passes from one cell to the next.
-
-        Returns
-        -------
-        cuts
-            (n + 1,) shares of the leg, from 0 to 1.
-        above
-            (n, 3) metres: the leg's height above ground between two cuts, as the coefficients of a quadratic in the
-            share of the leg, the constant first.
-        """
-        way = b - a
-        shares = [np.array([0.0, 1.0])]
-        for axis in (0, 1):
-            if way[axis] != 0:
-                low, high = np.sort((np.array([a[axis], b[axis]]) - self.origin[axis]) / self.step[axis])
-                borders = np.arange(max(np.floor(low), 0), min(np.ceil(high), self.heights.shape[axis] - 1) + 1)
-                shares.append((self.origin[axis] + borders * self.step[axis] - a[axis]) / way[axis])
-        cuts = np.unique(np.clip(np.concatenate(shares), 0.0, 1.0))
-        middles = a[:2] + ((cuts[:-1] + cuts[1:]) / 2)[:, None] * way[:2]
-        cell = self._cell(middles)
-        (h, p, q, e), (u, v) = self._surface(cell), self._shares(np.broadcast_to(a[:2], middles.shape), cell).T
-        du, dv = way[:2] / self.step
-        constant = a[2] - (h + p * u + q * v + e * u * v)
-        slope = way[2] - (p * du + q * dv + e * (u * dv + v * du))
-        return cuts, np.column_stack([constant, slope, -e * du * dv])
-
     def _cell(self, places: Floats) -> Indices:
         """Return the indices (..., 2) of the cells below places (..., 2), or of the nearest cells beyond the grid."""
         index = np.floor((places - self.origin) / self.step)

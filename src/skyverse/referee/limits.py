@@ -8,14 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.uav import UAV, FixedWing
+from skyverse.model.uav import GRAVITY, UAV, FixedWing
 from skyverse.model.verdict import Fault
 from skyverse.referee.curve import PolynomialCurve, derivative
 from skyverse.referee.polynomial import Polynomials, bernstein, squared, stack
 from skyverse.referee.tolerances import AIRSPEED_BAND, LIMIT_LET_PASS
-
-GRAVITY = 9.81
-"""m/s^2."""
 
 
 class FlightLimit(NamedTuple):

@@ -17,11 +17,9 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
-from skyverse.referee.claims import judge_claims, judge_deconfliction
 from skyverse.referee.column import Columns, columns_of
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import judged_until
-from skyverse.referee.flight_summary import judge_flight_summary, priced_path
 from skyverse.referee.movers import judge_movers
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
@@ -219,14 +217,14 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
 
     Notes
     -----
-    *Not judged* are claims that only another search could refute: that there is no path, that no path is cheaper (the
-    bound, and the status "optimal"), that a start or target is unsafe or shut in; nor the seconds and effort spent.
+    *Not judged* are what paths cost and what else a mission states of itself (which is computed anew when a file is
+    read), and claims that only another search could refute: that there is no path, that no path is cheaper, that a
+    start or target is unsafe or shut in; nor the seconds and effort spent.
 
-    *Exact* are the judgements of assignment, statuses, costs, path segments, and of ends and continuity at the knots.
+    *Exact* are the judgements of assignment, statuses, path segments, and of ends and continuity at the knots.
 
     *Proven* at every instant are clearance, bounds and limits of trajectories, and separations. What is neither proven
-    nor refuted is a violation too, `Fault.UNDECIDED`. The mission's own certificates are not trusted: a certificate
-    that says "proven" where the referee does not is a violation, `Fault.STATUS`.
+    nor refuted is a violation too, `Fault.UNDECIDED`. The mission's own certificates count for nothing.
     """
     require_kind(mission, Mission, "mission")
     return judge(scenario, mission)[0]
@@ -238,7 +236,6 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
         worlds = RefereeWorlds(scenario)
         violations = judge_assignment(scenario, mission)
         fleet = judge_fleet(worlds, mission)
-        flights = mission.flights if isinstance(mission.flights, tuple | list) else ()
         for uav in range(len(scenario.uavs)):
             target = target_index(scenario, entry(mission.assignment, uav))
             result, trajectory = entry(mission.results, uav), entry(mission.trajectories, uav)
@@ -248,13 +245,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                     violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(worlds.of(uav), uav, target, result, isinstance(trajectory, Trajectory))
             violations += fleet.trajectories[uav]
-            summary = entry(flights, uav)
-            violations += judge_flight_summary(scenario, uav, summary, priced_path(result), fleet.curves[uav])
-        violations += [
-            *fleet.apart,
-            *judge_claims(scenario, mission, fleet.certificates.trajectories, fleet.certificates.apart),
-        ]
-        violations += judge_deconfliction(scenario, mission, fleet.curves)
+        violations += fleet.apart
         return violations, fleet.certificates
 
 
@@ -268,7 +259,7 @@ def check_result(scenario: Scenario, uav: int | str, target: int | str, result: 
     uav, target
         The UAV and the target that it was sent to, by index or name.
     result
-        What is judged: its status, path, cost and history; see `check`. However malformed it is, nothing is raised.
+        What is judged: its status and path; see `check`. However malformed it is, nothing is raised.
 
     Returns
     -------

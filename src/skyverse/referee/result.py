@@ -1,4 +1,4 @@
-"""Judges one UAV's result: its status, its history of costs, and, where it has a path, the path and its cost."""
+"""Judges one UAV's result: its status and, where it has one, its path."""
 
 from collections.abc import Iterator
 
@@ -8,9 +8,9 @@ from skyverse._typing import Floats
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.path import costs_agree, judge_cost, judge_ends, judge_moves, judge_safety
+from skyverse.referee.path import judge_ends, judge_moves, judge_safety
 from skyverse.referee.positions import position_text
-from skyverse.referee.untrusted import finite_point, float_array, number
+from skyverse.referee.untrusted import float_array
 from skyverse.referee.world import RefereeWorld
 
 
@@ -40,7 +40,6 @@ def judge_result(
         has = "a trajectory" if has_trajectory else "no trajectory"
         why = "" if has_trajectory else _too_slow_for_an_aeroplane(scenario, uav)
         yield Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s status is {status.value}, but it has {has}{why}.")
-    yield from _judge_history(uav, name, result)
 
     path = float_array(result.path)
     if not status.reached and status is not Status.INCOMPLETE:
@@ -59,9 +58,6 @@ def judge_result(
     if not result.any_angle and (scenario.objective.unit == "nodes" or status is Status.OPTIMAL):
         yield from judge_moves(world, uav, path)
     yield from judge_ends(world, uav, target, path, result)
-    goal = finite_point(result.goal)
-    if goal is not None and not result.objective:  # what an objective of one's own asks, nobody else can tell
-        yield from judge_cost(world, uav, path, goal, result)
 
 
 def _judge_absence(
@@ -81,26 +77,6 @@ def _judge_absence(
         if world.nominal.beyond_bounds(position[None])[0] <= 0:
             message = f"{name}'s status is {status.value}, but {position_text(position)} lies within the bounds."
             yield Violation(Fault.STATUS, (uav,), message)
-    if number(result.cost) != np.inf:
-        message = f"{name} has no path ({status.value}), so its cost must be infinite, but it is {result.cost}."
-        yield Violation(Fault.COST, (uav,), message)
-
-
-def _judge_history(uav: int, name: str, result: Result) -> Iterator[Violation]:
-    best = float_array(getattr(result.history, "cost", None))
-    if best is not None and best.size == 0:
-        return
-    cost = number(result.cost)
-    if best is None or best.ndim != 1:
-        complaint = "is no list of numbers"
-    elif not (best[1:] <= best[:-1]).all():
-        k = int(np.argmin(best[1:] <= best[:-1]))
-        complaint = f"goes from {best[k]:.9g} to {best[k + 1]:.9g} at row {k + 1}, though it is the best so far"
-    elif not (best[-1] == cost or costs_agree(float(best[-1]), cost)):
-        complaint = f"ends at {best[-1]:.9g}, but the result costs {cost:.9g}"
-    else:
-        return
-    yield Violation(Fault.COST, (uav,), f"{name}'s history of costs {complaint}.")
 
 
 def _too_slow_for_an_aeroplane(scenario: Scenario, uav: int) -> str:

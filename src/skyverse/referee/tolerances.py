@@ -5,9 +5,6 @@ The planners have tolerances of their own. The referee does not import them, so 
 
 import numpy as np
 
-UNDERFLOW = 1e-145
-"""Metres: shorter vectors are scaled before their norms are taken, since the squares of their components underflow."""
-
 MACHINE_EPSILON = float(np.finfo(np.float64).eps)
 """Relative: the distance from 1 to the next larger number, 2.2e-16; every error bound is a multiple of it."""
 
@@ -25,12 +22,6 @@ YAW_RATE_ROUNDING = 1e-9
 
 Turns that follow one another begin where others end, at instants that are equal but for rounding.
 """
-
-STRAIGHT = 1e-9
-"""The sine of an angle: two consecutive steps of a path that turn by less make no turn."""
-
-BOUND_ROUNDING = 1e-9
-"""Relative: a complete path may cost this much less than its bound, because both are rounded sums."""
 
 OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
@@ -50,20 +41,8 @@ All jumps of one trajectory together may make no more than this either.
 LIMIT_LET_PASS = 1e-6
 """Share of a UAV's limit that may be exceeded: planners reach limits exactly, and rounding adds to that."""
 
-COST_LET_PASS = 1e-6
-"""In the objective's unit, and relative above 1: a claimed cost may differ by this, as sums in another order do."""
-
 SEAM_SEARCH = 1e-5
 """Metres: no step that leads a curve away from what it touches is longer than half of this."""
-
-SUMMARY_LET_PASS = 1e-5
-"""Relative: a claimed length or energy of a flight may differ by this, as whoever states it integrates numerically.
-
-The referee's own bounds on the true value are apart by no more than this, and what lies between them is let pass too.
-"""
-
-EDGE_OVERHANG = 1e-3
-"""Share of an edge: a leg is also cut where it passes this close to an edge's ends; a cut too many changes nothing."""
 
 COLUMN_REACH = 1e-3
 """Metres: what a column does not meet by more than this, grown by what must be kept, does not matter in it."""

@@ -1,4 +1,4 @@
-"""Entries of a mission that may be malformed, read as what they should be; ``None`` or NaN where they are not."""
+"""Entries of a mission that may be malformed, read as what they should be; ``None`` where they are not."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,12 +21,6 @@ def finite_point(value: object) -> Floats | None:
     """Return a value as x, y, z, or ``None`` if it is not three finite numbers."""
     point = float_array(value)
     return point if point is not None and point.shape == (3,) and np.isfinite(point).all() else None
-
-
-def number(value: object) -> float:
-    """Return a value as a float, or NaN if it is not one number."""
-    found = float_array(value)
-    return float(found) if found is not None and found.shape == () else float("nan")
 
 
 def entry(values: Sequence[Any], index: int) -> Any:

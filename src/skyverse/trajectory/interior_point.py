@@ -12,9 +12,10 @@ Each round solves Newton's equations for all variables at once; see `newton_equa
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.uav import GRAVITY
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import MIN_NORM, MIN_STEP_SHARE
-from skyverse.trajectory.limits import GRAVITY, Limits
+from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.newton_equations import FIXED, SplineProblem, assemble
 from skyverse.trajectory.newton_step import BAND, NewtonSystem, solve_newton_system
 

@@ -13,13 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.uav import UAV
+from skyverse.model.uav import GRAVITY, UAV
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import product, split
 from skyverse.numerics.kernel import by_reference, inner
 
-GRAVITY = 9.81
-"""Metres per second squared."""
 MIN_LIFT = 0.01
 """The share of its weight that a multirotor's thrust always carries: without thrust its tilt would be undefined."""
 MAX_DEPTH = 40

@@ -28,8 +28,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.model.uav import GRAVITY
 from skyverse.numerics.kernel import by_reference, inner, kernel
-from skyverse.trajectory.limits import GRAVITY, Limits
+from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.newton_step import NewtonSystem
 from skyverse.trajectory.spline import JET, make_rows, multiply, row_jet
 

@@ -18,6 +18,7 @@ from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.obstacles import with_margin
 from skyverse.space.world import World
+from skyverse.summary import flown_length, largest_distance, turning
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.heading import with_heading
@@ -26,7 +27,6 @@ from skyverse.trajectory.rest_to_rest import rest_to_rest
 from skyverse.trajectory.smooth import CLOSE_REACH, smooth
 from skyverse.trajectory.speed_in_zones import first_too_fast
 from skyverse.trajectory.straight_legs import least_seconds
-from skyverse.trajectory.summary import flown_length, largest_distance, turning
 
 Shape = Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"]
 SLOWDOWN = 1.1

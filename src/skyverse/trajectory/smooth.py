@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 
 from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
+from skyverse.model.uav import GRAVITY, UAV
 from skyverse.numerics.kernel import writable
 from skyverse.numerics.tolerances import JERK_JUMP, LIMIT_MARGIN, MIN_PATH
 from skyverse.space.obstacles import only_boxes
@@ -19,7 +19,7 @@ from skyverse.space.world import World
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.inset_path import inset_path
 from skyverse.trajectory.interior_point import improve, objective
-from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
+from skyverse.trajectory.limits import Limits, limits_of
 from skyverse.trajectory.newton_equations import SplineProblem
 from skyverse.trajectory.spline import DEGREE, refine, time_of
 from skyverse.trajectory.spline_guess import control_point_bounds, first_guess

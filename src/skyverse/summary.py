@@ -2,17 +2,18 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.elementary import arctan2
 from skyverse.model.flight_summary import FlightSummary
+from skyverse.model.mission import Mission
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
+from skyverse.model.uav import GRAVITY, UAV
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
 from skyverse.search.path_shortening.shortcut import drop_collinear
-from skyverse.trajectory.limits import GRAVITY
 
 MAX_HALVINGS = 40
 """How often intervals are cut in two, each time one of the halves before."""
@@ -22,8 +23,21 @@ NODES, WEIGHTS = np.array([*(-x for x in _INNER[::-1]), *_INNER]), np.array([*_O
 """Gauss's quadrature with eight nodes on the interval from -1 to 1 (Abramowitz and Stegun, table 25.4)."""
 TURNS_PER_PIECE, SLOWEST = 30, 0.01
 """Instants of a piece at which its course is taken, and metres per second from which a UAV has one."""
+MAX_PARTS, MAX_DISTANCES = 2**16, 2**24
+"""Intervals, and pairs of a part and a leg, beyond which none is cut any more, so that no file fills the memory."""
 DISTANCES_AT_ONCE = 2**21
 """Distances between coefficients and legs of a path computed together, which bounds the memory."""
+
+
+def with_flight_summaries(mission: Mission) -> Mission:
+    """Return a mission with a summary of every flight that has a path, whatever summaries it had."""
+    flights: list[FlightSummary | None] = []
+    for uav, result, trajectory in zip(mission.scenario.uavs, mission.results, mission.trajectories, strict=True):
+        if result is None or trajectory is None or not len(result.path):
+            flights.append(None)
+        else:
+            flights.append(flight_summary(uav, result.path, trajectory))
+    return replace(mission, flights=tuple(flights))
 
 
 def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSummary:
@@ -80,7 +94,7 @@ def _integrals(rates: Callable[[Floats], Floats], edges: Floats) -> Floats:
         total += (left + right)[~rough].sum(axis=0)
         begins, ends = np.r_[begins[rough], middles[rough]], np.r_[middles[rough], ends[rough]]
         whole = np.concatenate([left[rough], right[rough]])
-        if not len(begins):
+        if not 0 < len(begins) <= MAX_PARTS:
             break
     return total + whole.sum(axis=0)
 
@@ -109,6 +123,8 @@ def largest_distance(trajectory: Trajectory, path: Floats) -> float:
         open_parts = bounds > reached + DEVIATION / 2
         if not open_parts.any():
             return reached + DEVIATION
+        if np.count_nonzero(open_parts) * len(starts) > MAX_DISTANCES:
+            break
         parts, bounds = np.concatenate(_halves(parts[open_parts])), bounds[open_parts]
     return float(bounds.max()) + DEVIATION
 

@@ -1,4 +1,4 @@
-"""The referee's soft terms over zones of every shape and above ground, against dense sampling."""
+"""The oracle of soft terms, over zones of every shape and above ground, against dense sampling."""
 
 from itertools import pairwise
 
@@ -11,7 +11,7 @@ import skyverse as sky
 from depths import above, inside
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.referee.ground import grown_ground
-from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
+from soft_terms import altitude_term, climb_term, risk_term
 
 SQUARE = ((2.0, 2.0), (7.0, 2.0), (7.0, 7.0), (2.0, 7.0))
 HOLE = ((3.0, 3.0), (6.0, 3.5), (5.0, 6.0), (3.5, 5.5))

@@ -1,4 +1,4 @@
-"""The soft terms of a path's cost, computed anew: the altitude band, the climb limit, and the risk of zones.
+"""An oracle of the soft terms of a path's cost: the altitude band, the climb limit, and the risk of zones.
 
 A leg is cut wherever it meets the surface of a zone, and a piece is inside if its middle is.
 """
@@ -15,8 +15,10 @@ from skyverse.model.elementary import arctan2
 from skyverse.model.scenario import AltitudeBand, ClimbLimit, Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
 from skyverse.referee.ground import GrownGround
-from skyverse.referee.tolerances import EDGE_OVERHANG, LET_PASS
+from skyverse.referee.tolerances import LET_PASS
 
+EDGE_OVERHANG = 1e-3
+"""Share of an edge: a leg is also cut where it passes this close to an edge's ends; a cut too many changes nothing."""
 _OFFSETS = LET_PASS * np.array([(0, 0, 0), *(n for n in itertools.product((-1, 0, 1), repeat=3) if any(n))])
 
 
@@ -28,7 +30,7 @@ def altitude_term(band: AltitudeBand, path: Floats, ground: GrownGround | None =
     total = 0.0
     for a, b in itertools.pairwise(path):
         if band.above == "ground" and ground is not None:
-            total += math.dist(b, a) * _mean_outside(band, *ground.heights_along(a, b))
+            total += math.dist(b, a) * _mean_outside(band, *_heights_along(ground, a, b))
             continue
         # linear between the places where the leg crosses the band's edges, so that the mean of both ends is exact
         cuts = _shares_between(
@@ -38,6 +40,38 @@ def altitude_term(band: AltitudeBand, path: Floats, ground: GrownGround | None =
         outside = np.maximum(0.0, np.maximum(band.low - z, z - band.high))
         total += float(math.dist(b, a) * np.sum(np.diff(cuts) * (outside[:-1] + outside[1:]) / 2))
     return total
+
+
+def _heights_along(ground: GrownGround, a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Cut the straight leg from a to b, (3,) metres, where it passes from one cell to the next.
+
+    Returns
+    -------
+    cuts
+        (n + 1,) shares of the leg, from 0 to 1.
+    above
+        (n, 3) metres: the leg's height above ground between two cuts, as the coefficients of a quadratic in the share
+        of the leg, the constant first.
+    """
+    way = b - a
+    shares = [np.array([0.0, 1.0])]
+    for axis in (0, 1):
+        if way[axis] != 0:
+            low, high = np.sort((np.array([a[axis], b[axis]]) - ground.origin[axis]) / ground.step[axis])
+            borders = np.arange(max(np.floor(low), 0), min(np.ceil(high), ground.heights.shape[axis] - 1) + 1)
+            shares.append((ground.origin[axis] + borders * ground.step[axis] - a[axis]) / way[axis])
+    cuts = np.unique(np.clip(np.concatenate(shares), 0.0, 1.0))
+    middles = a[:2] + ((cuts[:-1] + cuts[1:]) / 2)[:, None] * way[:2]
+    last = np.array(ground.heights.shape) - 2
+    cell = np.clip(np.nan_to_num(np.floor((middles - ground.origin) / ground.step)), 0, last).astype(np.intp)
+    i, j = cell.T
+    h, along_x, along_y, far = (ground.heights[i + di, j + dj] for di, dj in ((0, 0), (1, 0), (0, 1), (1, 1)))
+    p, q, e = along_x - h, along_y - h, far - along_x - along_y + h
+    u, v = ((a[:2] - (ground.origin + cell * ground.step)) / ground.step).T
+    du, dv = way[:2] / ground.step
+    constant = a[2] - (h + p * u + q * v + e * u * v)
+    slope = way[2] - (p * du + q * dv + e * (u * dv + v * du))
+    return cuts, np.column_stack([constant, slope, -e * du * dv])
 
 
 def _mean_outside(band: AltitudeBand, cuts: Floats, above: Floats) -> float:

@@ -6,8 +6,8 @@ import pytest
 import skyverse as sky
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.summary import flight_summary, largest_distance
 from skyverse.trajectory import rest_to_rest
-from skyverse.trajectory.summary import flight_summary, largest_distance
 
 CORNERS = np.array([(0.0, 0, 1), (4, 0, 1), (4, 3, 1), (4, 3, 5)])
 ALPHA = UAV(start=(0, 0, 1))
