@@ -51,7 +51,7 @@ for violation in mission.violations:
     print(f"{violation.fault.value}: {violation.message}")
 
 # %%
-# A notebook shows a mission with its picture and its table. ``mission.plot()`` is the picture alone,
+# A notebook shows a mission with its picture and its table. ``sky.plot(mission)`` is the picture alone,
 # ``sky.write_figures`` writes all figures to files, and ``sky.write_html`` a page that flies the fleet.
 
 mission

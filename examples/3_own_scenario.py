@@ -77,4 +77,4 @@ print(sorted(path.name for path in folder.iterdir()))
 # %%
 # A trajectory is a function of time. This is the carrier's, with its limits.
 
-mission.trajectories[1].plot(scenario.uavs[1])
+sky.plot(mission.trajectories[1], scenario.uavs[1])

@@ -29,12 +29,12 @@ missions["minimum-time"]
 # starts, turns and brakes.
 
 uav = scenario.uavs[0]
-missions["minimum-time"].trajectories[0].plot(uav)
+sky.plot(missions["minimum-time"].trajectories[0], uav)
 
 # %%
 # Stopping at every bend takes longer.
 
-missions["stop-and-go"].trajectories[0].plot(uav)
+sky.plot(missions["stop-and-go"].trajectories[0], uav)
 
 # %%
 # From above, at one bend: the blend keeps near the path, which leads around the grown corner of a building; a smooth

@@ -20,6 +20,7 @@ def test_a_circle_is_found_wherever_its_imports_stand():
     assert names_in("p.d", False, source) >= {"p.a", "p.a.X", "p.b.c"}
     assert names_in("p.q", True, "from . import r\nfrom .s import t") >= {"p.q.r", "p.q.s"}
     assert names_in("p.q", False, "from . import r") >= {"p.r"}
+    assert names_in("p.q", False, "def f(): return importlib.import_module('p.s')") >= {"p.s"}
 
 
 def name_of(path):
@@ -34,7 +35,7 @@ def imported(name, path, known):
 
 
 def names_in(name, is_folder, source):
-    """Return all dotted names that the import statements of a source may stand for."""
+    """Return all dotted names that the import statements of a source, and modules loaded by name, may stand for."""
     here = name.split(".") if is_folder else name.split(".")[:-1]
     found = set()
     for node in ast.walk(ast.parse(source)):
@@ -44,6 +45,8 @@ def names_in(name, is_folder, source):
             base = here[: len(here) - node.level + 1] if node.level else []
             module = ".".join([*base, *([node.module] if node.module else [])])
             found |= {module} | {f"{module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            found |= {node.args[0].value} if isinstance(node.args[0], ast.Constant) else set()
     return found
 
 

@@ -5,6 +5,8 @@ The public names load when first used, so that importing skyverse costs nothing.
 
 import lazy_loader
 
+from skyverse.draw.notebooks import show_in_notebooks
+
 _loaded, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
@@ -14,3 +16,6 @@ def __getattr__(name: str) -> object:
     from skyverse.errors import did_you_mean
 
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}{did_you_mean(name, __all__)}")
+
+
+show_in_notebooks()

@@ -3,6 +3,7 @@ from .deconfliction.find_conflicts import find_conflicts as find_conflicts
 from .draw.animation import write_animation as write_animation
 from .draw.animation import write_instants as write_instants
 from .draw.figures import write_figures as write_figures
+from .draw.plot import plot as plot
 from .draw.write_page import write_html as write_html
 from .errors import InputError as InputError
 from .exports import Route as Route

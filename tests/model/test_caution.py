@@ -10,7 +10,7 @@ import skyverse
 from skyverse.model.caution import Caution, stands_out
 
 SOURCE = Path(skyverse.__file__).parent
-ITS_OWN, SQL = SOURCE / "model/caution.py", {SOURCE / "lab/row_file.py", SOURCE / "lab/columns.py"}
+ITS_OWN, SQL = SOURCE / "model/caution.py", {SOURCE / "lab/rows.py"}
 
 
 @pytest.mark.parametrize(

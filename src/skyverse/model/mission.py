@@ -2,12 +2,11 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import Literal, TypeVar
 
 from skyverse.errors import InputError
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.by_name import index_of
-from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.quantities import Flag, Whole
@@ -18,14 +17,11 @@ from skyverse.model.short_lines import as_lines, counted, told_metres
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Certificate, Deconfliction, Violation
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 Part = TypeVar("Part")
 
 
 @dataclass(frozen=True, eq=False)
-class Mission(ArrayRecord, Drawn):
+class Mission(ArrayRecord):
     """The fleet's answer. It embeds its scenario, so that one file is enough for everything that follows.
 
     Attributes
@@ -83,25 +79,6 @@ class Mission(ArrayRecord, Drawn):
             f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",
             f"by {self.provenance.planner_and_seed}",
         )
-
-    def plot(self, figure: str | None = None) -> "Figure":
-        """Return a figure of the mission, by default of its trajectories, or of its paths where nobody flies.
-
-        A notebook shows the figure; ``.savefig("mission.png")`` writes it.
-
-        Parameters
-        ----------
-        figure
-            The name of another figure, as `write_figures` has them: ``"paths"``, ``"flight-start"``,
-            ``"flight-middle"``, ``"flight-end"`` or ``"convergence"``.
-
-        Raises
-        ------
-        InputError
-            If the mission has no such figure; the message names those that it has.
-        """
-        drawn: Figure = drawing().plot_mission(self, figure)
-        return drawn
 
     def result(self, uav: int | str) -> Result:
         """Return the result of a UAV, by its index or name.

@@ -9,16 +9,13 @@ import numpy as np
 
 from skyverse.errors import Remedy, Sentence
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
-from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_metres, told_point
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from skyverse.model.scenario import Scenario
+    pass
 
 
 class Status(Enum):
@@ -158,7 +155,7 @@ CANCELLED = "Cancelled"
 
 
 @dataclass(frozen=True, eq=False)
-class Result(ArrayRecord, Drawn):
+class Result(ArrayRecord):
     """One path, and what is known about it.
 
     Attributes
@@ -220,24 +217,6 @@ class Result(ArrayRecord, Drawn):
             f"by {self.provenance.planner_and_seed}: {counted(self.effort.generated_paths, 'generated path')} "
             f"in {told_seconds(self.seconds)}",
         )
-
-    def plot(self, scenario: "Scenario | None" = None) -> "Figure":
-        """Return the figure of the path from above and from the side, and of the search where it has a history.
-
-        A notebook shows the figure; ``.savefig("path.png")`` writes it.
-
-        Parameters
-        ----------
-        scenario
-            Draws the path in the space of this scenario instead, among its obstacles.
-
-        Raises
-        ------
-        InputError
-            For anything else, such as the name of a figure; a result has none.
-        """
-        figure: Figure = drawing().plot_result(self, scenario)
-        return figure
 
     @property
     def gap(self) -> float | None:

@@ -6,14 +6,13 @@ All units are SI; positions are local metres east, north and up, with an optiona
 import math
 from collections import Counter
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from skyverse.errors import shown
 from skyverse.model.built_with import BuiltWith
 from skyverse.model.digest import digest_of
-from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.frame import Frame, require_true_lengths
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived
@@ -21,9 +20,6 @@ from skyverse.model.round_steps import round_steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MAX_STATES = 5e8
 """States of the exact search on a scenario's lattice, more of which would not fit into memory."""
@@ -192,7 +188,7 @@ def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
     return named
 
 
-class Scenario(Model, Drawn):
+class Scenario(Model):
     """All that is given. Every field is validated; unknown keys are refused.
 
     Attributes
@@ -267,14 +263,6 @@ class Scenario(Model, Drawn):
         )
 
     __str__ = __repr__
-
-    def plot(self) -> "Figure":
-        """Return the figure of the space with starts and targets, and rings around those that are not safe.
-
-        A notebook shows the figure; ``.savefig("scenario.png")`` writes it.
-        """
-        figure: Figure = drawing().plot_scenario(self)
-        return figure
 
     @property
     def risky_zones(self) -> tuple[Zone, ...]:

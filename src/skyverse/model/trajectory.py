@@ -2,21 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray, instants_of
-from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.pointing import Heading, Pointing
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_point
-from skyverse.model.uav import UAV
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Form = Literal["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins"]
 
@@ -34,7 +29,7 @@ class Motion(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory(ArrayRecord, Drawn):
+class Trajectory(ArrayRecord):
     """Position, velocity and acceleration as functions of time: polynomial pieces between knots.
 
     Attributes
@@ -69,24 +64,6 @@ class Trajectory(ArrayRecord, Drawn):
             f"in {counted(pieces, 'polynomial piece')} of degree {degree}",
             self.note,
         )
-
-    def plot(self, uav: UAV | None = None) -> "Figure":
-        """Return the figure of height, speed, climb and acceleration over time.
-
-        A notebook shows the figure; ``.savefig("trajectory.png")`` writes it.
-
-        Parameters
-        ----------
-        uav
-            The UAV that flies it, as in ``scenario.uavs[0]``, whose limits are drawn too.
-
-        Raises
-        ------
-        InputError
-            For anything else, such as the name of a figure; a trajectory has none.
-        """
-        figure: Figure = drawing().plot_trajectory(self, uav)
-        return figure
 
     @property
     def start(self) -> float:
