@@ -7,7 +7,7 @@ import skyverse as sky
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.leg_certificate import LegCertificate
-from skyverse.exports.return_lines import ReturnLines, ReturnSpace
+from skyverse.exports.return_space import Asked, Lines, ReturnSpace
 from skyverse.model.shapes import Terrain
 
 ERROR = sky.TrackingError(horizontal=1.5, vertical=2.0)
@@ -60,12 +60,11 @@ def test_a_leg_in_a_column_keeps_the_error_from_walls_but_not_from_roofs_below(a
 def test_a_return_that_lands_in_a_column_keeps_the_error_from_walls_but_not_from_roofs_below(away, high, clear):
     space = ReturnSpace(scenario(*([] if away is None else [wall(away - 0.25, high)])))  # half the clearance is kept
     top, foot = np.array([[*START[:2], 7.5]]), np.array([START])
-    little, yes = np.array([0.01]), np.array([True])
-    line = ReturnLines(top, foot, little, little, little, foot, top, ~yes, yes, np.array([5.0]), np.zeros((1, 2)))
-    assert space.free(line, ERROR).tolist() == [clear]
-    assert space.proven([(ERROR, line)]) == clear
-    everywhere = line._replace(roof=np.array([-np.inf]))
-    assert not space.free(everywhere, ERROR).any()
+    line = Lines(Asked("obstacles", ERROR, 0.01, (*START[:2], 5.0)), top, foot, np.array([0]))
+    assert space.free(line).tolist() == [clear]
+    assert space.proven([line]) == clear
+    everywhere = line._replace(asked=Asked("obstacles", ERROR, 0.01))
+    assert not space.free(everywhere).any()
 
 
 @pytest.mark.parametrize(("away", "lands"), [(1.0, False), (2.05, True)])
@@ -89,4 +88,4 @@ def test_an_export_of_a_roof_start_says_in_which_column_the_error_does_not_count
     sky.export(mission, tmp_path / "m.plan", on_note=notes.append)
     said = " ".join(notes)
     assert "does not count for the ground and roofs below in the column over its start up to z = 7.501 m" in said
-    assert "in the column over home and wherever it lands counts for all but what lies below" in said
+    assert "its way home is proven at every instant" in said

@@ -21,7 +21,7 @@ ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
 
 
 def up_a_slope():
-    """Two flights up a slope, below a ceiling that keeps them from returning to their homes alone."""
+    """Two flights up a slope, below a ceiling that keeps them from returning at some instants."""
     heights = np.interp(np.linspace(-320, 320, 33), [-200, 200], [0.0, 90.0])[:, None] * np.ones((1, 33))
     ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=2.0)
     flights = [handmade.along([(-200, y, 25.0), (200, y, 115.0)], 60) for y in (-100, 100)]
@@ -30,7 +30,7 @@ def up_a_slope():
     return sky.Mission(scenario, made.assignment, made.results, made.trajectories, (), made.provenance)
 
 
-def test_the_page_shows_every_place_where_a_uav_may_land_and_all_that_is_said(tmp_path, monkeypatch):
+def test_the_page_shows_every_home_and_all_that_is_said(tmp_path, monkeypatch):
     drawn, notes, seen = [], [], []
     page = export_page.page
     monkeypatch.setattr(export_page, "page", lambda scene: drawn.append(scene) or page(scene))
@@ -40,13 +40,11 @@ def test_the_page_shows_every_place_where_a_uav_may_land_and_all_that_is_said(tm
     assert files == [tmp_path / "m-uav-1.plan", tmp_path / "m-uav-2.plan", tmp_path / "m.html"]
     (scene,) = drawn
     for uav, back in enumerate(seen[0].returns):
-        assert len(back.rally) > 0
-        own = [place for place in scene.landings if place.uav == uav]
-        np.testing.assert_allclose([place.position for place in own], [back.plan.home, *back.rally], atol=1e-9)
-        points = json.loads((tmp_path / f"m-uav-{uav + 1}.plan").read_text())["rallyPoints"]["points"]
-        for (latitude, longitude, _), place in zip(points, own[1:], strict=True):
-            said = re.search(r": rally point \d, ([-\d.]+), ([-\d.]+), ", place.words)
-            assert (float(said[1]), float(said[2])) == pytest.approx((latitude, longitude), abs=2e-6)
+        (own,) = [place for place in scene.landings if place.uav == uav]
+        np.testing.assert_allclose(own.position, back.plan.home, atol=1e-9)
+        home = json.loads((tmp_path / f"m-uav-{uav + 1}.plan").read_text())["mission"]["plannedHomePosition"]
+        said = re.search(r": home, ([-\d.]+), ([-\d.]+), ", own.words)
+        assert (float(said[1]), float(said[2])) == pytest.approx(home[:2], abs=2e-6)
     text = (tmp_path / "m.html").read_text("utf-8")
     words = unescape(banner(scene))
     assert notes

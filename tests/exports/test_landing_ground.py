@@ -7,12 +7,9 @@ from dataclasses import replace
 import handmade_exports as handmade
 import numpy as np
 import pytest
-from scipy.interpolate import RegularGridInterpolator
 
 import skyverse as sky
-from skyverse.exports import level_roofs
 from skyverse.exports.landing_ground import why_not_clear, why_not_level
-from skyverse.exports.return_lines import ReturnSpace
 from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
@@ -41,38 +38,6 @@ def mission_over(terrain, corners=((0, 0, 12), (0, 100, 12)), boxes=(), error=0.
     stray = sky.TrackingError(horizontal=error, vertical=error)
     uavs = tuple(uav.model_copy(update={"tracking_error": stray}) for uav in made.scenario.uavs)
     return replace(made, scenario=made.scenario.model_copy(update={"uavs": uavs}))
-
-
-def steepest(terrain, place, reach):
-    """The steepest slope about a place, degrees, by many small differences of SciPy's bilinear ground."""
-    of = RegularGridInterpolator((AXIS, AXIS), terrain.heights)
-    rng = np.random.default_rng(0)
-    angle, away = rng.uniform(0, 2 * np.pi, 4000), reach * np.sqrt(rng.uniform(0, 1, 4000))
-    at = place[:2] + away[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    along = [(of(at + step) - of(at - step)) / 2e-4 for step in ([1e-4, 0], [0, 1e-4])]
-    return float(np.degrees(np.arctan(np.hypot(*along).max())))
-
-
-@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
-def test_rally_points_stand_on_level_ground(tmp_path, suffix, seed):
-    """Random hills of up to 50 degrees; a wall up to the top lets no line lead home from beyond it."""
-    rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(AXIS, AXIS, indexing="ij")
-    heights = sum(
-        rng.uniform(5, 40) * np.exp(-((x - a) ** 2 + (y - b) ** 2) / rng.uniform(15, 60) ** 2)
-        for a, b in rng.uniform(-200, 250, (14, 2))
-    )
-    terrain = ground(heights)
-    wall = ((30, -300, -50), (31, 200, 300))
-    corners = [(0, 0, 120), (0, 250, 120), (60, 250, 120), (60, 0, 120)]
-    (back,), _ = exported(mission_over(terrain, corners, [wall], error=1.5), tmp_path, suffix)
-    assert len(back.rally) > 0
-    beside = {"plan": 1.0, "waypoints": 0.0}[suffix]  # as far beside it begins to descend
-    for place in back.rally:
-        assert steepest(terrain, place, 1.5 + beside) <= 15.0 + 0.01
-    flown = back.plan.predicted().at(np.linspace(*back.plan.arrivals[[0, -1]], 60)).position
-    assert max(steepest(terrain, place, 1.5) for place in flown) > 25.0
 
 
 @pytest.mark.parametrize(("degrees", "lands"), [(14.5, True), (15.5, False), (43.0, False)])
@@ -165,42 +130,6 @@ WINDS = {
 }
 
 
-@pytest.mark.parametrize(
-    ("suffix", "x", "y"), [("plan", 60, 60), ("waypoints", 60, -60), ("waypoints", 250, -250), ("plan", 34, -280)]
-)
-def test_where_a_mission_ends_that_returns_is_told(tmp_path, suffix, x, y):
-    """Beyond a wall up to the top: the UAV lands at a rally point, not at home."""
-    wall = ((30, -300, -50), (31, 200, 300))
-    corners = [(0, 0, 20), (0, 250, 20), (60, 250, 20), (x, y, 20)]
-    (back,), notes = exported(mission_over(slope(0), corners, [wall]), tmp_path, suffix, end="rtl")
-    (said,) = [note for note in notes if "at its end" in note]
-    number = int(np.argmin(np.linalg.norm(back.rally[:, :2] - [x, y], axis=1)))
-    way = (back.rally[number] - back.plan.home)[:2]
-    wind = max(WINDS, key=lambda name: way @ WINDS[name] / np.linalg.norm(WINDS[name]))
-    assert said == (
-        f"uav-1: at its end it returns and lands at rally point {number + 1}, {np.hypot(*way):.0f} m {wind} of home."
-    )
-    (returns,) = [note for note in notes if "it returns at" in note]
-    assert ("m above where it lands" in returns) == (suffix == "plan")
-    _, notes = exported(mission_over(slope(0)), tmp_path, suffix, end="rtl")
-    assert "uav-1: at its end it returns and lands at home." in notes
-
-
-@pytest.mark.parametrize(("suffix", "beside"), [("plan", 1.0), ("waypoints", 0.0)])
-def test_rally_points_stand_clear_of_low_things(tmp_path, suffix, beside):
-    """Posts of 40 cm stand beside all of the flight beyond a wall, but for 20 m; a return could descend beside them."""
-    wall = ((30, -300, -50), (31, 200, 300))
-    corners = [(0, 0, 20), (0, 250, 20), (60, 250, 20), (60, 0, 20)]
-    row = [y for y in range(0, 251, 3) if not 110 < y < 130]
-    posts = [((61.0, y, -1), (61.2, y + 2.9, 0.4)) for y in row] + [((-5, 251, -1), (61, 251.2, 0.4))]
-    (back,), _ = exported(mission_over(slope(0), corners, [wall, *posts]), tmp_path, suffix)
-    assert len(back.rally) > 0
-    for place in back.rally:
-        for low, high in posts:
-            off = np.maximum(np.maximum(np.array(low) - place, place - np.array(high))[:2], 0.0)
-            assert np.linalg.norm(off) >= 1.0 + beside
-
-
 @pytest.mark.parametrize(("high", "away", "lands"), [(0.4, 0.9, False), (0.4, 1.1, True), (1.9, 0.9, False)])
 @pytest.mark.parametrize("error", [0.0, 0.5])
 def test_a_landing_beside_something_low_is_refused(tmp_path, high, away, lands, error):
@@ -217,15 +146,15 @@ def test_a_landing_beside_something_low_is_refused(tmp_path, high, away, lands, 
 
 def test_a_kerb_may_be_beside_where_a_uav_lands():
     for high, clear in ((0.09, True), (0.11, False)):
-        space = ReturnSpace(mission_over(slope(0), boxes=[((0.3, 99, -1), (2, 101, high))]).scenario)
-        assert (why_not_clear(space, 0, np.array([0.0, 100.0, 0.0]), 0.0) is None) == clear
+        scenario = mission_over(slope(0), boxes=[((0.3, 99, -1), (2, 101, high))]).scenario
+        assert (why_not_clear(scenario, 0, np.array([0.0, 100.0, 0.0])) is None) == clear
 
 
 @pytest.mark.parametrize(("low", "clear"), [(0.5, False), (1.9, False), (2.1, True)])
 def test_what_overhangs_the_place_where_a_uav_lands_is_too_near(low, clear):
     """A canopy within twice the clearance of 1 m above the ground: the UAV would pass it on its last metre."""
-    space = ReturnSpace(mission_over(slope(0), boxes=[((-1, 99, low), (1, 101, low + 0.3))]).scenario)
-    assert (why_not_clear(space, 0, np.array([0.0, 100.0, 0.0]), 0.0) is None) == clear
+    scenario = mission_over(slope(0), boxes=[((-1, 99, low), (1, 101, low + 0.3))]).scenario
+    assert (why_not_clear(scenario, 0, np.array([0.0, 100.0, 0.0])) is None) == clear
 
 
 @pytest.mark.parametrize(("rise", "level"), [(0.12, True), (0.15, False), (0.25, False), (-0.12, True), (-0.2, False)])
@@ -233,15 +162,7 @@ def test_a_step_of_a_roof_may_rise_or_fall_as_a_slope_of_15_degrees_does(rise, l
     """The step is half a metre away, where 15 degrees make 0.134 m and 30 degrees 0.289 m."""
     boxes = [((-5, 90, -1), (0.5, 110, 4)), ((0.5, 90, -1), (5, 110, 4 + rise))]
     scenario = mission_over(slope(0), boxes=boxes).scenario
-    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 0.0) is None) == level
-
-
-@pytest.mark.parametrize("degrees", [10.0, 30.0])
-def test_the_lowest_surface_about_a_place_on_a_slope_is_as_low_as_the_slope_is_there(degrees):
-    scenario = mission_over(slope(degrees)).scenario
-    place = np.array([0.0, 100.0, float(scenario.terrain.height(np.array([0.0, 100.0])))])
-    lowest = level_roofs.SurfacesNear(scenario, place[:2], 5.0, None).lowest(place, 2.0)
-    assert lowest == pytest.approx(place[2] - 2.0 * math.tan(math.radians(degrees)), abs=0.01)
+    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0])) is None) == level
 
 
 @pytest.mark.parametrize(("slit", "lands"), [(0.15, False), (0.0, True)])
@@ -255,19 +176,11 @@ def test_a_landing_on_a_roof_with_a_slit_is_refused(tmp_path, slit, lands):
             exported(mission, tmp_path, end="land")
 
 
-@pytest.mark.parametrize(("reach", "level"), [(6.9, True), (7.1, False)])
-def test_at_rally_points_of_px4_a_roof_is_as_large_as_the_error_and_1_m_more(reach, level):
-    roof = [((-7, 93, -1), (7, 107, 4))]
-    scenario = mission_over(slope(0), boxes=roof, error=reach - 1.0).scenario
-    assert why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 0.0) is None
-    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 1.0) is None) == level
-
-
 HALVES = [((-30, 60, -1), (0.2, 140, 4)), ((0.2, 60, -1), (30, 140, 4))]
 ON_ROOFS = {
     "a roof": ([((-30, 60, -1), (30, 140, 4))], 25.0, True),
     "two halves": (HALVES, 9.9, True),
-    "two halves of a wide disc": (HALVES, 10.1, False),
+    "two halves of a wide disc": (HALVES, 10.1, True),
     "a step down": ([HALVES[0], ((0.2, 60, -1), (30, 140, 3))], 5.0, False),
     "a chimney beside the place": ([*HALVES, ((0.5, 100, 4), (0.7, 100.2, 4.4))], 2.0, False),
     "a chimney on one roof": ([((-30, 60, -1), (30, 140, 4)), ((0.5, 100, 4), (0.7, 100.2, 4.4))], 2.0, False),
@@ -279,7 +192,7 @@ ON_ROOFS = {
 def test_whether_a_roof_is_level(case):
     boxes, error, level = ON_ROOFS[case]
     scenario = mission_over(slope(0), boxes=boxes, error=error).scenario
-    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 0.0) is None) == level
+    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0])) is None) == level
 
 
 @pytest.mark.parametrize(("degrees", "level"), [(1.0, True), (8.0, True), (40.0, False)])
@@ -287,14 +200,4 @@ def test_a_roof_is_not_level_where_the_ground_rises_above_it(degrees, level):
     """Eight degrees reach 0.7 m above the roof, 5 m away, which is less steep than what is landed on."""
     boxes = [((-30, 60, -90), (30, 140, 0.01))]
     scenario = mission_over(slope(degrees), boxes=boxes, error=5.0).scenario
-    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 0.01]), 0.0) is None) == level
-
-
-def test_places_of_a_disc_are_not_asked_where_one_roof_is_under_all_of_it(monkeypatch):
-    asked = []
-    monkeypatch.setattr(level_roofs, "disc", lambda radius: asked.append(radius) or np.zeros((1, 3)))
-    place = np.array([0.0, 100.0, 4.0])
-    for boxes, error, times in ((ON_ROOFS["a roof"][0], 8.0, 0), (HALVES, 8.0, 1), (HALVES, 30.0, 0)):
-        asked.clear()
-        why_not_level(mission_over(slope(0), boxes=boxes, error=error).scenario, 0, place, 0.0)
-        assert len(asked) == times
+    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 0.01])) is None) == level

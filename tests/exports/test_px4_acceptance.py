@@ -10,7 +10,9 @@ from exported_fleets import read_orders
 from replayed_autopilot import fly
 
 import skyverse as sky
+from skyverse.exports.flight_parts import flown_legs
 from skyverse.exports.timing import USUAL_TOLERANCE, timed_path
+from skyverse.exports.way_home import WAYS
 from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
@@ -25,7 +27,6 @@ def exported(mission, folder, suffix="plan"):
     seen = []
     sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append)
     (back,) = seen[0].returns
-    assert back.proven
     return back
 
 
@@ -64,7 +65,7 @@ def test_a_wall_is_passed_with_half_the_clearance_also_below_the_return_altitude
     wall = ((30, -200, -50), (31, 200, 50.0))
     flight = handmade.along([(0, 0, 10), (0, 0, 70), (60, 0, 70), (60, 0, 10)], 10)
     back = exported(handmade.mission([flight], boxes=[wall], clearance=1.0, origin=ORIGIN), tmp_path)
-    assert len(back.lost) == 0
+    assert not back.gaps
     level = back.plan.home[2] + parameters(tmp_path)["RTL_RETURN_ALT"]
     for place in ((60.0, 0.0, 10.0), (60.0, 0.0, level - 0.2), (40.0, 0.0, 30.0)):
         assert gap(wall, as_px4(np.array(place), back.plan.home, level)) >= 0.5 - 0.02
@@ -81,16 +82,16 @@ def test_a_descent_that_begins_before_it_is_over_home_keeps_clear_of_walls(tmp_p
     back = exported(mission, tmp_path, suffix)
     beside = np.array([[BESIDE, 0.0, z] for z in np.linspace(1, 12, 100)])
     assert (gap(wall, beside) >= 0.5) == (away >= BESIDE + 0.5)
-    assert (len(back.lost) == 0) == clear
+    assert (not back.gaps) == clear
     if not clear:
-        assert {why.where for why in back.reasons} == {"descent"}
+        assert {gap.why for gap in back.gaps} == {WAYS[2]}
 
 
 def test_a_flight_along_the_bounds_may_return_along_them(tmp_path):
     mission = handmade.mission([handmade.along([(0, 0, 12), (100, 0, 12)], 20)], origin=ORIGIN, terrain=FLAT)
     low = mission.scenario.bounds.model_copy(update={"min": (-300.0, 0.0, -50.0)})
     narrow = replace(mission, scenario=mission.scenario.model_copy(update={"bounds": low}))
-    assert len(exported(narrow, tmp_path).lost) == 0
+    assert not exported(narrow, tmp_path).gaps
 
 
 @pytest.mark.parametrize("degrees", [20, 40])
@@ -101,7 +102,7 @@ def test_a_uav_returns_to_a_home_on_a_slope(tmp_path, degrees):
     flight = handmade.along([(0, 0, 12), (0, 100, 12)], 20)
     mission = handmade.mission([flight], clearance=1.0, origin=ORIGIN, terrain=ground)
     back = exported(mission, tmp_path)
-    assert len(back.lost) == 0
+    assert not back.gaps
     assert back.plan.home[2] == 0.0
 
 
@@ -114,8 +115,7 @@ def test_no_return_altitude_is_written_from_which_px4_climbs_higher(tmp_path, hi
     seen = []
     sky.export(mission, tmp_path / "m.plan", radius=0.3, takeoff=0, on_certificate=seen.append)
     (back,) = seen[0].returns
-    assert back.proven
-    assert (len(back.lost) == 0) == clear
+    assert (not back.gaps) == clear
     assert parameters(tmp_path)["RTL_RETURN_ALT"] >= 2 * BESIDE
 
 
@@ -161,16 +161,17 @@ def test_returns_begin_wherever_a_cut_takeoff_leads(tmp_path):
     box = ((0.1, 4, -50), (0.85, 6, 9.5))  # for which the route keeps the corner
     mission = handmade.mission([flight], boxes=[box], clearance=0.6, origin=ORIGIN, terrain=FLAT)
     back = exported(mission, tmp_path)
-    plan, legs = back.plan, back.way.legs
+    plan, legs = back.plan, flown_legs(back.plan, mission.scenario, 0.0)
     first = as_taken_off(plan)
     turned = first[np.argmax(np.linalg.norm(first - plan.waypoints[1], axis=1) <= plan.route.radius)]
     assert turned[2] < 9.8
     second = turned + np.linspace(0, 1, 200)[:, None] * (plan.waypoints[2] - turned)
-    parts = legs.whole(0.2)
-    low, high = legs.box(parts)
+    parts = legs.parts(0.2)
+    low, high = parts.box
+    low, high = low - legs.off(parts)[0][:, None], high + legs.off(parts)[0][:, None]
     for leg, places in ((0, first[::10]), (1, second)):
         own = parts.leg == leg
-        assert (leg == 0) == (low[own, 2].min() == 9.5)
+        assert (leg == 0) == (parts.box[0][own, 2].min() == 9.5)
         held = ((low[own] <= places[:, None] + 0.01) & (places[:, None] - 0.01 <= high[own])).all(axis=2)
         assert held.any(axis=1).all()
 

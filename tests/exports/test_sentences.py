@@ -64,8 +64,8 @@ def test_a_last_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
     bounds = {"low": (-400, -400, 0), "high": (400, 400, 290)}
     mission = handmade.mission(flights, origin=ORIGIN, boxes=[wall], **bounds, from_home=True)
     notes = []
-    sky.export(mission, tmp_path / "m.wpml.kmz", on_note=notes.append, page=tmp_path / "m.html")
-    assert any(note.startswith("uav-1: no way home from t = ") for note in notes)
+    sky.export(mission, tmp_path / "m.plan", on_note=notes.append, page=tmp_path / "m.html")
+    assert any(note.startswith("uav-1: no way home is proven from t = ") for note in notes)
     warning = "WARNING: no way home is proven at every instant of the flight of uav-1: the table says when."
     assert notes[-1] == warning
     listed = (tmp_path / "m.html").read_text().split("What is exported", 1)[1]
@@ -104,7 +104,7 @@ def test_an_altitude_that_rounds_to_zero_has_no_sign(tmp_path, suffix):
     origin, notes = ORIGIN.model_copy(update={"altitude": -50.03}), []
     mission = handmade.mission([STRAIGHT], origin=origin)
     sky.export(mission, tmp_path / f"m.{suffix}", end="rtl", on_note=notes.append, page=tmp_path / "m.html")
-    (told,) = [note for note in notes if "it may land at" in note]
+    (told,) = [note for note in notes if "it returns at" in note]
     assert " 0.0 m above mean sea level" in told
     said = (tmp_path / "m.html").read_text(encoding="utf-8")
     assert "0.0 m above mean sea level" in said

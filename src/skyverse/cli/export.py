@@ -73,11 +73,10 @@ def export(
     takeoff
         In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
     end
-        Whether a UAV stays at the target, lands below it, on the ground or on a roof, or returns and lands at home,
-        or at a rally point if that is nearer.
+        Whether a UAV stays at the target, lands below it, on the ground or on a roof, or returns and lands at home.
     return_altitude
-        Metres above home at which UAVs return by themselves, unless they are higher; with PX4 above where they land.
-        When left out, 30 m where that is proven, or else what is.
+        Metres above home at which UAVs return by themselves, unless they are higher. When left out, each at another
+        altitude, a separation apart, where there is room: at 30 m or the next that is proven.
     autopilot
         What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
         and .waypoints for ardupilot.
@@ -86,7 +85,7 @@ def export(
     allow_close
         Export even if UAVs come too close to each other, as planned or as their autopilots fly waypoints.
     page
-        A web page to write as well, .html: the mission, where UAVs may land when they return, and what is proven of
+        A web page to write as well, .html: the mission, where UAVs land when they return, and what is proven of
         their waypoints.
     details
         Print all that is proven of waypoints, too: legs, returns and landing places of each UAV, and pairs of UAVs.

@@ -97,10 +97,10 @@ def export(
         where an obstacle is in the way.
     end
         ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, on the ground or on a roof.
-        ``"rtl"``: it returns, as it does by itself when something fails, and lands at home or at a rally point.
+        ``"rtl"``: it returns, as it does by itself when something fails, and lands at home.
     return_altitude
-        Metres above home at which UAVs return by themselves, unless they are higher; with PX4 above where they land. By
-        default 30 m where the way home is proven at that, or a higher altitude if it is not, or else a lower one.
+        Metres above home at which UAVs return by themselves, unless they are higher. By default each UAV returns at
+        another altitude, a separation apart, where there is room: at 30 m or the next that is proven.
     autopilot
         ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``. By
         default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and ``.waypoints`` for ArduPilot.

@@ -9,9 +9,10 @@ from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.mission_page import page
 from skyverse.draw.scene import scene
 from skyverse.exports.flight_verdicts import verdict_table
-from skyverse.exports.return_home import Return
-from skyverse.exports.return_places import return_places
+from skyverse.exports.global_positions import origin_of
+from skyverse.exports.way_home import WayHome
 from skyverse.exports.waypoint_files import ExportCertificate
+from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 
@@ -30,26 +31,18 @@ def write_export_page(path: Path, mission: Mission, certificate: ExportCertifica
     notes
         What the export says, in sentences.
     """
-    landings = [
-        place
-        for back in certificate.returns
-        if back is not None and back.proven
-        for place in _landings(mission.scenario, back)
-    ]
-    drawn = scene(mission)
+    landings = tuple(_home(mission.scenario, back) for back in certificate.returns if back is not None)
     head, rows = verdict_table(certificate.flights)
-    told = replace(drawn, landings=tuple(landings), export_notes=tuple(notes), export_verdicts=(head, *rows))
+    told = replace(scene(mission), landings=landings, export_notes=tuple(notes), export_verdicts=(head, *rows))
     write_text(path, page(told))
 
 
-def _landings(scenario: Scenario, back: Return) -> list[LandingPlace]:
-    """Return where one UAV may land, as it is drawn."""
-    uav, way = back.plan.route.uav, back.way
-    drawn = []
-    for told, (x, y, z), level in zip(return_places(scenario, back), way.places.tolist(), way.levels, strict=True):
-        words = (
-            f"{scenario.uavs[uav].name}: {told.name}, {told.latitude:.6f}, {told.longitude:.6f}, {told.ground:z.1f} m "
-            f"above mean sea level; it returns there at {told.level:z.1f} m or higher"
-        )
-        drawn.append(LandingPlace(uav, words, (x, y, z), float(level)))
-    return drawn
+def _home(scenario: Scenario, back: WayHome) -> LandingPlace:
+    """Return where a UAV lands when it returns, as it is drawn."""
+    uav, (x, y, _) = back.plan.route.uav, back.plan.route.points[0].tolist()
+    latitude, longitude, ground = to_wgs84(origin_of(scenario), back.plan.home[None])[0].tolist()
+    words = (
+        f"{scenario.uavs[uav].name}: home, {latitude:.6f}, {longitude:.6f}, {ground:z.1f} m above mean sea level; it "
+        f"returns there {back.altitude:.4g} m above it, or higher"
+    )
+    return LandingPlace(uav, words, (x, y, float(back.plan.home[2])), back.level)

@@ -1,18 +1,15 @@
 """What matters most of each exported flight: a few facts, and the line of a table that tells them."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.grouped_sentences import few
 from skyverse.exports.mavlink_items import End
-from skyverse.exports.return_home import Return
-from skyverse.exports.return_places import landing_name
 from skyverse.exports.separation import Apart, FleetApart
 from skyverse.exports.timing import circle_reach
+from skyverse.exports.way_home import WayHome
 from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
@@ -21,8 +18,10 @@ MAX_GAPS = 2
 """Times without a way home that a line of the table tells; of more it says only how many."""
 MAX_OTHERS = 3
 """Names of other UAVs in a cell of the table; of more it says only how many."""
-HEADS = ("UAV", "legs", "at its end", "way home", "apart in flight", "apart when returning")
+HEADS = ("UAV", "legs", "at its end", "way home", "apart in flight")
 """The columns of the table."""
+AT_END = {"loiter": "stays at its target", "land": "lands below its target", "rtl": "lands at home"}
+"""How the table tells what UAVs do at their ends."""
 KEPT = {
     Apart.SPACE: "in space",
     Apart.TIMING: "by timing",
@@ -53,10 +52,8 @@ class FlightVerdict:
         The least sure way in which it keeps its separation from any other UAV; ``None`` if it flies alone.
     depends_on
         The UAVs from which it is apart in no surer way than that, unless it is apart from all in space.
-    meets
-        The UAVs to which it may come too close when it returns, while they fly or return as well, each at any instant.
     return_altitude
-        Metres above home, or with PX4 above where it lands, at which it returns; ``None`` where its file names none.
+        Metres above home at which it returns; ``None`` where its file names none.
     """
 
     uav: str
@@ -66,7 +63,6 @@ class FlightVerdict:
     gaps: tuple[tuple[float, float], ...]
     apart: Apart | None
     depends_on: tuple[str, ...]
-    meets: tuple[str, ...]
     return_altitude: float | None = None
 
     @property
@@ -82,8 +78,7 @@ class FlightVerdict:
         if self.apart is None:
             return cells
         flying = KEPT[self.apart] + (f" from {few(self.depends_on, MAX_OTHERS)}" if self.depends_on else "")
-        returning = f"{Caution.NOT} from {few(self.meets, MAX_OTHERS)}" if self.meets else KEPT[Apart.SPACE]
-        return (*cells, flying, returning)
+        return (*cells, flying)
 
     @property
     def _way_home(self) -> str:
@@ -100,9 +95,7 @@ def flight_verdicts(
     plans: Sequence[FlightPlan],
     end: End,
     apart: FleetApart,
-    returns: Sequence[Return | None],
-    returns_apart: Mapping[tuple[int, int], bool],
-    crossed: Mapping[int, Sequence[int]],
+    returns: Sequence[WayHome | None],
 ) -> tuple[FlightVerdict, ...]:
     """Return the verdict on each UAV that flies.
 
@@ -116,10 +109,6 @@ def flight_verdicts(
         How each two UAVs keep their separation.
     returns
         The way home of each flight plan, ``None`` for an aeroplane.
-    returns_apart
-        Of each two UAVs, by their indices, whether they keep their separation when both return.
-    crossed
-        By the index of each UAV that may return, the indices of those whose paths it may then come too close to.
     """
     names = {plan.route.uav: scenario.uavs[plan.route.uav].name for plan in plans}
     made = []
@@ -128,26 +117,20 @@ def flight_verdicts(
         kinds = {other: apart.pairs[min(uav, other), max(uav, other)] for other in others}
         weakest = max(kinds.values(), key=list(Apart).index, default=None)
         timed = [other for other in others if weakest is not Apart.SPACE and kinds[other] is weakest]
-        met = [
-            other
-            for other in others
-            if other in crossed.get(uav, others) or not returns_apart.get((min(uav, other), max(uav, other)), False)
-        ]
         duration = float(plan.arrivals[-1])
-        gaps = np.array([[0.0, duration]]) if back is None or not back.proven else back.lost
-        at_end = {"loiter": "stays at its target", "land": "lands below its target"}.get(end, "")
+        gaps = ((0.0, duration),) if back is None else tuple((gap.begin, gap.end) for gap in back.gaps)
+        at_end = AT_END[end]
         if (reach := circle_reach(scenario, uav)) > 0:
             at_end = f"circles within {reach:.3g} m of its target ({Caution.NOT} proven)"
         made.append(
             FlightVerdict(
                 names[uav],
                 plan.corners_proven,
-                at_end if back is None or at_end else f"lands at {landing_name(back)}",
+                at_end,
                 duration,
-                tuple((float(begin), float(stop)) for begin, stop in gaps),
+                gaps,
                 weakest,
                 tuple(names[other] for other in timed),
-                tuple(names[other] for other in met),
                 None if back is None else back.altitude,
             )
         )
@@ -176,5 +159,4 @@ def _fleet_row(flights: Sequence[FlightVerdict]) -> tuple[str, ...]:
         next(iter(ends)) if len(ends) == 1 else "; ".join(f"{words}: {number}" for words, number in ends.items()),
         share(sum(flight.has_way_home for flight in flights), "at every instant", f"{Caution.NOT} at every instant"),
         KEPT[max(kinds, key=list(Apart).index)],
-        share(sum(not flight.meets for flight in flights), KEPT[Apart.SPACE], Caution.NOT),
     )

@@ -7,8 +7,7 @@ from typing import NamedTuple
 from skyverse.atomic import write_text
 from skyverse.exports.autopilots import PX4_TAKEOFF_RAMP, corner_acceptance
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.return_destinations import ACCEPTANCE
-from skyverse.exports.return_home import Return
+from skyverse.exports.way_home import ACCEPTANCE, WayHome
 
 SUFFIXES = {"px4": ".params", "ardupilot": ".param"}
 REAL, WHOLE = 9, 6
@@ -46,7 +45,7 @@ class Parameter(NamedTuple):
     whole: bool = False
 
 
-def parameters(plan: FlightPlan, back: Return | None) -> list[Parameter]:
+def parameters(plan: FlightPlan, back: WayHome | None) -> list[Parameter]:
     """Return the parameters that make an autopilot fly as predicted, and return as proven; ``None`` for aeroplanes."""
     returning = [] if back is None else [*_return_parameters(back), *_link_parameters(back)]
     return [*_rate_parameters(plan), *returning]
@@ -103,7 +102,7 @@ def _both_names(until: str, since: str, metres: float, *, whole: bool = False) -
     return [Parameter(until, centimetres, whole), Parameter(since, metres)]
 
 
-def _return_parameters(back: Return) -> list[Parameter]:
+def _return_parameters(back: WayHome) -> list[Parameter]:
     """Return the parameters that make an autopilot return straight, at one altitude, and land."""
     altitude, plan = back.altitude, back.plan
     if plan.autopilot.name == "px4":
@@ -128,7 +127,7 @@ def _return_parameters(back: Return) -> list[Parameter]:
     ]
 
 
-def _link_parameters(back: Return) -> list[Parameter]:
+def _link_parameters(back: WayHome) -> list[Parameter]:
     """Return what an autopilot does in a mission when it loses its remote control or its ground station.
 
     It returns if that is proven from every instant of the flight. If not, PX4 holds its position, and ArduPilot, which
@@ -149,7 +148,7 @@ def _link_parameters(back: Return) -> list[Parameter]:
     ]
 
 
-def parameters_text(plan: FlightPlan, name: str, back: Return | None) -> str:
+def parameters_text(plan: FlightPlan, name: str, back: WayHome | None) -> str:
     """Return a parameter file: for PX4 as QGroundControl reads it, for ArduPilot as Mission Planner does."""
     title = plan.autopilot.title
     if plan.autopilot.name == "px4":
@@ -175,7 +174,7 @@ def parameters_text(plan: FlightPlan, name: str, back: Return | None) -> str:
     return "\n".join([*head, *rows]) + "\n"
 
 
-def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str, back: Return | None) -> Path | None:
+def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str, back: WayHome | None) -> Path | None:
     """Write the parameter file beside a mission file; return its path, or ``None`` where there is nothing to write.
 
     DJI's aircraft take no parameters, and those of an aeroplane are its own.

@@ -1,4 +1,4 @@
-"""QGroundControl's ``.plan``: the mission, a geofence around it, and rally points."""
+"""QGroundControl's ``.plan``: the mission and a geofence around it."""
 
 import json
 from itertools import pairwise
@@ -11,8 +11,6 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.leg_deviation import leg_deviation
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
-from skyverse.exports.return_destinations import rally_rows
-from skyverse.exports.return_home import Return
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
@@ -31,10 +29,9 @@ def plan_text(
     flight: FlightPlan,
     reference: AltitudeReference,
     end: End,
-    back: Return | None,
     fence: dict[str, object],
 ) -> str:
-    """Return a ``.plan`` file with the rally points of the way home, and a geofence, which is that of `geofence`."""
+    """Return a ``.plan`` file with a geofence, which is that of `geofence`."""
     route = flight.route
     vehicle = scenario.uavs[route.uav]
     mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], reference).kind]
@@ -51,13 +48,12 @@ def plan_text(
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
-    rally = [] if back is None else rally_rows(scenario, back.plan, back.rally_points)
     plan = {
         "fileType": "Plan",
         "geoFence": fence,
         "groundStation": "QGroundControl",
         "mission": mission,
-        "rallyPoints": {"points": rally, "version": 2},
+        "rallyPoints": {"points": [], "version": 2},
         "version": 1,
     }
     return json.dumps(plan, indent=4) + "\n"

@@ -1,268 +1,404 @@
-"""The way home: whether a UAV that returns by itself, at any instant of its flight, meets anything on its way.
+"""The way home: from when to when of its flight it is proven that a UAV returns by itself without meeting anything.
 
-An autopilot that returns climbs to its return altitude, unless it is higher already, flies straight to its destination
-and descends there. The flight is cut into parts. For the middle of each part the climb, the straight line and the
-descent are checked, with a clearance that grows by half the part's size, so that they hold for all instants of the
-part; parts that fail are halved.
+An autopilot that returns climbs to its return altitude, unless it is higher already, flies straight to home at that
+height and descends there. The flight is cut into parts. For the middle of each part the climb, the level line and the
+descent are asked for, grown by the part's size, so that they hold for all instants of the part; parts that fail are
+halved. The UAV may be off its path by its tracking error when it is called back, and by as much again on its return.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse._typing import Floats
+from skyverse._typing import Floats, Indices
+from skyverse.errors import InputError, is_number
+from skyverse.exports.autopilots import Acceptance, Autopilot
+from skyverse.exports.flight_parts import Parts, flown_legs, joined_parts
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import Parts, Spread, flown_legs, joined_parts
-from skyverse.exports.global_positions import home
 from skyverse.exports.leg_deviation import leg_deviation
-from skyverse.exports.level_roofs import SurfacesNear
-from skyverse.exports.part_lines import Deviation, PartLines
-from skyverse.exports.return_destinations import ACCEPTANCE, Destination, may_be_taken, return_levels
-from skyverse.exports.return_lines import Ground, ReturnLines, ReturnSpace, joined, single
+from skyverse.exports.return_space import Asked, Lines, ReturnSpace, rounded_up, strayed
+from skyverse.exports.separation import kept_distance
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SURFACE_DEPTH
+from skyverse.space.tube import NO_ERROR, is_wall_within
 
-LARGEST_PART = 16.0
-"""Metres: half the length of the longest part of a flight that is checked at once."""
-SMALLEST_PART = 0.05
-"""Metres: half the length of the shortest part; what then fails has no way home."""
-SMALLEST_OF_MANY, MANY_PARTS = 0.2, 6000
-"""Metres: the same where more parts than so many fail at once."""
-CUT_SHARE = 2.5
-"""A part is halved across the cut of a corner only above so many times the smallest size: few corners are cut.
-
-That of the take-off, on the first leg, is halved down to the smallest size itself.
-"""
-SMALLEST_LOST = 0.5
-"""Metres: the same where the way home is blocked from the middle of the part."""
-TRIED_PLACES = 64
+ACCEPTANCE = {"px4": Acceptance(1.0, 0.5), "ardupilot": Acceptance(0.0, 0.0), "dji": Acceptance(0.0, 0.0)}
+"""On a return: `NAV_ACC_RAD` and at most `NAV_MC_ALT_RAD` of PX4's parameter file; the others come to a stop first."""
+RETURN_ALTITUDES = {"px4": (2 * ACCEPTANCE["px4"].radius, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
+"""Metres above home: the least and the greatest return altitude that an autopilot keeps to: PX4 1.14 climbs at least to
+twice its acceptance radius; the others are what files can name, `RTL_ALT` and `globalRTHHeight`."""
+UNPROVEN_NEAR_HOME = {"px4": 0.0, "ardupilot": 0.0, "dji": 50.0}
+"""Metres from home within which no return is proven: a DJI aircraft returns there without a climb."""
+USUAL_ALTITUDE = 30.0
+"""Metres above home: a lower return altitude is taken only where none from here on is as good."""
+MIN_RETURN_ALTITUDE = 5.0
+"""Metres above home: no lower return altitude is chosen where there is room for it."""
+ABOVE_FLIGHT = 0.2
+"""Metres above the whole flight, its error included, of an altitude that is tried: altitudes are rounded to 0.1 m."""
+ALTITUDES, LOW_ALTITUDES = 24, 4
+"""How many return altitudes are tried, from the lowest to the upper bound; and how many lower ones."""
+SEARCHED = 3
+"""How many altitudes are searched where none is clear from all samples of the flight: those from most of them."""
+LARGEST_PART = 32.0
+"""Metres: the longest part of a flight that is asked for at once."""
+SMALLEST_PART, SMALLEST_LOST = 0.1, 1.0
+"""Metres: the longest part that is not halved again; and the same where nothing leads home from its middle either."""
+SAMPLES = 64
 """Places of a flight from which an altitude is tried before it is searched."""
-NEAR_HOME = 50.0
-"""Metres from home within which a DJI aircraft returns without a climb, as its manual says; both are checked there."""
-LANDS_AT_ONCE, SURELY_LANDS = 5.0, 4.5
-"""Metres from home within which a DJI aircraft lands where it is, and within which it does so however it reckons."""
+JOINED_SPANS = 1.0
+"""Seconds: two times without a way home that are less apart are told as one."""
+PAD_STEP = 0.25
+"""Metres between the heights above a start or landing place at which a straying UAV is tried."""
+WAYS = (
+    "the climb is not clear",
+    "the level way home is not clear",
+    "the descent is not clear",
+    "a DJI aircraft this near home returns without a climb",
+)
+"""Why no way home is proven."""
 
 
-class Found(NamedTuple):
-    """The parts of a flight without a way home, and the lines that prove the way home of all others."""
+class Gap(NamedTuple):
+    """A time without a proven way home.
 
-    lost: Parts
-    lines: ReturnLines
-
-
-class WayHome:
-    """Checks the return of one UAV at one return altitude, to each of some destinations that its autopilot may choose.
-
-    Parameters
+    Attributes
     ----------
-    scenario, space
-        The scenario, and what returning UAVs keep clear of.
-    plan
-        The flight.
-    destinations
-        Where it may land, home first.
-    end
-        Where the flight ends, as a place to land at.
-    altitude
-        The return altitude, metres above home.
+    begin, end
+        Seconds into the mission.
+    why
+        Why, in words.
+    place
+        (3,) metres: a place of the flight from which it is not.
     """
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        space: ReturnSpace,
-        plan: FlightPlan,
-        destinations: Sequence[Destination],
-        end: Destination,
-        altitude: float,
-    ) -> None:
+    begin: float
+    end: float
+    why: str
+    place: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class WayHome:
+    """How one UAV comes home by itself.
+
+    Attributes
+    ----------
+    plan
+        Its flight.
+    altitude
+        The return altitude, metres above home.
+    gaps
+        From when to when its way home is not proven, if it keeps its schedule.
+    lines
+        What the referee has to prove of the way home at all other instants.
+    """
+
+    plan: FlightPlan
+    altitude: float
+    gaps: tuple[Gap, ...]
+    lines: tuple[Lines, ...]
+
+    @property
+    def level(self) -> float:
+        """The height z of the return altitude, metres."""
+        return float(self.plan.home[2]) + self.altitude
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether it is proven at every instant of the flight."""
+        return not self.gaps
+
+    @property
+    def nowhere(self) -> bool:
+        """Whether it is proven at no instant of the flight."""
+        return bool(self.gaps) and self.gaps[0][0] <= 0 and self.gaps[0][1] >= self.plan.arrivals[-1]
+
+    @property
+    def ends_safely(self) -> bool:
+        """Whether it is proven from the last waypoint."""
+        return not self.gaps or self.gaps[-1].end < self.plan.arrivals[-1]
+
+
+class Pad(NamedTuple):
+    """A place where a UAV starts or lands, and the heights above it in which its error counts beside it only.
+
+    Attributes
+    ----------
+    foot
+        (3,) metres: how low the centre of the UAV comes there.
+    roof, top
+        z of the highest roof below it, and z above which the error counts for all, metres.
+    """
+
+    foot: Floats
+    roof: float
+    top: float
+
+
+class _Returns:
+    """The returns of one UAV, at any altitude."""
+
+    def __init__(self, scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> None:
         self.scenario, self.space, self.plan = scenario, space, plan
-        self.destinations, self.end, self.altitude = tuple(destinations), end, altitude
-        self.legs = flown_legs(plan, scenario, end.low)
-        self.places = np.array([one.place for one in destinations])
-        self.levels = return_levels(scenario, plan, self.places, altitude)
-        self.column = np.array([one.column for one in destinations])
-        self.climb = np.array([one.climb for one in destinations])
-        self.below = np.array([(one.column, one.low, one.bottom, one.roof) for one in destinations])
-        self.error = scenario.uavs[plan.route.uav].tracking_error
+        vehicle, clearance = scenario.uavs[plan.route.uav], scenario.clearance
+        self.error, self.acceptance = vehicle.tracking_error, ACCEPTANCE[plan.autopilot.name]
+        self.called_back = strayed(self.error, self.error.horizontal, 0.0)  # it does not climb from lower than it was
+        self.landing = strayed(self.error, self.acceptance.radius, 0.0)
+        start, last, home_z = plan.route.points[0], plan.waypoints[-1], float(plan.home[2])
+        self.home = np.array([*start[:2], home_z])
+        self.low = min(home_z + max(clearance, scenario.ground_clearance), float(start[2]))
+        self.pad = self._pad(self._over(self.home, min(home_z + clearance, self.low)), self.low, self.landing)
+        foot = last
+        if len(plan.ending) == 1:
+            below = plan.ending[0]
+            foot = self._over(below, min(float(below[2]) + max(clearance, scenario.ground_clearance), float(last[2])))
+        self.legs = flown_legs(plan, scenario, float(foot[2]))
+        self.pads = [self._pad(one, float(one[2]), self.called_back) for one in (start, foot)]
+        self.whole = self.legs.parts(LARGEST_PART)
+        self.samples = self.legs.samples(SAMPLES)
 
-    def at(self, altitude: float) -> "WayHome":
-        """Return the way home at another altitude, metres above home."""
-        return WayHome(self.scenario, self.space, self.plan, self.destinations, self.end, altitude)
+    @staticmethod
+    def _over(place: Floats, z: float) -> Floats:
+        return np.array([*place[:2], z])
 
-    def search(self, *, to_the_end: bool = True) -> Found:
-        """Return the parts of the flight without a way home, and the lines that prove the way home of all others.
+    def _pad(self, foot: Floats, low: float, error: TrackingError) -> Pad:
+        """Return the pad over a place; its top is where the UAV may stray, as far as there is one above z = `low`."""
+        roof, terrain = float(foot[2]) - self.scenario.clearance, self.scenario.terrain
+        if error == NO_ERROR or is_wall_within(terrain, foot[:2], self.error.horizontal):
+            return Pad(foot, roof, low)
+        highest = self.scenario.clearance + error.horizontal + error.vertical
+        levels = low + np.append(np.arange(0.0, highest, PAD_STEP), highest)
+        points = np.column_stack([np.tile(foot[:2], (len(levels), 1)), levels])
+        clear = self._free(list(self.space.lines(points, points, error, _rounding(len(levels)))), len(levels))
+        return Pad(foot, roof, float(levels[np.argmax(clear)]) if clear.any() else low)
 
-        A search that does not go `to_the_end` ends with the first parts without a way home, and has not found all.
-        """
-        todo = self.legs.whole(2 * LARGEST_PART)
-        lost, proof = [todo.of(np.zeros(0, dtype=np.intp))], []
-        while len(todo.leg):
-            lines, part = self.lines(todo)
-            safe = self.space.free(lines, self.error)
-            free = np.ones(len(todo.leg), dtype=np.bool_)
-            np.logical_and.at(free, part, safe)
-            proof.append(lines.of(free[part]))
-            hopeless = self._hopeless(lines.of(~safe), part[~safe], len(free))
-            smallest = SMALLEST_PART if (~free).sum() <= MANY_PARTS else SMALLEST_OF_MANY
-            left, across = self._larger(todo, np.where(hopeless, SMALLEST_LOST, smallest))
-            lost.append(todo.of(~free & ~left))
-            if not to_the_end and len(lost[-1].leg):
-                break
-            todo = todo.of(~free & left).halved(across[~free & left])
-        return Found(joined_parts(lost), joined(proof))
+    def _free(self, lines: Sequence[Lines], count: int) -> NDArray[np.bool_]:
+        """Tell for each of some parts whether all of its lines are clear, (count,)."""
+        free = np.ones(count, dtype=np.bool_)
+        for one in lines:
+            np.logical_and.at(free, one.some, self.space.free(one))
+        return free
 
-    def _larger(self, parts: Parts, smallest: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Tell which parts are larger than half sizes (n,), and whether they are to be cut across."""
-        along, across = self.legs.halvable(parts)
-        across = np.where(across > np.where(parts.leg == 0, 1.0, CUT_SHARE) * smallest, across, 0.0)
-        return np.maximum(along, across) > smallest, across > along
+    def _over_pad(self, pad: Pad, error: TrackingError, beside: float) -> Iterator[Lines]:
+        """Yield vertical lines over a pad: without the error, and with it among all but roofs below and the ground."""
+        x, y, bottom = pad.foot.tolist()
+        if pad.top <= bottom:
+            return
+        rows, some = (np.array([[x, y, z]]) for z in (pad.top, bottom)), np.zeros(1, dtype=np.intp)
+        top, low = rows
+        yield Lines(Asked("obstacles", TrackingError(horizontal=beside), 2 * MIN_GROWTH), top, low, some)
+        if self.error != NO_ERROR:
+            yield Lines(Asked("obstacles", error, 2 * MIN_GROWTH, (x, y, pad.roof)), top, low, some)
 
-    def halved(self, parts: Parts, smallest: float) -> Parts | None:
-        """Return the halves of some parts; ``None`` if one is smaller than half a size already, metres."""
-        larger, across = self._larger(parts, np.full(len(parts.leg), smallest))
-        return parts.halved(across) if larger.all() else None
+    def home_lines(self) -> list[Lines]:
+        """Return the lines over the pad at home, which all returns share."""
+        top, low = (self._over(self.home, max(z, self.low))[None] for z in (self.pad.top, self.low))
+        ground = self.space.lines(top, low, NO_ERROR, _rounding(1))
+        return [*self._over_pad(self.pad, self.landing, self.acceptance.radius), *ground]
 
-    def blocked(self, parts: Parts | None = None) -> int:
-        """Return from how many parts, or places spread evenly over the flight, the way home meets something."""
-        return int(self._blocked(self.legs.samples(TRIED_PLACES) if parts is None else parts).sum())
+    def lines(self, parts: Parts, level: float) -> Iterator[tuple[int, list[Lines]]]:
+        """Yield the number of each of `WAYS` and the lines that stand for it, of parts of the flight."""
+        count, middle, (low, high) = len(parts.leg), parts.middle, parts.box
+        aside, rise = self.legs.off(parts)
+        bottom, top = low[:, 2] - rise, high[:, 2] + rise
+        knows = top + self.error.vertical <= level  # it climbs to a height that it knows
+        sinks = np.where(knows, 0.0, self.error.vertical)
+        highest, lowest = np.maximum(top + sinks, level), np.maximum(bottom - sinks, level)
+        lowest = lowest - np.where(bottom - self.error.vertical < level, self.acceptance.altitude, 0.0)
+        beside, tall = parts.radius + aside, rounded_up(MAVLINK_ROUNDING + (highest - lowest) / 2)
+        over = [(self._on_pad(parts, pad), pad) for pad in self.pads]
+        begins = np.minimum(np.max([bottom, *(np.where(on, p.top, -np.inf) for on, p in over)], axis=0), highest)
+        up = _at(middle, begins), _at(middle, highest)
+        climbing = beside, np.full(count, MAVLINK_ROUNDING)
+        lines = list(self.space.lines(*up, self.called_back, climbing, climb=True))
+        for on, pad in over:
+            if on.any():
+                for one in self._over_pad(pad, self.called_back, 0.0):
+                    some = np.flatnonzero(on)
+                    same = np.zeros(len(some), dtype=np.intp)
+                    lines.append(Lines(one.asked, one.starts[same], one.ends[same], some))
+        yield 0, lines
+        more = leg_deviation(self.scenario, self._away(parts) + beside + 2 * self.error.horizontal)
+        centre, goals = highest + MAVLINK_ROUNDING - tall, np.broadcast_to(self.home, middle.shape)
+        across = _at(middle, centre), _at(goals, centre)
+        yield 1, list(self.space.lines(*across, self.called_back, (beside + MAVLINK_ROUNDING + more, tall)))
+        down = _at(goals, highest), _at(goals, np.minimum(self.pad.top, highest))
+        yield 2, list(self.space.lines(*down, self.landing, _rounding(count)))
 
-    def blocked_weight(self) -> int:
-        """Return the same of those places, and as many more if the way home from the end of the flight is blocked."""
-        blocked = self._blocked(joined_parts([self.legs.samples(TRIED_PLACES), self.legs.last_place()]))
-        return int(blocked[:-1].sum() + TRIED_PLACES * blocked[-1])
+    def _away(self, parts: Parts) -> Floats:
+        """Return how far the middles of parts are from home, seen from above, (n,) metres."""
+        return np.asarray(np.linalg.norm(parts.middle[:, :2] - self.home[:2], axis=1))
 
-    def _blocked(self, parts: Parts) -> NDArray[np.bool_]:
-        lines, part = self.lines(parts)
-        return self._hopeless(lines, part, len(parts.leg))
+    @staticmethod
+    def _on_pad(parts: Parts, pad: Pad) -> NDArray[np.bool_]:
+        """Tell which parts are straight above a pad, (n,)."""
+        beside = np.abs(parts.corners[..., :2] - pad.foot[:2]).max(axis=(1, 2, 3))
+        return np.asarray((beside <= SAME_PLACE) & (parts.box[0][:, 2] >= pad.foot[2] - LEG_ALLOWANCE))
 
-    def can_climb(self, parts: Parts) -> bool:
-        """Tell whether the climb is clear from any of some parts, so that another destination may help there."""
-        lines, part = self.lines(parts)
-        _, first = np.unique(part, return_index=True)  # a climb stands first
-        return bool(self.space.free(lines.of(first), self.error).any())
+    def _in_bounds(self, parts: Parts, level: float) -> NDArray[np.bool_]:
+        """Tell which parts are within the bounds, and all of their ways home, (n,)."""
+        (low, high), bounds = parts.box, self.scenario.bounds
+        least, most = np.array(bounds.min) - SURFACE_DEPTH, np.array(bounds.max) + SURFACE_DEPTH
+        aside, rise = (np.maximum(off - LEG_ALLOWANCE, 0.0) for off in self.legs.off(parts))
+        reach = np.column_stack([aside, aside]) + 2 * self.error.horizontal
+        inside = (low[:, :2] - reach >= least[:2]).all(axis=1) & (high[:, :2] + reach <= most[:2]).all(axis=1)
+        top = np.maximum(high[:, 2] + rise, level) + self.error.vertical
+        home = self.home[:2] - self.error.horizontal, self.home[:2] + self.error.horizontal
+        return inside & (top <= most[2]) & bool((home[0] >= least[:2]).all() and (home[1] <= most[:2]).all())
 
-    def _hopeless(self, lines: ReturnLines, part: NDArray[np.intp], count: int) -> NDArray[np.bool_]:
-        """Tell for each of some parts whether its lines meet something even where they stand for themselves only."""
-        found = np.zeros(count, dtype=np.bool_)
-        found[part[~self.space.free(single(lines), self.error)]] = True
+    def clear(self, parts: Parts, level: float) -> NDArray[np.bool_]:
+        """Tell which of `WAYS` are clear from parts of the flight, (n, 4)."""
+        found = np.ones((len(parts.leg), len(WAYS)), dtype=np.bool_)
+        for way, lines in self.lines(parts, level):
+            found[:, way] = self._free(lines, len(parts.leg))
+        found[:, 0] &= self._in_bounds(parts, level)
+        found[:, 2] &= self._home_is_free
+        off = parts.radius + self.legs.off(parts)[0] + self.error.horizontal
+        near = UNPROVEN_NEAR_HOME[self.plan.autopilot.name]
+        found[:, 3] = (near == 0) | (self._away(parts) - off > near)
         return found
 
-    def lines(self, parts: Parts) -> tuple[ReturnLines, NDArray[np.intp]]:
-        """Return the lines that stand for the returns from parts of the flight, and the part of each line."""
-        away, legs = self.away(parts), self.legs
-        spread = legs.spread(parts)
-        part, goal = np.nonzero(self.taken(away, sum(spread.level) + legs.off[parts.leg]))
-        return self._lines(parts, spread, away[part, goal], part, goal, part)
-
-    def taken(self, away: Floats, half: Floats) -> NDArray[np.bool_]:
-        """Tell which destinations may be returned to, (n, k), by a UAV `half` (n,) metres off places so far `away`."""
-        return may_be_taken(self.scenario, self.plan.autopilot, away, half + self.error.horizontal)
-
-    def away(self, parts: Parts) -> Floats:
-        """Return how far the middles of parts are from each destination, seen from above, (n, k) metres."""
-        middle = self.legs.middles(parts)
-        return np.asarray(np.linalg.norm(middle[:, None, :2] - self.places[None, :, :2], axis=2))
-
-    def reaches(self, parts: Parts) -> NDArray[np.bool_]:
-        """Tell whether the return from the middle of each part to each destination, (n, k), meets nothing."""
-        count, goals = len(parts.leg), len(self.places)
-        part, goal = np.divmod(np.arange(count * goals), goals)
-        spread, away = self.legs.spread(parts), self.away(parts).ravel()
-        lines, pair = self._lines(parts, spread, away, part, goal, np.arange(len(part)))
-        return ~self._hopeless(lines, pair, len(part)).reshape(count, goals)
-
-    def _lines(
-        self,
-        parts: Parts,
-        spread: Spread,
-        away: Floats,
-        part: NDArray[np.intp],
-        goal: NDArray[np.intp],
-        named: NDArray[np.intp],
-    ) -> tuple[ReturnLines, NDArray[np.intp]]:
-        """Return the lines from some parts to destinations `away` metres, and the number by which each is `named`."""
-        legs = self.legs
-        middle, box = legs.middles(parts), legs.box(parts)
-        off, rise = legs.off[parts.leg], legs.rise[parts.leg]
-        half, aside, upright = (along + across for along, across in spread)
-        half, aside = half + off, aside + off
-        at, level = middle[part], self.levels[goal]
-        over = self.places[goal].copy()
-        more = leg_deviation(self.scenario, away + half[part] + self.error.horizontal)
-        beside = MAVLINK_ROUNDING + more
-        knows = (box[1][:, 2] + rise)[part] + self.error.vertical <= level  # it climbs to a level that it knows
-        rounded = np.full(len(part), MAVLINK_ROUNDING)
-        known = Deviation(half[part] + beside, aside[part] + more, rounded, off[part] + more, rounded)
-        free = Deviation(*(column[part] + more for column in (half + rise, aside, upright + rise, off, rise)))
-        top = np.maximum(at[:, 2], level)
-        highest, lowest = (np.maximum(z, level) for z in ((box[1][:, 2] + rise)[part], (box[0][:, 2] - rise)[part]))
-        flown = free._replace(above=np.maximum(highest - top, top - lowest))  # it flies home at its level or higher
-        across = Deviation(*(np.where(knows, a, b) for a, b in zip(known, flown, strict=True)))
-        lines = PartLines(named, box[0][part], box[1][part], self.error)
-        column, roof = self._column(at, box[0][part, 2])
-        foot, turn = at.copy(), at.copy()
-        turn[:, 2] = over[:, 2] = top
-        foot[:, 2] = np.clip(column, at[:, 2], top)
-        every = np.ones(len(part), dtype=np.bool_)
-        climb = across._replace(above=free.above)
-        lines.add(foot, turn, climb, every, ground=Ground.NEAR, on_path=True)
-        lines.add_in_column(at, foot, climb, foot[:, 2] > at[:, 2], roof, ground=Ground.NONE, on_path=True)
-        radius, beneath = ACCEPTANCE[self.plan.autopilot.name]
-        climbs = box[0][part, 2] - self.error.vertical < level
-        lag = np.where(climbs, beneath / 2, 0.0)  # it goes on below the level, and climbs the rest on its way
-        lower = np.column_stack([np.zeros((len(part), 2)), lag])
-        lag = lag + np.where(knows, 0.0, self.error.vertical)  # it flies home as high as it is when it is called back
-        lines.add(turn - lower, over - lower, across, every, on_path=True, lax=np.column_stack([0 * lag, lag]))
-        above = np.maximum(over[:, 2], box[1][part, 2])
-        below = self.below[goal].T
-        vertical = Deviation(rounded, rounded, rounded, rounded, np.full(len(part), LEG_ALLOWANCE))
-        lines.descend(over, above, below, vertical, every, lax=(radius, 0.0))
-        if self.plan.autopilot.name == "dji":
-            flat = over.copy()
-            flat[:, 2] = at[:, 2]
-            least = away - half[part] - self.error.horizontal  # it may be nearer to home than it is taken to be
-            near = least <= NEAR_HOME
-            near &= away + aside[part] + self.error.horizontal > SURELY_LANDS
-            lines.add(at, flat, free, near, ground=Ground.NEAR, on_path=True, lax=(0.0, self.error.vertical))
-            close = least <= LANDS_AT_ONCE
-            around = free.aside + 2 * self.error.horizontal
-            there = self.below[goal].T.copy()
-            there[0] = self.climb[goal]
-            there += self._lower(at, around, close)  # it lands on what is there, not at home
-            lines.descend(at, box[1][part, 2], there, free, close, on_path=True)
-        return lines.made()
-
-    def _lower(self, places: Floats, aside: Floats, some: NDArray[np.bool_]) -> Floats:
-        """Return how much the lowest surface about places (n, 3) is above home, (n,), below 0 if lower; all metres.
-
-        Only `some` of the places are asked, and as far around them as a UAV may be `aside`, (n,), its error included.
-        """
-        asked = np.unique(np.column_stack([places, aside])[some], axis=0)
-        lowest = {tuple(row): self._surfaces.lowest(row[:3], float(row[3])) for row in asked}
-        lower = np.zeros(len(places))
-        home = float(self.plan.home[2])
-        lower[some] = [lowest[tuple(row)] - home for row in np.column_stack([places, aside])[some]]
-        return lower
-
     @cached_property
-    def _surfaces(self) -> SurfacesNear:
-        """On what it may land at once."""
-        floor = float(home(self.scenario, self.plan.route.uav)[2]) if self.scenario.terrain is None else None
-        reach = LANDS_AT_ONCE + 3 * LARGEST_PART + 2 * self.error.horizontal
-        return SurfacesNear(self.scenario, self.plan.home[:2], reach, floor)
+    def _home_is_free(self) -> bool:
+        return bool(self._free(self.home_lines(), 1)[0])
 
-    def _column(self, places: Floats, lowest: Floats) -> tuple[Floats, Floats]:
-        """Return z up to which places are in the column over the own start or the flight's end, and its roof.
+    def at(self, altitude: float) -> WayHome:
+        """Return the way home at an altitude, metres above home."""
+        level, todo = float(self.home[2]) + altitude, self.whole
+        none = np.zeros(0, dtype=np.intp)
+        proven, lost, whys = [todo.of(none)], [todo.of(none)], [none]
+        while len(todo.leg):
+            clear = self.clear(todo, level)
+            free = np.logical_and.reduce(clear, axis=1)
+            proven.append(todo.of(free))
+            rest = todo.of(~free)
+            hopeless = ~self.clear(rest.points, level).all(axis=1)
+            small = np.max(rest.sizes, axis=0) <= np.where(hopeless, SMALLEST_LOST, SMALLEST_PART)
+            lost.append(rest.of(small))
+            whys.append(np.argmin(clear[~free][small], axis=1))
+            todo = rest.of(~small).halved()
+        lines = [one for _, some in self.lines(joined_parts(proven), level) for one in some]
+        gaps = self._gaps(joined_parts(lost), np.concatenate(whys))
+        return WayHome(self.plan, altitude, gaps, (*lines, *self.home_lines()) if lines else ())
 
-        `places` (n, 3) stand for parts of the flight that go down to `lowest`, (n,), metres.
+    def _gaps(self, lost: Parts, whys: Indices) -> tuple[Gap, ...]:
+        """Return the times at which parts are flown, those that touch as one, with the first reason and place."""
+        gaps: list[Gap] = []
+        times, middle = self.legs.seconds(lost), lost.middle
+        for part in np.lexsort((times[:, 1], times[:, 0])).tolist():
+            begin, end = times[part].tolist()
+            found = Gap(begin, end, WAYS[whys[part]], middle[part])
+            if gaps and begin <= gaps[-1].end + JOINED_SPANS:
+                told = found if gaps[-1].why == WAYS[-1] else gaps[-1]
+                gaps[-1] = told._replace(begin=gaps[-1].begin, end=max(gaps[-1].end, end))
+            else:
+                gaps.append(found)
+        return tuple(gaps)
+
+    def blocked(self, altitude: float) -> float:
+        """Return from how many samples of the flight an altitude leads into something; its end counts as all others."""
+        free = np.logical_and.reduce(self.clear(self.samples, float(self.home[2]) + altitude)[:, :-1], axis=1)
+        return float((~free[:-1]).sum() + (len(free) - 1) * (not free[-1]))
+
+    def best(self, taken: Sequence[tuple[float, float]]) -> WayHome:
+        """Return the way home at the first altitude at which it is proven at every instant, or else the best.
+
+        Altitudes are preferred that are as far from those that are `taken`, z and how far to keep from it, metres.
         """
-        top, roof = np.full((2, len(places)), -np.inf)
-        for one in (self.destinations[0], self.end):
-            held = (np.abs(places[:, :2] - one.place[:2]).max(axis=1) <= SAME_PLACE) & (one.climb > top)
-            top[held] = one.climb
-            roof[held] = np.where(lowest >= one.foot - SAME_PLACE, one.foot_roof, one.roof)[held]
-        return top, roof
+        altitudes = self._altitudes([z + side * keep for z, keep in taken for side in (-1.0, 1.0)])
+        blocked = {one: self.blocked(one) for one in altitudes}
+        apart = [one for one in altitudes if all(abs(self.home[2] + one - z) >= keep for z, keep in taken)]
+        for one in (*apart, *(one for one in altitudes if one not in apart)):
+            if not blocked[one]:
+                found = self.at(one)
+                if all(gap.why == WAYS[-1] for gap in found.gaps):
+                    return found
+        tried = [self.at(one) for one in sorted(altitudes, key=lambda one: blocked[one])[:SEARCHED]]
+        return min(tried, key=lambda way: (not way.ends_safely, sum(gap.end - gap.begin for gap in way.gaps)))
+
+    def _altitudes(self, more: Sequence[float]) -> list[float]:
+        """Return the return altitudes to try, metres above home, and those of some heights z: the usual ones first.
+
+        Then come those that are no lower than the flight itself, and at last lower ones, the highest of them first.
+        """
+        scenario, waypoints, home = self.scenario, self.plan.waypoints, float(self.home[2])
+        top = scenario.bounds.max[2] - self.error.vertical
+        low = min(max(float(waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
+        flown = float(waypoints[:, 2].max())
+        above = flown + self.error.vertical + max(self.plan.route.deviations, default=0.0) + ABOVE_FLIGHT
+        levels = [*np.linspace(low, top, ALTITUDES), home + USUAL_ALTITUDE, flown, above, *more]
+        if scenario.terrain is not None and scenario.max_height is not None:
+            lowest = float(scenario.terrain.lowest_ground.height(waypoints[:, :2]).min())
+            most = lowest + scenario.max_height - self.error.vertical - LEG_ALLOWANCE
+            levels += np.linspace(low, most, ALTITUDES).tolist()
+        least, most = RETURN_ALTITUDES[self.plan.autopilot.name]
+        lower = np.linspace(least, low - home, LOW_ALTITUDES, endpoint=False)
+        tenths = np.unique(np.round(10 * np.r_[np.clip(levels, low, top) - home, lower] - 0.499)) / 10
+        able = [one for one in tenths.tolist() if least <= one <= most] or [least]
+
+        def preference(altitude: float) -> tuple[int, float]:
+            if altitude >= USUAL_ALTITUDE:
+                return 0, altitude
+            return (1, altitude) if home + altitude >= flown else (2, -altitude)
+
+        return sorted(able, key=preference)
+
+
+def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float | None = None) -> list[WayHome | None]:
+    """Return how each UAV comes home, ``None`` for aeroplanes, whose circles are not judged.
+
+    Return altitudes are the one that is asked for, metres above home, or else apart from one another by the separations
+    of UAVs, where there is room. What the referee does not prove is not proven.
+    """
+    space, found = ReturnSpace(scenario), list[WayHome | None]()
+    for plan in plans:
+        if scenario.uavs[plan.route.uav].fixed_wing is not None:
+            found.append(None)
+            continue
+        returns = _Returns(scenario, space, plan)
+        taken = [(one.level, layer(scenario, one.plan, plan)) for one in found if one is not None]
+        found.append(returns.best(taken) if altitude is None else returns.at(altitude))
+    if space.proven([line for one in found if one is not None for line in one.lines]):
+        return found
+    return [one if one is None or space.proven(one.lines) else _unproven(one) for one in found]
+
+
+def _unproven(way: WayHome) -> WayHome:
+    """Return a way home of which nothing is proven."""
+    return replace(
+        way, gaps=(Gap(0.0, float(way.plan.arrivals[-1]), "the referee does not prove it", way.plan.waypoints[0]),)
+    )
+
+
+def layer(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> float:
+    """Return how many metres the heights at which two UAVs return must be apart to keep their separation."""
+    keep = kept_distance(scenario, first.route.uav, second.route.uav)
+    return keep.above + keep.error_above + ACCEPTANCE[first.autopilot.name].altitude
+
+
+def require_return_altitude(autopilot: Autopilot, altitude: float) -> None:
+    """Raise `InputError` for a return altitude, metres above home, that an autopilot does not keep to."""
+    least, most = RETURN_ALTITUDES[autopilot.name]
+    if not (is_number(altitude) and least <= altitude <= most):
+        until = f"to {most:g}" if most < math.inf else "on"
+        raise InputError(
+            f"expected metres above home from {least:g} {until} for {autopilot.title}, found {altitude!r}",
+            field="return_altitude",
+        )
+
+
+def _at(places: Floats, z: Floats) -> Floats:
+    """Return places (n, 3) at heights z (n,), metres."""
+    return np.column_stack([places[:, :2], z])
+
+
+def _rounding(count: int) -> tuple[Floats, Floats]:
+    """Return how far rounding puts each of some lines off, beside and up or down, metres."""
+    off = np.full(count, MAVLINK_ROUNDING)
+    return off, off

@@ -14,21 +14,17 @@ from skyverse.exports.file_names import file_for_each, write_zip
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.flight_verdicts import FlightVerdict, flight_verdicts
 from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.grouped_sentences import few, grouped
+from skyverse.exports.grouped_sentences import few
 from skyverse.exports.landing import landing_place, require_landings, stand
 from skyverse.exports.landing_ground import ground_notes, require_clear_landings, require_level_landings
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
-from skyverse.exports.return_home import Return, certified, plan_return, require_return_altitude
-from skyverse.exports.return_lines import ReturnSpace
-from skyverse.exports.return_places import landing_name
-from skyverse.exports.return_sentences import pairs_sentences, rally_sentences, require_returns, return_sentences
-from skyverse.exports.returns_apart import SweptReturns, paths_crossed, returns_apart
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
 from skyverse.exports.speed_limits import return_warnings, speed_notes, with_limited_speeds
+from skyverse.exports.way_home import WayHome, require_return_altitude, ways_home
 from skyverse.exports.waypoint_notes import (
     AS_PLANNED,
     MAX_TOLD,
@@ -36,11 +32,14 @@ from skyverse.exports.waypoint_notes import (
     lowered_takeoffs,
     made_for,
     not_apart_when_returning,
+    not_in_layers,
     proofs,
+    require_returns,
+    return_sentences,
     schedule_note,
     start_together,
 )
-from skyverse.exports.wpl import rally_text, waypoints_text
+from skyverse.exports.wpl import waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.caution import Caution
 from skyverse.model.mission import Mission
@@ -75,20 +74,12 @@ class ExportCertificate:
         How each two UAVs keep their separation.
     returns
         The way home of each UAV that flies, ``None`` for an aeroplane.
-    returns_apart
-        Of each two UAVs but aeroplanes, by their indices, the lower first: whether they keep their separation when both
-        return, each at any instant of its flight.
-    crossed
-        By the index of each UAV but aeroplanes, the indices of those from whose whole paths its separation is not
-        proven when it returns, at any instant of its flight.
     flights
         What matters most of each UAV that flies.
     """
 
     apart: FleetApart
-    returns: tuple[Return | None, ...]
-    returns_apart: dict[tuple[int, int], bool]
-    crossed: dict[int, tuple[int, ...]]
+    returns: tuple[WayHome | None, ...]
     flights: tuple[FlightVerdict, ...]
 
 
@@ -123,15 +114,9 @@ def export_waypoints(
         require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
         plans = [with_limited_speeds(scenario, _returning(*each)) for each in zip(plans, returns, strict=True)]
     apart = fleet_apart(scenario, plans)
-    swept = [None if back is None else SweptReturns(back) for back in returns]
-    together = returns_apart(scenario, [one for one in swept if one is not None])
-    crossed = paths_crossed(scenario, plans, [one for one in swept if one is not None], apart.tolerance)
-    flights = flight_verdicts(scenario, plans, options.end, apart, returns, together, crossed)
-    on_certificate(ExportCertificate(apart, tuple(returns), together, crossed, flights))
+    flights = flight_verdicts(scenario, plans, options.end, apart, returns)
+    on_certificate(ExportCertificate(apart, tuple(returns), flights))
     notes = [*proofs(scenario, plans, from_home=options.altitude == "home")]
-    if options.end == "rtl":
-        ends = [(scenario.uavs[back.plan.route.uav].name, landing_name(back)) for back in returns if back is not None]
-        notes += grouped([(name, f"at its end it returns and lands at {place}.") for name, place in ends], len(plans))
     warnings = list(return_warnings(scenario, plans))
     if len(plans) > 1:
         planned = not apart_by_timing_only(mission)
@@ -141,8 +126,8 @@ def export_waypoints(
         if options.end == "rtl" and not apart.only(Apart.SPACE):
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
             warnings += [*not_apart_when_returning(scenario, plans, apart)]
-    notes += return_sentences(scenario, plans, returns, crossed)
-    notes += [*rally_sentences(scenario, returns), *pairs_sentences(scenario, together)]
+    notes += return_sentences(scenario, plans, returns)
+    warnings += not_in_layers(scenario, returns)
     notes += ground_notes(scenario, plans)
     notes += speed_notes(scenario, plans)
     if plans[0].autopilot.rises is None:
@@ -163,26 +148,25 @@ def export_waypoints(
     return files
 
 
-def _returns(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float | None) -> list[Return | None]:
-    """Return the certified way home of each UAV, at an altitude if one is asked for, ``None`` for aeroplanes."""
+def _returns(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float | None) -> list[WayHome | None]:
+    """Return the way home of each UAV, at an altitude if one is asked for, ``None`` for aeroplanes."""
     if altitude is not None:
         require_return_altitude(plans[0].autopilot, altitude)
-    space = ReturnSpace(scenario)
-    found = [plan_return(scenario, space, plan, altitude) for plan in plans]
+    found = ways_home(scenario, plans, altitude)
     if altitude is not None and None in found:
         raise InputError(
             "aeroplanes return as their autopilots are set: files name no altitude", field="return_altitude"
         )
-    proven = iter(certified(scenario, space, [one for one in found if one is not None]))
-    return [None if one is None else next(proven) for one in found]
+    return found
 
 
-def _returning(plan: FlightPlan, back: Return | None) -> FlightPlan:
+def _returning(plan: FlightPlan, back: WayHome | None) -> FlightPlan:
     """Return a flight plan that ends with the return, which `require_returns` knows to be proven."""
     assert back is not None
-    top, over = plan.waypoints[-1].copy(), back.landing.copy()
-    top[2] = over[2] = back.level
-    return replace(plan, ending=np.stack([top, over, back.landing]))
+    home = np.array([*plan.route.points[0][:2], plan.home[2]])
+    top, over = plan.waypoints[-1].copy(), home.copy()
+    top[2] = over[2] = max(back.level, top[2])
+    return replace(plan, ending=np.stack([top, over, home]))
 
 
 def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointOptions) -> list[FlightPlan]:
@@ -264,7 +248,7 @@ def _written(
     suffix: str,
     scenario: Scenario,
     plans: Sequence[FlightPlan],
-    returns: Sequence[Return | None],
+    returns: Sequence[WayHome | None],
     options: WaypointOptions,
     on_note: Callable[[str], object],
 ) -> Iterator[Path]:
@@ -276,16 +260,12 @@ def _written(
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
             if suffix == ".plan":
-                write_text(file, plan_text(scenario, plan, options.altitude, options.end, back, fence))
+                write_text(file, plan_text(scenario, plan, options.altitude, options.end, fence))
             elif suffix == ".waypoints":
                 write_text(file, waypoints_text(scenario, plan, options.altitude, options.end))
             else:
                 write_zip(file, wpml_parts(scenario, plan, part, options.altitude, options.end, back))
             yield file
         beside.append(write_parameters(own, suffix, plan, name, back))
-        if suffix == ".waypoints" and back is not None and len(back.rally):
-            rally = own.with_name(own.name[: -len(suffix)] + ".ral")
-            write_text(rally, rally_text(scenario, back))
-            on_note(f"{Caution.BEFORE} each flight of {name}, load its rally points: {rally}.")
     for note in made_for(plans, names, beside):
         on_note(note)

@@ -1,20 +1,25 @@
-"""What exports say of waypoints beside ways home: proofs of legs, the schedule, the files, and returns not apart."""
+"""What exports say of waypoints: proofs of legs, ways home, the schedule and the files."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
-from skyverse.errors import Remedy, Sentence
+from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.global_positions import home_on_globe
+from skyverse.exports.global_positions import home_on_globe, origin_of
 from skyverse.exports.grouped_sentences import few, grouped
+from skyverse.exports.return_space import CLEARANCE_SHARE
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart, named_pairs
 from skyverse.exports.timing import circle_reach
+from skyverse.exports.way_home import Gap, WayHome, layer
 from skyverse.model.caution import Caution
+from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import counted
 from skyverse.numerics.tolerances import SAME_PLACE
+from skyverse.space.tube import NO_ERROR
 
 MAX_TOLD = 6
 """UAVs that one sentence names; of more it says only how many."""
@@ -65,6 +70,78 @@ def _figures(flown: Sequence[tuple[str, FlightPlan]]) -> Iterator[str]:
 def _corners(plan: FlightPlan) -> str:
     """Return how corners are flown, in words."""
     return plan.route.corners if plan.corners_proven else f"corners {Caution.NOT} proven"
+
+
+def return_sentences(
+    scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[WayHome | None]
+) -> Iterator[str]:
+    """Yield sentences on the way home of each flight plan, ``None`` for an aeroplane, and on what returns keep."""
+    kept = []
+    for plan, back in zip(plans, returns, strict=True):
+        name = scenario.uavs[plan.route.uav].name
+        if back is None:
+            yield (
+                f"{name}: no way home is proven of an aeroplane, neither its return nor the circles that it flies at "
+                "home; choose the altitude of its return yourself."
+            )
+            continue
+        latitude, longitude, ground = to_wgs84(origin_of(scenario), plan.home[None])[0].tolist()
+        yield (
+            f"{name}: it returns at {back.altitude:.4g} m above home, which is at {latitude:.6f}, {longitude:.6f}, "
+            f"{ground:z.1f} m above mean sea level, or as high as it is if that is higher."
+        )
+        yield from (f"{name}: no way home is proven {_gap_text(scenario, gap)}." for gap in back.gaps[:MAX_TOLD])
+        if not back.nowhere:
+            kept.append((name, _kept(scenario, plan.route.uav, "when it is" if back.gaps else "at every instant")))
+    yield from grouped(kept, len(plans))
+
+
+def _gap_text(scenario: Scenario, gap: Gap) -> str:
+    """Return from when to when no way home is proven, why, and from where."""
+    latitude, longitude, sea = to_wgs84(origin_of(scenario), gap.place[None])[0].tolist()
+    return (
+        f"from t = {told_seconds(gap.begin)} to {told_seconds(gap.end)}: {gap.why}, from "
+        f"{latitude:.5f}, {longitude:.5f}, {sea:z.0f} m above mean sea level"
+    )
+
+
+def _kept(scenario: Scenario, uav: int, when: str) -> str:
+    """Return what a proven way home keeps, and when."""
+    kept = f"{CLEARANCE_SHARE * scenario.clearance:.4g} m"
+    if scenario.terrain is not None and scenario.ground_clearance < scenario.clearance:
+        kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
+    error = " and its tracking error" if scenario.uavs[uav].tracking_error != NO_ERROR else ""
+    return f"its way home is proven {when}: climb, level way and descent are clear by {kept}{error}."
+
+
+def require_returns(scenario: Scenario, backs: Sequence[tuple[int, WayHome | None]]) -> None:
+    """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why.
+
+    `backs` are the indices of UAVs and their ways home, ``None`` for aeroplanes.
+    """
+    stay = [Remedy("end", "loiter", "to stay at the target")]
+    planes = [scenario.uavs[uav].name for uav, back in backs if back is None]
+    if planes:
+        raise InputError(f"{', '.join(planes)}: the return of an aeroplane cannot be proven", field="end", give=stay)
+    lost = [(scenario.uavs[uav].name, back) for uav, back in backs if back is not None and not back.ends_safely]
+    if lost:
+        told = [f"{name}: at {back.altitude:.4g} m above home {back.gaps[-1].why}" for name, back in lost]
+        raise InputError(f"no way home is proven from the last waypoint: {few(told, MAX_TOLD)}", field="end", give=stay)
+
+
+def not_in_layers(scenario: Scenario, returns: Sequence[WayHome | None]) -> Iterator[str]:
+    """Yield a warning on UAVs whose return altitudes are less apart than their separation."""
+    flown = [back for back in returns if back is not None]
+    near = [
+        (a.plan.route.uav, b.plan.route.uav)
+        for a, b in combinations(flown, 2)
+        if abs(a.level - b.level) < layer(scenario, a.plan, b.plan) - SAME_PLACE
+    ]
+    if near:
+        yield (
+            f"{Caution.WARNING}: return altitudes are less than a separation apart: {named_pairs(scenario, near)}; "
+            "let one land before the other returns."
+        )
 
 
 def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], apart: FleetApart) -> Iterator[Sentence]:

@@ -5,8 +5,6 @@ import math
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, home_on_globe
 from skyverse.exports.mavlink_items import MAVLINK_FRAMES, Command, End, MissionItem, mission_items
-from skyverse.exports.return_destinations import rally_rows
-from skyverse.exports.return_home import Return
 from skyverse.model.altitude import AboveSea
 from skyverse.model.scenario import Scenario
 
@@ -17,12 +15,6 @@ def waypoints_text(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefe
     rows = [_row(0, 1, MAVLINK_FRAMES[AboveSea], Command.WAYPOINT, first)]
     rows += [_item(k, item) for k, item in enumerate(mission_items(scenario, plan, reference, end), 1)]
     return "\n".join(["QGC WPL 110", *rows]) + "\n"
-
-
-def rally_text(scenario: Scenario, back: Return) -> str:
-    """Return rally points as Mission Planner and MAVProxy read them: latitude, longitude, metres above home."""
-    rows = rally_rows(scenario, back.plan, back.rally_points)
-    return "".join(f"RALLY\t{lat:.10f}\t{lon:.10f}\t{alt:.3f}\t0.000\t0.000\t0\n" for lat, lon, alt in rows)
 
 
 def _item(number: int, item: MissionItem) -> str:

@@ -10,7 +10,7 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
 from skyverse.exports.kml import KML
 from skyverse.exports.mavlink_items import End
-from skyverse.exports.return_home import Return
+from skyverse.exports.way_home import WayHome
 from skyverse.exports.xml_text import add_texts, document_text
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
@@ -33,7 +33,7 @@ class _Wayline:
     part: range
     reference: AltitudeReference
     end: str
-    back: Return | None
+    back: WayHome | None
 
     @property
     def uav(self) -> int:
@@ -53,7 +53,7 @@ class _Wayline:
 
 
 def wpml_parts(
-    scenario: Scenario, plan: FlightPlan, part: range, reference: AltitudeReference, end: End, back: Return | None
+    scenario: Scenario, plan: FlightPlan, part: range, reference: AltitudeReference, end: End, back: WayHome | None
 ) -> dict[str, str]:
     """Return the texts of the files in the archive, by name, for a part of a plan's waypoints."""
     last = part[-1] == len(plan.waypoints) - 1
