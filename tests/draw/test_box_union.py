@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyverse.draw.box_union import touching, united
+from skyverse.draw.world_traces import touching, united
 from skyverse.model.shapes import Box, Sphere
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import skyverse as sky
 from browser import opened
-from skyverse.draw.first_view import FROM_THE_SOUTH, first_view
+from skyverse.draw.drawn_world import FROM_THE_SOUTH, first_view
 from skyverse.draw.page import scene_data
 from skyverse.draw.scene import scene
 from skyverse.model.shapes import Terrain

@@ -15,17 +15,15 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.draw import shape_kinds as kinds_module
 from skyverse.draw.drawn_world import MAP_MARGIN
-from skyverse.draw.figure_world import legend_entries
 from skyverse.draw.figures import trajectories
+from skyverse.draw.map_figure import legend_entries
 from skyverse.draw.map_traces import contours, from_above, spacing
-from skyverse.draw.mission_page import page
-from skyverse.draw.mission_tables import flight_table
+from skyverse.draw.mission_page import flight_table, page
 from skyverse.draw.page import scene_data
 from skyverse.draw.palette import KINDS
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
-from skyverse.draw.scenario_scene import scenario_scene
-from skyverse.draw.scene import scene
+from skyverse.draw.scene import scenario_scene, scene
 from skyverse.draw.shape_geometry import below, coarser, faces, footprint, span, surface
 from skyverse.draw.triangulation import triangles, turned
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE

@@ -9,9 +9,9 @@ import pytest
 import skyverse as sky
 from browser import opened
 from skyverse.draw.page import scene_data, told_frame
-from skyverse.draw.scenario_page import scenario_page
-from skyverse.draw.scenario_scene import scenario_scene
+from skyverse.draw.scene import scenario_scene
 from skyverse.draw.scene_traces import in_space
+from skyverse.draw.write_page import scenario_page
 from towns import town
 
 ROOM = sky.Scenario(

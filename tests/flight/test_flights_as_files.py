@@ -11,7 +11,7 @@ from handmade import mission, straight
 from skyverse import cli
 from skyverse.draw import animation
 from skyverse.draw.animation import instants
-from skyverse.draw.flight_scene import flight_scene
+from skyverse.draw.scene import flight_scene
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason='pip install "skyverse[flight]"')

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.atomic import whole_file, write_text
-from skyverse.draw.figure_files import Line, fleet_figure, write_stills
-from skyverse.draw.flight_scene import flight_scene
+from skyverse.draw.figures import Line, fleet_figure, write_stills
 from skyverse.draw.map_figure import INK, ends, legend, line, map_figure, uav
 from skyverse.draw.replanned_film import replanned_frames, still
 from skyverse.draw.replanned_scene import ReplannedScene
-from skyverse.draw.scene import Scene
+from skyverse.draw.scene import Scene, flight_scene
 from skyverse.draw.track import Track
 from skyverse.errors import InputError
 from skyverse.model.flight_record import Flight

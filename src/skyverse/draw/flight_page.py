@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from skyverse.draw.flight_scene import SAMPLE_STRIDE, flight_scene
 from skyverse.draw.margin_traces import told
 from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import (
@@ -22,7 +21,7 @@ from skyverse.draw.page_parts import (
     uav_row,
 )
 from skyverse.draw.plotly_values import Trace, flat, plain, trace
-from skyverse.draw.scene import MissionScene
+from skyverse.draw.scene import SAMPLE_STRIDE, MissionScene, flight_scene
 from skyverse.model.disturbances import told_weather
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.short_lines import told_metres

@@ -5,9 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
-from skyverse.draw.scene import Scene
+from skyverse.draw.scene import LandingPlace, Scene
 from skyverse.draw.track import Track
 
 

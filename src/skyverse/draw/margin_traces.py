@@ -3,8 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.draw.active_zones import when_they_are_drawn
-from skyverse.draw.mover_traces import ways_and_edges
+from skyverse.draw.mover_traces import ways_and_edges, when_they_are_drawn
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import surface

@@ -1,4 +1,4 @@
-"""Movers on pages: their ways as thin lines, and their edges, outlines and names, which the page moves."""
+"""Movers and zones with active times on pages: ways as thin lines, and edges and names, which the page moves."""
 
 from typing import Any
 
@@ -8,6 +8,10 @@ from skyverse._typing import Floats
 from skyverse.draw.mover_shapes import edges_of, ring_of
 from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
 from skyverse.draw.scene import Scene
+from skyverse.draw.shape_geometry import outline
+from skyverse.model.shape_extent import extent
+from skyverse.model.shapes import Box, Voxels, Zone
+from skyverse.model.temporary_zones import temporary_zones
 
 SAMPLES = 400
 """Instants at which a mover's way is sampled; on pages it moves straight from one to the next."""
@@ -86,3 +90,30 @@ def _ways(scene: Scene) -> Floats:
 
 def _xyz(points: Floats) -> Trace:
     return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}
+
+
+def active_zones_in_space(scene: Scene) -> list[Trace]:
+    """Return the line of the edges of active zones, which the page fills in as time passes."""
+    if not temporary_zones(scene.scenario):
+        return []
+    nowhere = {"x": [None], "y": [None], "z": [None]}
+    return [trace("scatter3d", "lines", "Active zones", nowhere, None, {"role": "active"}, line={"width": 4})]
+
+
+def active_zones(scene: Scene) -> list[dict[str, Any]]:
+    """Return for each zone with active times its edges, and from when until when it is active; open ends are None."""
+    zones = [scene.scenario.zones[number] for number in temporary_zones(scene.scenario)]
+    return [{"spans": zone.active, "edges": [flat(column) for column in _edges(zone).T]} for zone in zones]
+
+
+def when_they_are_drawn(scene: Scene) -> str:
+    """Return a sentence that says how zones with active times are drawn; empty where there are none."""
+    return "Zones with active times: edges drawn while they are active." if temporary_zones(scene.scenario) else ""
+
+
+def _edges(zone: Zone) -> Floats:
+    """Return the edges of a zone; of voxels, which have none, those of the box around them."""
+    if isinstance(zone, Voxels):
+        low, high = extent(zone)
+        return outline(Box(min=low, max=high))
+    return outline(zone)

@@ -5,10 +5,9 @@ import re
 from importlib.resources import files
 from typing import Any
 
-from skyverse.draw.active_zones import active_zones
-from skyverse.draw.first_view import first_view
+from skyverse.draw.drawn_world import first_view
 from skyverse.draw.map_traces import from_above
-from skyverse.draw.mover_traces import mover_motions
+from skyverse.draw.mover_traces import active_zones, mover_motions
 from skyverse.draw.palette import style_sheet
 from skyverse.draw.plotly_values import flat, round_step
 from skyverse.draw.profile_traces import from_the_side

@@ -4,11 +4,9 @@ from functools import singledispatch
 
 from matplotlib.figure import Figure
 
-from skyverse.draw.figure_files import fleet_figure
-from skyverse.draw.figures import given, mission_figures
+from skyverse.draw.figures import fleet_figure, given, mission_figures
 from skyverse.draw.line_figures import has_search, motion_figure, path_figure
-from skyverse.draw.scenario_scene import scenario_scene
-from skyverse.draw.scene import Scene, scene
+from skyverse.draw.scene import Scene, scenario_scene, scene
 from skyverse.draw.track import track
 from skyverse.errors import InputError, shown
 from skyverse.model.mission import Mission

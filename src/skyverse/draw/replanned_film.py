@@ -14,11 +14,11 @@ from skyverse.draw.moving_view import (
     UNSEEN,
     WAY_OUT,
     MovingView,
+    OrthographicView,
     doubt_style,
     mover_style,
     range_style,
 )
-from skyverse.draw.orthographic_view import OrthographicView
 from skyverse.draw.palette import FINDINGS, LIGHT
 from skyverse.draw.replanned_scene import ReplannedScene
 

@@ -1,27 +1,53 @@
-"""All that a picture of a mission shows, as data, for pages and figures alike."""
+"""All that a picture of a scenario, a mission or a flight shows, as data, for pages and figures alike."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Literal
 
+import numpy as np
+
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
-from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.palette import TARGET_TO_REACH, TARGET_TO_SPARE
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
 from skyverse.errors import in_words
+from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.flight_table import BoundKind, bound_kind
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.planned_flights import PlannedFlight, planned_flights
+from skyverse.model.replanned_flight import ReplannedFlight
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Verdict, Violation
 from skyverse.space.mission_cautions import mission_cautions
 from skyverse.space.named_columns import NamedColumn, fleet_columns
+from skyverse.space.unsafe_points import unsafe_points
 
 MAX_PROFILE_POINTS = 10_000
 """The largest number of points of all profiles together."""
+
+
+@dataclass(frozen=True)
+class LandingPlace:
+    """Where a UAV may land when it returns.
+
+    Attributes
+    ----------
+    uav
+        Its index.
+    words
+        What is told of the place.
+    position
+        x, y, z in metres.
+    level
+        z at which the UAV returns there, unless it is higher already, metres.
+    """
+
+    uav: int
+    words: str
+    position: Point
+    level: float
 
 
 @dataclass(frozen=True)
@@ -166,3 +192,57 @@ def _note(flight: PlannedFlight, flies: bool) -> str:
     if not flight.result.status.reached:
         return f": {in_words(flight.result.status.sentence)}"
     return " has a path but no trajectory along it." if flies and flight.trajectory is None else ""
+
+
+def scenario_scene(scenario: Scenario) -> Scene:
+    """Return the scene of a scenario: its UAVs at their starts, and every target as one to which no UAV flies yet."""
+    return Scene(
+        scenario=scenario,
+        tracks=tuple(
+            track(PlannedFlight(uav=uav), number, scenario.bounds) for number, uav in enumerate(scenario.uavs)
+        ),
+        spare_targets=tuple((target.name, target.position) for target in scenario.targets),
+        findings=tuple(
+            SceneFinding(
+                severity="error",
+                kind="start" if point.field.startswith("uavs") else "target",
+                uavs=(point.name,),
+                message=f"{point.advice}.",
+                time=None,
+                position=point.position,
+            )
+            for point in unsafe_points(scenario)
+        ),
+    )
+
+
+SAMPLE_STRIDE = 5
+"""One sample of a flight in this many is drawn."""
+
+
+def flight_scene(flight: Flight | ReplannedFlight) -> MissionScene:
+    """Return the scene of `flight`; the path of a track is the planned trajectory, its positions are as flown.
+
+    That of a flight that was replanned shows the truth, and as paths what was commanded.
+    """
+    if isinstance(flight, ReplannedFlight):
+        flight = flight.flight
+    planned = scene(flight.mission)
+    tracks = tuple(_track(track, flown) for track, flown in zip(planned.tracks, flight.flown, strict=True))
+    return replace(
+        planned,
+        tracks=tracks,
+        curves=(),
+        findings=tuple(replace(finding_of(planned.scenario, one), severity="error") for one in flight.violations),
+        notes=(),
+        complete=True,
+    )
+
+
+def _track(planned: Track, flown: Flown | None) -> Track:
+    meant = planned.positions
+    if flown is None:
+        return replace(planned, path=meant)
+    kept = np.unique(np.r_[0 : len(flown.times) : SAMPLE_STRIDE, len(flown.times) - 1])
+    times = flown.times[kept]
+    return replace(planned, path=meant, times=times, positions=flown.positions[kept], arrival=float(times[-1]))

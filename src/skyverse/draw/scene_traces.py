@@ -8,9 +8,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw import landings
-from skyverse.draw.active_zones import active_zones_in_space
 from skyverse.draw.margin_traces import ceiling, columns, separations, tube
-from skyverse.draw.mover_traces import movers_in_space
+from skyverse.draw.mover_traces import active_zones_in_space, movers_in_space
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
 from skyverse.draw.scene import MissionScene, Scene

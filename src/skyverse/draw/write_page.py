@@ -1,15 +1,35 @@
 """Missions and scenarios written as web pages."""
 
+import math
+from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 
+import numpy as np
+
+from skyverse._version import __version__
 from skyverse.atomic import write_text
 from skyverse.draw.mission_page import page
-from skyverse.draw.scenario_page import scenario_page
-from skyverse.draw.scenario_scene import scenario_scene
-from skyverse.draw.scene import scene
+from skyverse.draw.page import filled, scene_data
+from skyverse.draw.page_parts import (
+    MAX_SHOWN_FINDINGS,
+    card,
+    facts_list,
+    finding_line,
+    number,
+    table,
+    tiles,
+    uav_row,
+)
+from skyverse.draw.scene import Scene, scenario_scene, scene
+from skyverse.draw.track import Point
 from skyverse.errors import require_kind
+from skyverse.model.digest import short
+from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
+from skyverse.model.temporary_zones import temporary_zones
 
 
 def write_html(mission: Mission | Scenario, path: str | Path) -> None:
@@ -26,3 +46,103 @@ def write_html(mission: Mission | Scenario, path: str | Path) -> None:
     require_kind(path, (str, Path), "path")
     text = scenario_page(scenario_scene(mission)) if isinstance(mission, Scenario) else page(scene(mission))
     write_text(Path(path), text)
+
+
+_WORDS = {"layers": {}, "iterations": "", "value": "", "log": False}
+TIMES = " \N{MULTIPLICATION SIGN} "
+
+
+def scenario_page(drawn: Scene) -> str:
+    """Return the page of a scenario's scene, in which every string that a user gave is escaped."""
+    scenario = drawn.scenario
+    parts = {
+        "title": escape(scenario.name),
+        "description": escape(scenario.description),
+        "tiles": _tiles(scenario),
+        "banner": _banner(drawn),
+        "space": "Space",
+        "still": "Nothing is planned yet.",
+        "lines": "Rings mark starts and targets that are not safe." if drawn.findings else "",
+        **dict.fromkeys(("chart", "axis", "curves", "dashed", "details"), ""),
+        "numbers": "Starts and targets",
+        "table": _table(drawn),
+        "footer": _footer(scenario),
+    }
+    return filled(parts, scene_data(drawn) | {"search": [], "words": _WORDS, "planned": False})
+
+
+def _tiles(scenario: Scenario) -> str:
+    low, high, step = scenario.bounds.min, scenario.bounds.max, scenario.lattice.step
+    sizes = [b - a for a, b in zip(low, high, strict=True)]
+    nodes = math.prod(int(size / one + 1e-9) + 1 for size, one in zip(sizes, step, strict=True))
+    ground = "no terrain" if scenario.terrain is None else "over a terrain"
+    shown = [
+        ("UAVs", f"{len(scenario.uavs):,}", counted(len(scenario.targets), "target")),
+        ("Obstacles", f"{len(scenario.obstacles):,}", f"kept away from by {scenario.clearance:g} m"),
+        ("Zones", f"{len(scenario.zones):,}", "may be entered, at a risk, slowly or at times"),
+        ("Bounds", TIMES.join(f"{size:,.6g}" for size in sizes), f"metres, {ground}"),
+        ("Lattice", f"{nodes:,}", f"nodes, {TIMES.join(f'{one:g}' for one in step)} m apart"),
+    ]
+    return tiles(shown)
+
+
+def _banner(drawn: Scene) -> str:
+    """Return a card that says whether all starts and targets are safe, and how each of the others is not."""
+    found = drawn.findings
+    ends = len(drawn.scenario.uavs) + len(drawn.scenario.targets)
+    if found:
+        heading = f"{len(found):,} of {ends:,} starts and targets {'is' if len(found) == 1 else 'are'} not safe."
+        lines = "".join(finding_line(finding) for finding in found[:MAX_SHOWN_FINDINGS])
+        return card("bad", "✕", heading, f"<ul>{lines}</ul>")
+    if not ends:
+        return card("note", "i", "There are no UAVs and no targets.", "<p>They can be given when it is planned.</p>")
+    said = f"They are in bounds and {drawn.scenario.clearance:g} m or more from every obstacle."
+    if temporary_zones(drawn.scenario):
+        said += " Zones with active times were not looked at: the referee judges flights and stays among them."
+    return card("good", "✓", "All starts and targets are safe.", f"<p>{said}</p>")
+
+
+def _table(drawn: Scene) -> str:
+    scenario = drawn.scenario
+    unsafe = {(finding.kind, finding.uavs) for finding in drawn.findings}
+    ends = [("start", track.name, track.colour, track.start) for track in drawn.tracks]
+    ends += [("target", target.name, drawn.spare_colour, target.position) for target in scenario.targets]
+    columns: list[tuple[str, str]] = [("x", "east, metres"), ("y", "north, metres"), ("z", "up, metres")]
+    columns += [("Above ground", "height above the terrain")] if scenario.terrain is not None else []
+    columns += (
+        [("Latitude, longitude", "WGS84"), ("Altitude", "above sea")] if scenario.frame.origin is not None else []
+    )
+    rows = [
+        uav_row(name, colour, (kind, _pill((kind, (name,)) not in unsafe)), _cells(scenario, place))
+        for kind, name, colour, place in ends
+    ]
+    heads = [("Name", ""), ("What", ""), ("Safe", ""), *columns]
+    return table("Metres in the local frame: x is east, y north, z up.", heads, rows, text_columns=3)
+
+
+def _cells(scenario: Scenario, place: Point) -> Sequence[str]:
+    cells = [number(value) for value in place]
+    if scenario.terrain is not None:
+        cells.append(f"{number(place[2] - float(scenario.terrain.height(np.array(place[:2]))), 1)} m")
+    if scenario.frame.origin is not None:
+        latitude, longitude, altitude = to_wgs84(scenario.frame.origin, [place])[0]
+        cells += [f"{number(latitude, 6)}, {number(longitude, 6)}", f"{number(altitude, 1)} m"]
+    return cells
+
+
+def _pill(safe: bool) -> str:
+    return f'<span class="pill {"good" if safe else "bad"}">{"safe" if safe else "not safe"}</span>'
+
+
+def _footer(scenario: Scenario) -> str:
+    sources = "; ".join(
+        f"{source.file} ({source.gives}; {source.licence or 'licence unknown'})" for source in scenario.sources
+    )
+    facts = {
+        "Scenario": f"{scenario.name} ({short(scenario.digest)})",
+        "Clearance": f"{scenario.clearance:g} m, above ground {scenario.ground_clearance:g} m",
+        "skyverse": __version__,
+    }
+    if scenario.max_height is not None:
+        facts["Ceiling"] = f"{scenario.max_height:g} m above ground"
+    return facts_list(facts | ({"Sources": sources} if sources else {}))

@@ -5,9 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from skyverse.atomic import write_text
-from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.mission_page import page
-from skyverse.draw.scene import scene
+from skyverse.draw.scene import LandingPlace, scene
 from skyverse.exports.flight_verdicts import verdict_table
 from skyverse.exports.global_positions import origin_of
 from skyverse.exports.way_home import WayHome
