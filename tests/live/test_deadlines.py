@@ -8,15 +8,15 @@ import pytest
 
 import skyverse as sky
 from replanned import field, hall
-from skyverse.live import choose_course, choose_loiter
+from skyverse.live import search, surroundings
 
-KINDS = {"multirotor": (hall, choose_course, 0.3), "aeroplane": (field, choose_loiter, 8.0)}
+KINDS = {"multirotor": (hall, 0.3), "aeroplane": (field, 8.0)}
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("readings", [0, 3])
 def test_the_effort_after_a_deadline_does_not_grow_with_the_horizon(kind, readings, monkeypatch):
-    made, module, radius = KINDS[kind]
+    made, radius = KINDS[kind]
     mission = sky.plan_mission(made())
     efforts = []
     for horizon in (30.0, 600.0):
@@ -28,11 +28,11 @@ def test_the_effort_after_a_deadline_does_not_grow_with_the_horizon(kind, readin
             for k in range(5)
         ]
         flight.observe(0.0, movers=balls, deadline_ms=0.0)
-        looked, found = itertools.count(), module.first_contact
+        looked, found = itertools.count(), surroundings.first_contact
         clock = itertools.chain(itertools.repeat(float("-inf"), readings), itertools.repeat(float("inf")))
         with monkeypatch.context() as patched:
-            patched.setattr(module, "time", SimpleNamespace(perf_counter=lambda clock=clock: next(clock)))
-            patched.setattr(module, "first_contact", lambda *a, n=looked, f=found: (next(n), f(*a))[1])
+            patched.setattr(search, "time", SimpleNamespace(perf_counter=lambda clock=clock: next(clock)))
+            patched.setattr(surroundings, "first_contact", lambda *a, n=looked, f=found: (next(n), f(*a))[1])
             (answer,) = flight.observe(0.1, movers=balls, deadline_ms=1.0)
         efforts.append((answer.tried, next(looked)))
     assert max(tried for tried, _ in efforts) <= readings

@@ -10,7 +10,6 @@ from replanned import BALL, certified, faults, hall
 from skyverse.live.guidance import Way
 from skyverse.live.policies import make_policy
 from skyverse.live.policies.policy import NO_EFFORT, Found, Policy
-from skyverse.live.policy_flight import PolicyFlight
 
 CROSSING = sky.Mover(
     name="cart", shape=BALL, motion=sky.WaypointMotion(points=[(10, 0, 1), (10, 10, 1)], times=[0, 20], then="returns")
@@ -24,13 +23,9 @@ class Blind(Policy):
 
     proof: bool = True
 
-    @property
-    def needs_proof(self):
-        return self.proof
-
     def find(self, known):
         target = np.array(known.scenario.targets[known.target].position)
-        return Found(Way(target[None], np.zeros(1), np.full(1, -1)), NO_EFFORT)
+        return Found(Way(target[None], np.zeros(1), np.full(1, -1)), NO_EFFORT, proof=self.proof)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,9 +38,7 @@ class Clueless(Policy):
 
 def flight(policy, mission=None, seed=0):
     mission = sky.plan_mission(hall()) if mission is None else mission
-    own = sky.Replanner(mission)
-    rng = np.random.default_rng(seed)
-    return PolicyFlight(mission, policy, horizon=own.horizon, lead=own.lead, memory=own.memory, rng=rng)
+    return sky.Replanner(mission, policy=policy, rng=seed)
 
 
 def flown(one, *movers, obstacles=(), longest=60.0):

@@ -8,7 +8,6 @@ import pytest
 import skyverse as sky
 from replanned import BALL, field, fly, hall
 from skyverse.live.policies.velocity_obstacles import VelocityObstacles
-from skyverse.live.policy_flight import PolicyFlight
 from skyverse.model.pointing import wrapped
 from skyverse.referee.heading import judge_heading
 
@@ -123,11 +122,10 @@ def test_a_nose_goes_on_where_the_uav_is_found_elsewhere_and_without_a_mission_t
 
 def test_policies_turn_noses_too():
     mission = sky.plan_mission(hall(targets=[sky.Target(position=(9, 9, 1))]))
-    own = sky.Replanner(mission)
-    settings = {"horizon": own.horizon, "lead": own.lead, "memory": own.memory, "rng": np.random.default_rng(0)}
-    flying = PolicyFlight(mission, VelocityObstacles(), **settings)
+    settings = {"policy": VelocityObstacles(), "rng": 0}
+    flying = sky.Replanner(mission, **settings)
     turned = replace(mission.trajectories[0], pointing=None)  # as in files of older versions
-    for start in (flying, PolicyFlight(replace(mission, trajectories=(turned,)), VelocityObstacles(), **settings)):
+    for start in (flying, sky.Replanner(replace(mission, trajectories=(turned,)), **settings)):
         assert sky.fly_closed_loop(start, mission.scenario, sky.Sensor(range=6.0), longest=20.0)
         whole = start.flown(0)
         t = np.linspace(0.5, whole.end, 100)

@@ -14,7 +14,6 @@ from skyverse.lab.job import Case, Job, KnownBeforehand, OwnReplanner
 from skyverse.lab.row import Row
 from skyverse.live.closed_loop import fly_closed_loop
 from skyverse.live.policies.policy import Policy
-from skyverse.live.policy_flight import PolicyFlight
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.mission.plan_mission import plan_mission
@@ -74,11 +73,13 @@ def _replanned(job: Job, truth: Scenario) -> _Flown:
     assert traffic is not None
     known = traffic.known(case.scenario, job.seed)
     mission = _mission(Case("", known, case.assignment))
-    flight: Replanner | PolicyFlight
-    flight = own = Replanner(mission, candidates=job.planner.candidates if isinstance(job.planner, OwnReplanner) else 1)
-    if isinstance(job.planner, Policy):
-        rng = np.random.default_rng([job.seed, 2])
-        flight = PolicyFlight(mission, job.planner, horizon=own.horizon, lead=own.lead, memory=own.memory, rng=rng)
+    own, policy = isinstance(job.planner, OwnReplanner), isinstance(job.planner, Policy)
+    flight = Replanner(
+        mission,
+        policy=job.planner if policy else None,  # type: ignore[arg-type]
+        rng=np.random.default_rng([job.seed, 2]),
+        **({"candidates": job.planner.candidates} if own else {}),  # type: ignore[union-attr]
+    )
     answers: list[Replan] = []
     arrived = fly_closed_loop(
         flight, truth, traffic.sensor, longest=traffic.longest, rng=job.seed, on_answers=answers.extend
@@ -86,7 +87,7 @@ def _replanned(job: Job, truth: Scenario) -> _Flown:
     uavs = range(len(known.uavs))
     ends = [flight.arrival(uav) for uav in uavs if mission.assignment[uav] is not None]
     arrival = max((end for end in ends if end is not None), default=0.0) if arrived else None
-    effort = flight.effort if isinstance(flight, PolicyFlight) else Effort(0, 0, sum(one.tried for one in answers))
+    effort = flight.effort
     flown = tuple(flight.flown(uav) for uav in uavs)
     return _Flown(mission, flown, arrival, answers, [1e3 * one.seconds for one in answers], effort)
 

@@ -23,12 +23,14 @@ from skyverse.live.aeroplane_course import (
     timed,
     turn,
 )
-from skyverse.live.choose_loiter import choose_loiter
+from skyverse.live.aeroplane_search import AeroplaneSearch
 from skyverse.live.course import STAY, followed, of_one_degree
 from skyverse.live.guidance import path_from
 from skyverse.live.pilot import Pilot
+from skyverse.live.policies.policy import Found
 from skyverse.live.replan import Choice, Span
-from skyverse.live.surroundings import Surroundings, first_contact
+from skyverse.live.search import Budget
+from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory, joined
@@ -205,15 +207,15 @@ class Aeroplane(Pilot):
             return True
         return self.course.leaves < now and now - self.planned >= self.seconds_of_way_out(self.uav)
 
-    def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
-        """Return the pilot with the course that is chosen."""
+    def choose(self, around: Surroundings, span: Span, budget: Budget, answer: Found | None) -> tuple[Self, Choice]:
+        """Return the pilot with the course that is chosen; policies are not asked."""
         pilot = self._at(span)
         if pilot.course.stands:
             return pilot, _choice_of_staying(pilot.course.motion, around, span)
         course, plan, able = pilot.course, pilot.plan, pilot._able
         since = max(pilot.done, course.planned_until(max(span.join, course.motion.start)))
         ahead = None if plan is None else places_ahead(plan, since, able)
-        course, choice = choose_loiter(course, ahead, able, around, span, most_tried, deadline)
+        course, choice = AeroplaneSearch(course, ahead, able, around, span, budget).choose()
         return replace(pilot, course=course), choice
 
     def _at(self, span: Span) -> Self:
@@ -247,7 +249,6 @@ def _stayed(course: AeroplaneCourse, place: Floats, until: float) -> tuple[Traje
 
 def _choice_of_staying(motion: Trajectory, around: Surroundings, span: Span) -> Choice:
     """Return what is known of an aeroplane that stands."""
-    knots, rows = motion.knots.copy(), motion.coefficients.copy()
-    mover, contact = first_contact(around.moving.shapes, knots, rows, 0.0, span.now, span.apart)
-    free = bool(around.world.free(rows[0, 0])[0])
-    return Choice(True, free and mover < 0, mover, contact, 0)
+    contact = around.contact(motion.knots, motion.coefficients, span.now, span.apart)
+    free = bool(around.world.free(motion.coefficients[0, 0].copy())[0])
+    return Choice(True, free and contact.mover < 0, contact, 0)

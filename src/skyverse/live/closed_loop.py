@@ -7,15 +7,14 @@ import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.replan import Replan
+from skyverse.live.replanner import Replanner
 from skyverse.live.tracks import Sighting
-from skyverse.model.mission import Mission
 from skyverse.model.mover import Ellipsoid, Mover, MoverShape
 from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.quantities import MAX_INSTANT, derived
@@ -23,7 +22,6 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Shape, Sphere
-from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
@@ -151,38 +149,8 @@ class Observation:
     obstacles: tuple[Shape, ...]
 
 
-class InFlight(Protocol):
-    """A mission in flight, as a `Replanner` or a `PolicyFlight`: observations in, motions out."""
-
-    @property
-    def mission(self) -> Mission:
-        """What is flown."""
-
-    @property
-    def lead(self) -> float:
-        """Seconds from an observation at which a new motion begins."""
-
-    @property
-    def horizon(self) -> float:
-        """Seconds from an observation up to which motions are proven."""
-
-    def observe(
-        self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape], gone: Sequence[str]
-    ) -> tuple[Replan, ...]:
-        """Take in what was seen at an instant, and replan all UAVs."""
-
-    def predicted(self) -> tuple[Mover, ...]:
-        """Return the movers that are kept in mind."""
-
-    def motion(self, uav: int) -> Trajectory:
-        """Return what a UAV flies from now on."""
-
-    def arrival(self, uav: int) -> float | None:
-        """Return the instant at which a UAV's motion ends at its target, or ``None``."""
-
-
 def fly_closed_loop(
-    replanner: InFlight,
+    replanner: Replanner,
     truth: Scenario,
     sensor: Sensor,
     *,
@@ -195,7 +163,7 @@ def fly_closed_loop(
     Parameters
     ----------
     replanner
-        Of the mission, or another that answers observations. Afterwards, its `flown` tells what was flown.
+        Of the mission. Afterwards, its `flown` tells what was flown.
     truth
         The mission's scenario with all movers, which move as they state, and all obstacles that there are.
     sensor

@@ -8,11 +8,13 @@ from typing import ClassVar, Self
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.choose_course import choose_course
 from skyverse.live.course import Course, Planned, followed, planned_motion
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees_its_way
+from skyverse.live.multirotor_search import MultirotorSearch
 from skyverse.live.pilot import LOST, SPARE, Pilot
+from skyverse.live.policies.policy import Found, PolicySearch
 from skyverse.live.replan import Choice, Span
+from skyverse.live.search import Budget
 from skyverse.live.steered_heading import steered_heading, still
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
@@ -55,6 +57,8 @@ class Multirotor(Pilot):
         Whether movers have kept it from coming nearer to this target for long; they may do so again.
     waits
         Whether it comes to rest and stays there, as far as that is proven, while a mission is planned for all.
+    memory
+        What a policy's last answer asked to be kept; ``None`` at first.
     """
 
     course: Course
@@ -67,6 +71,7 @@ class Multirotor(Pilot):
     waited: bool = False
     waits: bool = False
     pointed: tuple[Pointing, ...] = ()
+    memory: object = None
     turns: ClassVar[str] = "can stop"
 
     @classmethod
@@ -136,6 +141,10 @@ class Multirotor(Pilot):
         """Return position, velocity and acceleration at an instant, (3, 3)."""
         return self.course.state(t)
 
+    def next_mark(self, t: float) -> int:
+        """Return the next point of the guidance to fly to at an instant; the last one if all are passed."""
+        return min(self.course.next_mark(t), len(self.guidance.points) - 1)
+
     def turning_place(self, t: float) -> Floats:
         """Return where it comes to rest if it brakes from an instant on, (3,) metres."""
         return self.course.stop(t, self._limits)
@@ -158,7 +167,7 @@ class Multirotor(Pilot):
         way = planned_anew(scenario, self.number, target, self.turning_place(join))
         if way is None:
             return None
-        led = replace(self, planned=now, guidance=way, own=None, course=self.course.guided_by(way))
+        led = replace(self, planned=now, guidance=way, own=None, course=self.course.guided_by(way), memory=None)
         same = np.array_equal(way.points[-1], self.guidance.points[-1])
         return led if same else replace(led, nearest=math.inf, waited=False)
 
@@ -169,21 +178,27 @@ class Multirotor(Pilot):
         barred = new and not world.segments_free(ahead[:-1], ahead[1:]).all()
         return barred or (now - self.planned >= LOST and not sees_its_way(world, self.turning_place(join), way, mark))
 
-    def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
-        """Return the pilot with the course that is chosen."""
+    def choose(self, around: Surroundings, span: Span, budget: Budget, answer: Found | None) -> tuple[Self, Choice]:
+        """Return the pilot with the course that is chosen, along the way that a policy has found if it was asked."""
         now = self.course.since(span.now)
         before, pointing = self.pointing.parted(now.motion.start)
         pilot = replace(self, pointing=pointing, pointed=(*self.pointed, before) if len(before.turns) else self.pointed)
-        for tries in (0, most_tried) if self.waits else (most_tried,):
-            course, choice = choose_course(now, self.guidance, self.own, around, span, tries, deadline)
+        for motions in (0, budget.motions) if self.waits else (budget.motions,):
+            left = budget._replace(motions=motions)
+            if answer is None:
+                course, choice = MultirotorSearch(now, self.guidance, self.own, around, span, left).choose()
+            else:
+                course, choice = PolicySearch(now, self.guidance, around, span, left, answer).choose()
             if choice.proven:
                 break
         pilot = replace(pilot, course=course) if choice.kept else pilot.flying(course, span.join)
+        if answer is not None:
+            return replace(pilot, memory=answer.memory), choice
         return pilot._watched(span, choice.held_up), choice
 
     def _watched(self, span: Span, held_up: bool) -> Self:
         """Return the pilot that knows since when the UAV has come no nearer to its target, unless that is planned."""
-        points = self.guidance.after(min(self.course.next_mark(span.now), len(self.guidance.points) - 1)).points
+        points = self.guidance.after(self.next_mark(span.now)).points
         ends = [self.course.state(span.now)[0], *points]
         left = sum(math.dist(a, b) for a, b in pairwise(ends))
         arrived = left < NEARER

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.model.quantities import derived
+from skyverse.model.quantities import MAX_INSTANT, derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
 from skyverse.model.uav import TrackingError
@@ -28,6 +28,18 @@ OFF_COURSE = 0.01
 """Metres beyond its tracking error from where it should be, at which a UAV counts as off its course."""
 MAX_OBSTACLES, MAX_ZONES = 10_000, 1_000
 """How many obstacles and zones there may be with those that are seen."""
+
+
+def require_seconds(name: str, value: object, least: float, most: float = MAX_INSTANT) -> None:
+    """Raise `InputError` if a setting is not a number of seconds above a least one, and at most some."""
+    if not is_number(value) or not least < float(value) <= most:  # type: ignore[arg-type]
+        at_most = f", and at most {most:g}" if is_number(value) and float(value) > most else ""  # type: ignore[arg-type]
+        raise InputError(f"expected more than {least:g} seconds{at_most}, but it is {value!r}", field=name)
+
+
+def is_number(value: object) -> bool:
+    """Tell whether a value is a number, of Python or of numpy."""
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int) -> dict[int, Floats]:

@@ -1,15 +1,9 @@
 """What is chosen for a UAV to fly from now on, what a replanner answers of it, and in which turns UAVs choose."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
-
-LOOKED_AT = 0.5
-"""The share of the horizon after which motions are compared by what they still have to fly."""
-KEEP_ON = 0.05
-"""Seconds by which another way must arrive earlier than the present one, so that a UAV does not waver."""
-BLOCKED = 10.0
-"""Seconds that it may take longer to arrive along a way in which something stands."""
 
 
 class Span(NamedTuple):
@@ -31,6 +25,13 @@ class Span(NamedTuple):
     apart: float
 
 
+class Contact(NamedTuple):
+    """What a motion first comes too near to: when, infinite if never, and which mover, -1 for what stands still."""
+
+    instant: float = math.inf
+    mover: int = -1
+
+
 class Choice(NamedTuple):
     """What is known of the motion that was chosen.
 
@@ -38,8 +39,8 @@ class Choice(NamedTuple):
     ----------
     kept, proven
         Whether it is what was flown before, and whether it is proven up to the horizon.
-    mover, contact
-        The mover that it comes too near to first, -1 if none, and when, infinite if never, up to the horizon.
+    contact
+        What it comes too near to first, up to the horizon.
     tried
         How many motions were made.
     held_up
@@ -48,8 +49,7 @@ class Choice(NamedTuple):
 
     kept: bool
     proven: bool
-    mover: int
-    contact: float
+    contact: Contact
     tried: int
     held_up: bool = False
 

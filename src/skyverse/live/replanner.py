@@ -13,19 +13,23 @@ from skyverse.errors import InputError, require_kind
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
-from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
+from skyverse.live.observed import Known, checked_states, is_number, require_seconds, strays, with_seen, with_targets
 from skyverse.live.pilot import SPARE, Pilot
+from skyverse.live.policies.policy import Found, Policy, Situation, all_about
 from skyverse.live.replan import Choice, Replan, Span, in_turns
+from skyverse.live.search import Budget
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
-from skyverse.live.tracks import Sighting, Tracks, checked_sighting
+from skyverse.live.tracks import Sighting, Tracks, checked_sightings
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import MAX_INSTANT
+from skyverse.model.result import Effort
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 from skyverse.model.short_lines import told_metres, told_point
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.planners.base import Seed, seeded
 from skyverse.problem import Airspace
 from skyverse.trajectory.limits import limits_of
 
@@ -33,8 +37,6 @@ LONGEST_LEAP = 5.0
 """Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
 LEAST_MEMORY = 3.0
 """Seconds for which a mover stays that is not seen again, by default, unless the horizon is longer."""
-MAX_SIGHTINGS = 1000
-"""Movers in one observation at most."""
 LONGEST_HORIZON = 600.0
 """Seconds up to which motions are proven at most."""
 
@@ -64,10 +66,15 @@ class Replanner:
         Later it is forgotten once it may be anywhere where UAVs can be by the horizon.
     candidates
         How many motions are tried for a UAV at most at each observation.
+    policy
+        Finds the ways of multirotors anew, in place of those along the mission's path and past movers; motions along
+        them are made and proven as else.
+    rng
+        Seed or generator of the policy's random numbers.
 
     Attributes
     ----------
-    mission
+    mission, policy
         As given.
     scenario
         What is known, with the obstacles that were seen.
@@ -75,6 +82,8 @@ class Replanner:
         The instant of the last observation, seconds into the mission.
     horizon, lead, memory, candidates
         As given, or their defaults; the horizon is that of aeroplanes if there are any.
+    effort
+        What finding ways has taken in all: that of the policy, or how many motions were made.
 
     Raises
     ------
@@ -90,22 +99,27 @@ class Replanner:
         lead: float = 0.1,
         memory: float | None = None,
         candidates: int = 128,
+        policy: Policy | None = None,
+        rng: Seed = None,
     ) -> None:
         if not isinstance(mission, Mission):
             what = type(mission).__name__
             raise InputError(f"expected a Mission, found a {what}; plan_mission(...) or read_mission(...) makes one")
         scenario = mission.scenario
-        _require_seconds("lead", lead, 0.0)
+        require_seconds("lead", lead, 0.0)
         self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
         self.horizon = max(self._horizons) if horizon is None else horizon
-        _require_seconds("horizon", self.horizon, lead, LONGEST_HORIZON)
+        require_seconds("horizon", self.horizon, lead, LONGEST_HORIZON)
         memory = max(LEAST_MEMORY, self.horizon) if memory is None else memory
-        if not _is_number(memory) or not self.horizon <= memory <= MAX_INSTANT:
+        if not is_number(memory) or not self.horizon <= memory <= MAX_INSTANT:
             said = f"expected seconds, no fewer than the horizon of {self.horizon:g} s, but it is {memory!r}"
             raise InputError(said, field="memory")
         if isinstance(candidates, bool) or not isinstance(candidates, int) or candidates < 1:
             raise InputError(f"expected a whole number from 1 on, but it is {candidates!r}", field="candidates")
         self.lead, self.memory, self.candidates = lead, memory, candidates
+        if policy is not None and any(uav.fixed_wing is not None for uav in scenario.uavs):
+            raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
+        self.policy, self.effort, self._rng = policy, Effort(0, 0, 0), seeded(rng)[0]
         self.mission, self.scenario, self.now = mission, scenario, 0.0
         self._airspace = Airspace(scenario)
         self._tracks = Tracks(memory)
@@ -115,7 +129,8 @@ class Replanner:
         self._assignment = tuple(mission.assignment)
         self._lead_apart = LeadApart()
         self._pilots = [_pilot(self._airspace, mission, number) for number in range(len(scenario.uavs))]
-        self._replan_all(0.0)
+        if policy is None:  # policies are asked with the first observation
+            self._replan_all(0.0)
 
     def observe(
         self,
@@ -169,12 +184,12 @@ class Replanner:
         instant = self._checked_instant(t)
         for field, given in (("movers", movers), ("obstacles", obstacles), ("zones", zones), ("gone", gone)):
             require_kind(given, (list, tuple), field)
-        sightings = _checked_sightings(movers)
+        sightings = checked_sightings(movers)
         self._tracks.require_seen(gone, sightings)
         placed = checked_states({} if states is None else states, len(self.scenario.uavs))
         for uav, state in placed.items():
             self._pilots[uav].checked_state(state)
-        if deadline_ms is not None and not (_is_number(deadline_ms) and deadline_ms >= 0.0):
+        if deadline_ms is not None and not (is_number(deadline_ms) and deadline_ms >= 0.0):
             raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
         now, before = max(instant, self.now), self.scenario
         pilots, astray = self._found_at(now, {} if instant < self.now else placed)
@@ -223,7 +238,7 @@ class Replanner:
         spans = [Span(self.now, self.now + lead, until, self.now + self.horizon) for until in horizons]
         kinds = {(uav.tracking_error, span) for uav, span in zip(self.scenario.uavs, spans, strict=True)}
         moving = {
-            (error, span): all_moving(self.scenario, self._predicted(span.until), self._entered, error, span)
+            (error, span): all_moving(self.scenario, self._tracks.predicted(span.until), self._entered, error, span)
             for error, span in kinds
         }
         order = sorted(range(len(spans)), key=lambda k: -self.scenario.uavs[k].priority)
@@ -246,7 +261,7 @@ class Replanner:
 
     def _checked_instant(self, t: float) -> float:
         """Return the instant of an observation, or raise `InputError`."""
-        if not _is_number(t) or not 0.0 <= t <= MAX_INSTANT:
+        if not is_number(t) or not 0.0 <= t <= MAX_INSTANT:
             raise InputError(f"expected seconds into the mission, from 0 on, but it is {t!r}", field="t")
         if t < self.now - self.horizon:
             back = f"{self.now:.6g} s to {t:.6g} s"
@@ -286,10 +301,7 @@ class Replanner:
 
     def predicted(self) -> tuple[Mover, ...]:
         """Return the movers that were seen, with all that they may do up to the horizon."""
-        return self._predicted(self.now + self.horizon)
-
-    def _predicted(self, until: float) -> tuple[Mover, ...]:
-        return self._tracks.predicted(until)
+        return self._tracks.predicted(self.now + self.horizon)
 
     def _replan(self, uav: int, span: Span, moving: Moving, deadline: float) -> Replan:
         """Choose what a UAV flies from now on, among what moves."""
@@ -301,8 +313,11 @@ class Replanner:
             moving=with_others(moving, self.scenario, uav, others),
             uavs=len(moving.names),
         )
-        pilot, choice = self._pilots[uav].choose(around, span, self.candidates, deadline)
+        pilot = self._pilots[uav]
+        answer = self._asked(pilot, around, span) if isinstance(pilot, Multirotor) else None
+        pilot, choice = pilot.choose(around, span, Budget(self.candidates, deadline), answer)
         self._pilots[uav] = pilot
+        self.effort += answer.effort if answer is not None else Effort(0, 0, choice.tried)
         out = _out_of_bounds(pilot.state(self.now)[0], self.scenario)
         proven = choice.proven and uav not in self._astray
         sentence = _sentence(pilot, choice, around, span)
@@ -313,12 +328,36 @@ class Replanner:
             uav=uav,
             kept=choice.kept,
             proven=proven,
-            clear_until=min(choice.contact, span.until) if proven or not choice.proven else self.now,
-            mover="" if choice.proven or choice.mover < 0 else around.moving.names[choice.mover],
+            clear_until=min(choice.contact.instant, span.until) if proven or not choice.proven else self.now,
+            mover="" if choice.proven or choice.contact.mover < 0 else around.moving.names[choice.contact.mover],
             sentence=sentence + (f" It is {told_metres(out)} out of bounds." if out > 0.0 else ""),
             tried=choice.tried,
             seconds=time.perf_counter() - began,
             out_of_bounds=out,
+        )
+
+    def _asked(self, pilot: Multirotor, around: Surroundings, span: Span) -> Found | None:
+        """Return what the policy finds for a UAV; ``None`` if there is none to ask."""
+        target = self._assignment[pilot.number]
+        if self.policy is None:
+            return None
+        if target is None:
+            return Found(None, Effort(0, 0, 0))
+        motions = [other.motion for other in self._pilots]
+        return self.policy.find(
+            Situation(
+                scenario=self.scenario,
+                uav=pilot.number,
+                target=target,
+                world=around.world,
+                span=span,
+                state=pilot.state(span.join),
+                stop=pilot.turning_place(span.join),
+                movers=all_about(self.scenario, pilot.number, self._tracks.predicted(span.until), motions),
+                guidance=pilot.guidance.after(pilot.next_mark(span.join)),
+                memory=pilot.memory,
+                rng=self._rng,
+            )
         )
 
 
@@ -327,40 +366,16 @@ def _out_of_bounds(place: Floats, scenario: Scenario) -> float:
     return math.dist(place, np.clip(place, scenario.bounds.min, scenario.bounds.max))
 
 
-def _require_seconds(name: str, value: object, least: float, most: float = MAX_INSTANT) -> None:
-    """Raise `InputError` if a setting is not a number of seconds above a least one, and at most some."""
-    if not _is_number(value) or not least < float(value) <= most:  # type: ignore[arg-type]
-        at_most = f", and at most {most:g}" if _is_number(value) and float(value) > most else ""  # type: ignore[arg-type]
-        raise InputError(f"expected more than {least:g} seconds{at_most}, but it is {value!r}", field=name)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
-
-
-def _checked_sightings(movers: Sequence[Sighting | Mapping[str, object]]) -> list[Sighting]:
-    """Return the sightings of movers, no two of which have one name, or raise `InputError`."""
-    if len(movers) > MAX_SIGHTINGS:
-        raise InputError(f"expected at most {MAX_SIGHTINGS:,}, found {len(movers):,}", field="movers")
-    sightings = [checked_sighting(one, k) for k, one in enumerate(movers)]
-    names = [one.name for one in sightings]
-    for k, name in enumerate(names):
-        if name in names[:k]:
-            said = f"expected a name for each mover, but {name!r} is that of movers[{names.index(name)}] too"
-            raise InputError(said, field=f"movers[{k}].name")
-    return sightings
-
-
 def _sentence(pilot: Pilot, choice: Choice, around: Surroundings, span: Span) -> str:
     """Return what is proven of a UAV's motion, or which mover it may come too near to, when and where."""
     name = pilot.uav.name
     if choice.proven:
         return f"{name} {pilot.way_out}, clear of everything until t = {span.until:.6g} s."
-    if choice.mover < 0:
+    if choice.contact.mover < 0:
         return f"{name} has no way out that is proven clear of what stands still, and slow enough in zones."
-    at, whom = told_point(pilot.state(choice.contact)[0]), around.moving.names[choice.mover]
-    told = f"{whom} may come too near at t = {choice.contact:.6g} s, at {at}"
-    if choice.contact <= span.join:  # whatever it flies then
+    at, whom = told_point(pilot.state(choice.contact.instant)[0]), around.moving.names[choice.contact.mover]
+    told = f"{whom} may come too near at t = {choice.contact.instant:.6g} s, at {at}"
+    if choice.contact.instant <= span.join:  # whatever it flies then
         return f"{name} has no way out: {told}, before another motion can begin."
     return f"{name} has no way out that was found among {max(choice.tried, 1)} motions: {told}."
 

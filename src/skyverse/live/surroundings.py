@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.replan import Span
+from skyverse.live.replan import Contact, Span
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.scenario import Scenario
@@ -78,6 +78,17 @@ class Surroundings(NamedTuple):
     world: World
     moving: Moving
     uavs: int
+
+    def contact(self, knots: Floats, rows: Floats, begin: float, until: float, fastest: float = 0.0) -> Contact:
+        """Return what moves that a motion first comes too near to between two instants; see `first_contact`.
+
+        `fastest` is the greatest speed of one that breaks the limits, m/s.
+        """
+        if begin > until:
+            return Contact()
+        fastest = max(self.limits.speed * (1.0 + LIMIT_EASE), fastest)
+        mover, instant = first_contact(self.moving.shapes, knots.copy(), rows.copy(), fastest, begin, until)
+        return Contact(instant, mover)
 
 
 def all_moving(

@@ -84,7 +84,7 @@ class Sighting(Model):
         return self
 
 
-def checked_sighting(given: Sighting | Mapping[str, object], number: int) -> Sighting:
+def _checked(given: Sighting | Mapping[str, object], number: int) -> Sighting:
     """Return the sighting of a mover that was given as the one of some number, or raise `InputError`."""
     if isinstance(given, Sighting):
         return given
@@ -96,10 +96,25 @@ def checked_sighting(given: Sighting | Mapping[str, object], number: int) -> Sig
         raise InputError(complaint(first), field=f"movers[{number}]{place}") from None
 
 
-MAX_SIGHTINGS = 64
+MAX_SIGHTINGS = 1000
+"""Movers in one observation at most."""
+MAX_KEPT = 64
 """Sightings of one mover that are kept."""
 MAX_TRACKS = 1000
 """Movers that are kept in mind at most."""
+
+
+def checked_sightings(movers: Sequence[Sighting | Mapping[str, object]]) -> list[Sighting]:
+    """Return the sightings of movers, no two of which have one name, or raise `InputError`."""
+    if len(movers) > MAX_SIGHTINGS:
+        raise InputError(f"expected at most {MAX_SIGHTINGS:,}, found {len(movers):,}", field="movers")
+    sightings = [_checked(one, k) for k, one in enumerate(movers)]
+    names = [one.name for one in sightings]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            said = f"expected a name for each mover, but {name!r} is that of movers[{names.index(name)}] too"
+            raise InputError(said, field=f"movers[{k}].name")
+    return sightings
 
 
 class _Seen(NamedTuple):
@@ -127,7 +142,7 @@ class Track:
             return
         self._seen = [one for one in self._seen if one.time != time]
         insort(self._seen, _Seen(time, sighting), key=lambda one: one.time)
-        self._seen = self._seen[-MAX_SIGHTINGS:]
+        self._seen = self._seen[-MAX_KEPT:]
 
     def predicted(self, until: float) -> Mover:
         """Return the mover as it may move from its last sighting on, with a doubt that holds it up to an instant."""

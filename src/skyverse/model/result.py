@@ -1,7 +1,7 @@
 """What a planner answers: one path, how its search ended, and what it took."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -80,6 +80,9 @@ class Effort:
     generated_paths: Whole = 0
     generated_nodes: Whole = 0
     evaluations: Whole = 0
+
+    def __add__(self, more: "Effort") -> "Effort":
+        return Effort(*(getattr(self, one.name) + getattr(more, one.name) for one in fields(self)))
 
 
 @dataclass(frozen=True, eq=False)

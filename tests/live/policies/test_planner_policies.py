@@ -11,6 +11,7 @@ from skyverse.live.guidance import Way
 from skyverse.live.policies import make_policy
 from skyverse.live.policies.planner_policies import problem_now
 from skyverse.live.policies.policy import Situation
+from skyverse.live.replan import Span
 from skyverse.space.timed_shapes import TimedShape
 
 TARGET = (19.0, 5.0, 1.0)
@@ -19,7 +20,7 @@ TARGET = (19.0, 5.0, 1.0)
 def situation(*movers, place=(4.0, 5.0, 1.0), scenario=None, memory=None, now=3.0):
     scenario = hall() if scenario is None else scenario
     return Situation(
-        scenario=scenario, uav=0, target=0, world=sky.World(scenario), now=now, join=now + 0.1, until=now + 2.5,
+        scenario=scenario, uav=0, target=0, world=sky.World(scenario), span=Span(now, now + 0.1, now + 2.5, now + 2.5),
         state=np.array([place, (0.0, 0, 0), (0.0, 0, 0)]), stop=np.array(place), movers=movers,
         guidance=Way(np.array([TARGET]), np.zeros(1), np.zeros(1, int)), memory=memory, rng=np.random.default_rng(0),
     )  # fmt: skip

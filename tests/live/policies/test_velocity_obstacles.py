@@ -9,6 +9,7 @@ from skyverse.live.guidance import Way
 from skyverse.live.policies import make_policy
 from skyverse.live.policies.policy import Situation
 from skyverse.live.policies.velocity_obstacles import VelocityObstacles
+from skyverse.live.replan import Span
 from skyverse.space.timed_shapes import TimedShape
 
 TARGET = np.array([19.0, 5.0, 1.0])
@@ -18,7 +19,7 @@ def known(*movers, velocity=(2.0, 0.0, 0.0), place=(4.0, 5.0, 1.0), scenario=Non
     scenario = hall() if scenario is None else scenario
     state = np.array([place, velocity, (0.0, 0.0, 0.0)])
     return Situation(
-        scenario=scenario, uav=0, target=0, world=sky.World(scenario), now=0.0, join=0.0, until=2.5, state=state,
+        scenario=scenario, uav=0, target=0, world=sky.World(scenario), span=Span(0.0, 0.0, 2.5, 2.5), state=state,
         stop=np.array(place), movers=movers, guidance=Way(TARGET[None], np.zeros(1), np.zeros(1, int)), memory=None,
         rng=np.random.default_rng(0),
     )  # fmt: skip

@@ -1,6 +1,7 @@
 """Replanning policies by name: ways in which a UAV in flight finds its way anew."""
 
 import importlib
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from skyverse.errors import InputError
@@ -24,12 +25,16 @@ def make_policy(name: str, **settings: object) -> "Policy":
 
     Raises
     ------
-    ValueError
-        If there is no such policy, or a setting has a value that it cannot have.
-    TypeError
-        If there is no such setting.
+    InputError
+        If there is no such policy or setting, or a setting has a value that it cannot have.
     """
     if name not in _CLASSES:
         raise InputError(f"there is no policy {name!r}; there are {', '.join(POLICY_NAMES)}")
     module, _, cls = _CLASSES[name].partition(".")
-    return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
+    made = getattr(importlib.import_module(f"{__name__}.{module}"), cls)
+    known = [field.name for field in fields(made)]
+    unknown = [setting for setting in settings if setting not in known]
+    if unknown:
+        has = f"{made.__name__} has {', '.join(known) or 'none'}"
+        raise InputError(f"there is no setting {', '.join(map(repr, unknown))}; {has}")
+    return made(**settings)

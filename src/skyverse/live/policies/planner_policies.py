@@ -142,11 +142,11 @@ def problem_now(situation: Situation, sweep: float, timed: bool) -> Problem:
             Mover.model_construct(name=f"mover {k}", kind=None, shape=one.shape, motion=one.motion, doubt=one.doubt)  # type: ignore[arg-type]
             for k, one in enumerate(situation.movers)
         )
-        return Problem(derived(scenario, **update), situation.uav, situation.target, departs=situation.join)
+        return Problem(derived(scenario, **update), situation.uav, situation.target, departs=situation.span.join)
     target = np.array(scenario.targets[situation.target].position)
-    end = min(situation.now + sweep, situation.until)
+    end = min(situation.span.now + sweep, situation.span.until)
     ends = (situation.stop, target)
-    boxes = swept_boxes(situation.movers, situation.now, end, scenario.clearance, ends)
+    boxes = swept_boxes(situation.movers, situation.span.now, end, scenario.clearance, ends)
     update["obstacles"] = (*scenario.obstacles, *boxes)
     return Problem(derived(scenario, **update), situation.uav, situation.target)
 

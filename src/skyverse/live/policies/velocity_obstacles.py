@@ -53,11 +53,6 @@ class VelocityObstacles(Policy):
         if not isinstance(self.proven, bool):
             raise InputError(f"proven is true or false, not {self.proven!r}")
 
-    @property
-    def needs_proof(self) -> bool:
-        """Whether only proven motions are flown."""
-        return self.proven
-
     def find(self, situation: Situation) -> Found:
         """Return the way straight on at the velocity that is chosen."""
         uav = situation.scenario.uavs[situation.uav]
@@ -78,12 +73,13 @@ class VelocityObstacles(Policy):
         best = int(np.argmin(np.where(free, off, math.inf))) if free.any() else int(np.argmax(until))
         effort = Effort(0, 0, len(velocities))
         if last and best == 0:
-            return Found(_way(goal), effort, guidance)
+            return Found(_way(goal), effort, guidance, proof=self.proven)
         chosen = velocities[best]
         speed = math.hypot(*chosen)
         if speed < 1e-6:
             return Found(None, effort, guidance)
-        return Found(_way(place + self.horizon * chosen), effort, guidance, min(speed / uav.max_speed, 1.0))
+        share = min(speed / uav.max_speed, 1.0)
+        return Found(_way(place + self.horizon * chosen), effort, guidance, share, self.proven)
 
     def _grid(self, velocity: Floats, top: float, acceleration: float) -> Floats:
         """Return the velocities (n, 3) of the grid that can be reached within a moment."""
@@ -99,7 +95,7 @@ class VelocityObstacles(Policy):
         """Return when each velocity (n, 3) first leads too near to a mover, seconds; infinity beyond the horizon."""
         first = np.full(len(velocities), math.inf)
         for mover in situation.movers:
-            here, later = mover.motion.at([situation.join, situation.join + 0.01])
+            here, later = mover.motion.at([situation.span.join, situation.span.join + 0.01])
             away, moves = here - situation.state[0], (later - here) / 0.01
             reach = _radius(mover.shape) + mover.keep + mover.doubt.radius
             relative = moves - velocities
