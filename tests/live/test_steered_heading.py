@@ -9,7 +9,7 @@ import skyverse as sky
 from replanned import BALL, field, fly, hall
 from skyverse.live.policies.velocity_obstacles import VelocityObstacles
 from skyverse.model.pointing import wrapped
-from skyverse.referee.heading import judge_heading
+from skyverse.referee.limits import judge_heading
 
 SLOW = {"max_yaw_rate": 20.0, "max_yaw_acceleration": 30.0}
 BENT = (sky.Box(min=(7, 0, 0), max=(8, 7, 4)), sky.Box(min=(13, 3, 0), max=(14, 10, 4)))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.referee.active_parts import active_parts, restricted, restriction_error
+from skyverse.referee.zones import active_parts, restricted, restriction_error
 from temporary_zones import times
 
 numbers = st.floats(-1e3, 1e3)

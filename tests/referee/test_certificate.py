@@ -18,7 +18,7 @@ from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing
-from skyverse.model.verdict import Certificate, Fault, Verdict
+from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.curve import PolynomialCurve
 
 MADE_BY = Provenance("0", "by hand", "", None, "")
@@ -419,21 +419,6 @@ def test_a_position_jumps_as_little_far_from_zero_as_near_it(far, jump, found):
 
 
 # ---------------------------------------------------------------- claims
-
-
-def test_a_claim_that_is_not_confirmed_is_a_fault():
-    fast = mission((AGILE | {"max_speed": 1}, stops((0, 0, 0), (3, 0, 0))), (AGILE, stops((0, 0.1, 0), (3, 0.1, 0))))
-    true = certified(fast)
-    assert [one.verdict for one in (*true.trajectories, true.apart)] == [REFUTED, PROVEN, REFUTED]
-    honest = faults(replace(fast, certificates=true.trajectories, apart=true.apart))
-    assert Fault.STATUS not in [found.fault for found in honest]
-    lie = Certificate(PROVEN, "All is well.")
-    found = [one for one in faults(replace(fast, certificates=(lie, lie), apart=lie)) if one.fault is Fault.STATUS]
-    assert [one.uavs for one in found] == [(0,), ()]
-    assert "it is refuted" in found[0].message
-    nowhere = replace(fast, trajectories=(None, fast.trajectories[1]), certificates=(lie, None))
-    (found,) = [one for one in faults(nowhere) if one.fault is Fault.STATUS]
-    assert "not there" in found.message
 
 
 def test_values_that_are_no_certificates_are_ignored():

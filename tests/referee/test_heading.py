@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.model.pointing import Pointing
 from skyverse.model.verdict import Fault, Verdict
-from skyverse.referee.heading import judge_heading
+from skyverse.referee.limits import judge_heading
 from speed_zones import world_of
 
 

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.model.verdict import Fault
 from skyverse.referee.curve import curve_of
-from skyverse.referee.speed_zones import judge_zone_speed
+from skyverse.referee.zones import judge_zone_speed
 from speed_zones import BOX, ZONES, too_fast, world_of
 
 
 def judged(trajectory, *zones, error=None):
     uav = sky.UAV(start=(0, 0, 0), tracking_error=error or {})
-    return judge_zone_speed(world_of(*zones, uavs=(uav,)), 0, curve_of(trajectory)).violation
+    return next(iter(judge_zone_speed(world_of(*zones, uavs=(uav,)), 0, curve_of(trajectory)).violations), None)
 
 
 def steady(speed, y=0.0, z=10.0):

@@ -12,7 +12,7 @@ from skyverse.model.result import Provenance
 from skyverse.model.temporary_zones import with_zones_active
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.curve import curve_of
-from skyverse.referee.speed_zones import judge_zone_speed
+from skyverse.referee.zones import judge_zone_speed
 from temporary_zones import depth_in_zone, depth_while_active, zones
 
 MADE_BY = Provenance("0", "by hand", "", None, "")
@@ -123,7 +123,7 @@ def test_a_uav_is_judged_while_it_waits_for_its_departure_and_after_its_arrival(
 @settings(max_examples=60, deadline=None)
 def test_a_speed_limit_holds_only_while_its_zone_is_active(zone, a, b, seconds):
     flown = flight(a, tuple(np.add(b, (0.5, 0, 0))), seconds)
-    found = judge_zone_speed(through(zone, flown=flown).scenario, 0, curve_of(flown)).violation
+    found = next(iter(judge_zone_speed(through(zone, flown=flown).scenario, 0, curve_of(flown)).violations), None)
     instants = np.linspace(0, flown.end, 5_001)
     motion = flown.at(instants)
     depth = depth_while_active(zone, instants, motion.position, 0.0)

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 import skyverse as sky
 from judged_clearance import legs, straight, verdict, world
 from skyverse.model.shapes import Voxels
+from skyverse.referee.boxes import disjoint_boxes
 from skyverse.referee.clearance import judge_curve, judge_segments
 from skyverse.referee.polynomial import bernstein
-from skyverse.referee.voxel_boxes import disjoint_boxes
 from skyverse.referee.world import referee_world
 
 

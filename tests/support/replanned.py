@@ -126,4 +126,4 @@ def faults(replanner, uav=0):
         k = int(np.searchsorted(motion.knots, horizon))
         motion = sky.Trajectory(np.append(motion.knots[:k], horizon), motion.coefficients[:k])
     stay = max(horizon - motion.end, 1e-3)
-    return [*found, *judge_movers(scenario, [curve_of(motion)], set(), stay).violations[0]]
+    return [*found, *judge_movers(scenario, [curve_of(motion)], set(), stay)[0].violations]

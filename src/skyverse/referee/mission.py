@@ -23,11 +23,11 @@ from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.movers import judge_movers
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
-from skyverse.referee.temporary_zones import judge_temporary_zones
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.tube import EXACT
 from skyverse.referee.untrusted import entry, target_index
 from skyverse.referee.world import RefereeWorlds
+from skyverse.referee.zones import judge_closed_zones
 
 MAX_SHOWN = 4
 """Sentences at most that the prompt shows of what is not proven."""
@@ -110,14 +110,14 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
         violations[uav], halvings[uav], curves[uav] = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
         if curves[uav] is None:
             unknown.add(uav)
-    in_time = [judge(scenario, curves, unknown) for judge in (judge_movers, judge_temporary_zones)]
+    in_time = [judge(scenario, curves, unknown) for judge in (judge_movers, judge_closed_zones)]
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
-        violations[uav] += [one for judged in in_time for one in judged.violations[uav]]
+        violations[uav] += [one for judged in in_time for one in judged[uav].violations]
         if isinstance(entry(mission.trajectories, uav), Trajectory):
             columns = columns_of(worlds.of(uav), uav, targets[uav])
             sentence = _proven_sentence(scenario, digest, uav, curves, columns)
-            cuts = halvings[uav] + sum(judged.halvings[uav] for judged in in_time)
+            cuts = halvings[uav] + sum(judged[uav].halvings for judged in in_time)
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, targets, curves, unknown)
     sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"

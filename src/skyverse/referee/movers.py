@@ -21,24 +21,17 @@ from skyverse.model.what_is_proven import JUDGED_STAY
 from skyverse.referee.boxes import grown_boxes
 from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.curve import PolynomialCurve
-from skyverse.referee.ellipsoids import grown_ellipsoids
 from skyverse.referee.fleet_motion import FleetMotion, fleet_motion, near_pairs, time_slices
+from skyverse.referee.judgement import Judgement
 from skyverse.referee.mover_motion import EnclosedMotion, enclosed_motion
 from skyverse.referee.outlines import outlines_of
 from skyverse.referee.polynomial import bernstein
 from skyverse.referee.positions import position_text, position_tuple
-from skyverse.referee.round_solids import grown_cylinders, grown_spheres
+from skyverse.referee.round_solids import grown_cylinders, grown_ellipsoids, grown_spheres
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
 from skyverse.referee.tolerances import LET_PASS, MOVER_SLACK
 from skyverse.referee.tube import named
-
-
-class JudgedFlights(NamedTuple):
-    """The violations of each UAV, and how often its pieces were cut in two."""
-
-    violations: tuple[list[Violation], ...]
-    halvings: tuple[int, ...]
 
 
 class MovingFleet(NamedTuple):
@@ -88,7 +81,7 @@ class Rows(NamedTuple):
 
 def judge_movers(
     scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = JUDGED_STAY
-) -> JudgedFlights:
+) -> list[Judgement]:
     """Judge every UAV whose motion is known among all movers, from 0 s until a while after the last arrival.
 
     Parameters
@@ -102,10 +95,9 @@ def judge_movers(
     stay
         Seconds for which they must stay clear where they have arrived.
     """
-    violations: list[list[Violation]] = [[] for _ in scenario.uavs]
-    halvings = [0] * len(scenario.uavs)
+    judged = [Judgement([]) for _ in scenario.uavs]
     if not scenario.movers or len(unknown) == len(scenario.uavs):
-        return JudgedFlights(tuple(violations), tuple(halvings))
+        return judged
     own = fleet_motion(scenario, curves, unknown, stay)
     enclosed = [(mover, enclosed_motion(mover.motion, own.end)) for mover in scenario.movers]
     wild = [mover for mover, pieces in enclosed if pieces is None]
@@ -113,14 +105,13 @@ def judge_movers(
     edges = time_slices(fleet.motion)
     near = _near(scenario, fleet, edges)
     for k, uav in enumerate(own.uavs):
-        found = [_undecided(scenario, uav, mover) for mover in wild]
+        found, halvings = [_undecided(scenario, uav, mover) for mover in wild], 0
         for which, solids in _kinds(fleet.movers, scenario.clearance, scenario.uavs[uav].tracking_error):
             rows = _rows(fleet, k, near, edges, which)
-            violation, cuts = _judge(scenario, uav, fleet, k, which, rows, solids)
-            halvings[uav] += cuts
-            found += [] if violation is None else [violation]
-        violations[uav] = sorted(found, key=lambda one: one.fault is Fault.UNDECIDED)[:1]
-    return JudgedFlights(tuple(violations), tuple(halvings))
+            among = _judge(scenario, uav, fleet, k, which, rows, solids)
+            found, halvings = found + among.violations, halvings + among.halvings
+        judged[uav] = Judgement(sorted(found, key=lambda one: one.fault is Fault.UNDECIDED)[:1], halvings)
+    return judged
 
 
 def _with_movers(own: FleetMotion, movers: list[tuple[Mover, EnclosedMotion]]) -> MovingFleet:
@@ -256,10 +247,10 @@ def _linear(ends: ArrayLike, share: Floats) -> Floats:
 
 def _judge(
     scenario: Scenario, uav: int, fleet: MovingFleet, k: int, which: Indices, rows: Rows, solids: GrownSolids
-) -> tuple[Violation | None, int]:
-    """Return what is wrong with a UAV, number `k` in the motion, among movers of one kind, and how often it was cut."""
+) -> Judgement:
+    """Judge a UAV, number `k` in the motion, among movers of one kind."""
     if not len(rows.mover):
-        return None, 0
+        return Judgement([])
 
     def depth(part: Floats, row: Indices) -> Floats:
         shape = rows.mover[row]
@@ -269,7 +260,7 @@ def _judge(
     wrong = np.maximum(solids.error(rows.b[:, :, :3], rows.error), solids.error(rows.b[:, :, 4:7], rows.error))
     peaks = find_peaks(rows.b, wrong, depth)
     if peaks.proven[0]:
-        return None, int(peaks.halvings[0])
+        return Judgement([], int(peaks.halvings[0]))
     row, share = peaks.place()
     time = float(rows.begins[row] + share * (rows.ends[row] - rows.begins[row]))
     mover = fleet.movers[int(which[rows.mover[row]])]
@@ -280,8 +271,8 @@ def _judge(
         come = doubt.radius + doubt.top_speed * (time - doubt.since)
         gap = max(gap, solids.gap(at - mover.at(doubt.since)[0], shape) - come)
     if peaks.refuted[0] and gap < solids.clearance - LET_PASS:
-        return _too_close(scenario, uav, mover, time, at, gap), int(peaks.halvings[0])
-    return _undecided(scenario, uav, mover, time, at), int(peaks.halvings[0])
+        return Judgement([_too_close(scenario, uav, mover, time, at, gap)], int(peaks.halvings[0]))
+    return Judgement([_undecided(scenario, uav, mover, time, at)], int(peaks.halvings[0]))
 
 
 def _too_close(scenario: Scenario, uav: int, mover: Mover, time: float, at: Floats, gap: float) -> Violation:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +10,16 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.blocks import blocks
 from skyverse.referee.curve import PolynomialCurve
-from skyverse.referee.fleet_motion import fleet_motion, near_pairs
-from skyverse.referee.pair_motion import FleetSeparation, Intervals, Meeting, SharedPieces, fleet_separation
+from skyverse.referee.fleet_motion import (
+    FleetSeparation,
+    Intervals,
+    Meeting,
+    SharedPieces,
+    fleet_motion,
+    fleet_separation,
+    near_pairs,
+)
+from skyverse.referee.judgement import Judgement
 from skyverse.referee.polynomial import Polynomials, halve
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.subdivision import MAX_DEPTH, Peaks, find_peaks
@@ -22,16 +29,9 @@ PAIRS_AT_ONCE = 2000
 """Pairs of UAVs judged together, which bounds the memory."""
 
 
-class JudgedSeparation(NamedTuple):
-    """The violations, at most one of each kind for a pair of UAVs, and how often pieces were cut in two."""
-
-    violations: list[Violation]
-    halvings: int
-
-
 def judge_separation(
     scenario: Scenario, targets: Sequence[int | None], curves: Sequence[PolynomialCurve | None], unknown: set[int]
-) -> JudgedSeparation:
+) -> Judgement:
     """Judge every pair of UAVs at every instant.
 
     Parameters
@@ -45,7 +45,7 @@ def judge_separation(
     """
     motion = fleet_motion(scenario, curves, unknown)
     if len(motion.uavs) < 2:
-        return JudgedSeparation([], 0)
+        return Judgement([], 0)
     fleet = fleet_separation(scenario, targets, motion)
     near = np.concatenate(list(near_pairs(motion, fleet.edges, fleet.across, fleet.above)))
     order = np.lexsort(near.T[::-1])
@@ -57,10 +57,10 @@ def judge_separation(
         judged = _judge_pairs(fleet, pairs[block], slices[block])
         violations += judged.violations
         halvings += judged.halvings
-    return JudgedSeparation(violations, halvings)
+    return Judgement(violations, halvings)
 
 
-def _judge_pairs(fleet: FleetSeparation, pairs: Indices, slices: list[Indices]) -> JudgedSeparation:
+def _judge_pairs(fleet: FleetSeparation, pairs: Indices, slices: list[Indices]) -> Judgement:
     """Judge (n, 2) pairs, each in some slices of time."""
     intervals = []
     for (i, j), some in zip(pairs, slices, strict=True):
@@ -78,7 +78,7 @@ def _judge_pairs(fleet: FleetSeparation, pairs: Indices, slices: list[Indices]) 
             violations += _judge_given(fleet, pairs[k : k + 1], starts, targets)
         else:
             violations.append(_unproven(fleet, pairs[k], pieces, peaks, int(k)))
-    return JudgedSeparation(violations, int(peaks.halvings.sum()))
+    return Judgement(violations, int(peaks.halvings.sum()))
 
 
 def _given_meetings(fleet: FleetSeparation, pair: Indices) -> tuple[Meeting | None, Meeting | None]:

@@ -12,16 +12,15 @@ from skyverse.referee.clearance import judge_curve
 from skyverse.referee.column import parts_of_flight
 from skyverse.referee.continuity import judge_continuity
 from skyverse.referee.curve import PolynomialCurve, curve_of
-from skyverse.referee.heading import judge_heading
-from skyverse.referee.limits import FlightLimit, flight_limits
+from skyverse.referee.limits import FlightLimit, flight_limits, judge_heading
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.seams import find_seam
-from skyverse.referee.speed_zones import judge_zone_speed
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, named
 from skyverse.referee.world import RefereeWorld
+from skyverse.referee.zones import judge_zone_speed
 
 
 class JudgedTrajectory(NamedTuple):
@@ -64,8 +63,7 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
         violations.append(_undecided(name, uav, undecided[0]))
     violations += judge_heading(vehicle, uav, trajectory.pointing)
     in_zones = judge_zone_speed(world.scenario, uav, curve)
-    if in_zones.violation is not None:
-        violations.append(in_zones.violation)
+    violations += in_zones.violations
     if all(answer.violation is None for answer in safe):  # else the worst is said already
         seams = [
             seam
