@@ -24,7 +24,7 @@ from escapes import contacts
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.lab.hindsight import least_lengths, least_seconds
+from skyverse.lab.fly_job import least_lengths, least_seconds
 from skyverse.samples.movers import MoverKind
 
 KINDS = (*get_args(MoverKind), "walls")

@@ -8,15 +8,15 @@ import pytest
 import skyverse as sky
 from replanned import hall
 from skyverse.lab.fly_job import fly_job
-from skyverse.lab.job import Case, Job, KnownBeforehand, OwnReplanner, Traffic
+from skyverse.lab.job import Case, Encounters, Job, KnownBeforehand, OwnReplanner
 from skyverse.lab.run_study import run_jobs
 from skyverse.live.policies import make_policy
 
-TRAFFIC = Traffic(kind="patrols", count=3, speed=0.5, hidden=0, sensor=sky.Sensor(range=6.0), longest=30.0)
+ENCOUNTERS = Encounters(kind="patrols", count=3, speed=0.5, hidden=0, sensor=sky.Sensor(range=6.0), longest=30.0)
 
 
 def case(scenario=None, **changes):
-    return Case("hall", hall() if scenario is None else scenario, traffic=replace(TRAFFIC, **changes))
+    return Case("hall", hall() if scenario is None else scenario, encounters=replace(ENCOUNTERS, **changes))
 
 
 def job(contender=None, seed=0, label="policy", **changes):

@@ -5,7 +5,7 @@ import pytest
 
 import skyverse as sky
 from replanned import hall
-from skyverse.lab.hindsight import least_lengths, least_seconds
+from skyverse.lab.fly_job import least_lengths, least_seconds
 from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 

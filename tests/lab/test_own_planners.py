@@ -20,11 +20,11 @@ from own_planner import MODULE
 from skyverse.cli import main
 from skyverse.cli.study import study_of
 from skyverse.lab.code_digest import code_digest, refuse_edited, settings_of, versions
-from skyverse.lab.jobs import row_of
 from skyverse.lab.plan_job import plan_job
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_study import run_jobs
 from skyverse.lab.study import Study, read_study, write_study
+from skyverse.lab.workers import row_of
 from skyverse.planners import PLANNER_NAMES, make_planner, name_of
 from studies import job
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
 from skyverse.errors import InputError
-from skyverse.lab.formatting import literal
-from skyverse.lab.report import Figure, Printed, Report, SectionHeading, Table, Text, cells
+from skyverse.lab.report import Figure, Printed, Report, SectionHeading, Table, Text, cells, literal
 from skyverse.lab.report_files import html, latex, markdown, write_report_files
 
 NAMES = (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from skyverse.reproduction.mean_difference import Sample, deviations_differ, mean_difference, sample
+from skyverse.reproduction.claim_verdict import Sample, deviations_differ, mean_difference, sample
 
 SIZES = [(20, 200), (50, 50), (2, 7), (200, 20)]
 

@@ -15,7 +15,7 @@ from skyverse.lab.report import Table, Text
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_study import run_jobs
 from skyverse.reproduction import cell_runs as cell_runs_module
-from skyverse.reproduction import claims, cost_claims, effort_claims, fleets, published, timed_claims
+from skyverse.reproduction import claims, cost_claims, effort_claims, fleets, published
 from skyverse.reproduction.cell_runs import FORMS, CellRuns, all_methods, case, cell, mean, optimum, planner, restarts
 from skyverse.reproduction.claim_verdict import ClaimVerdict
 from skyverse.reproduction.reproduce import THESIS_PARTS, jobs, named, reproduce
@@ -161,9 +161,9 @@ def test_other_seeds_give_other_numbers(tmp_path):
 
 
 def test_claims_on_time_are_judged_by_milliseconds_of_runs_of_their_own(monkeypatch):
-    monkeypatch.setattr(timed_claims, "TIMED_RUNS", 2)
+    monkeypatch.setattr(effort_claims, "TIMED_RUNS", 2)
     maps = [case(name) for name in published.THESIS_MAPS]
-    blocks = timed_claims.blocks(
+    blocks = effort_claims.timed_blocks(
         [(4, "MVO takes about half of GSO's time.", effort_claims.half_the_time)],
         lambda seeds: all_methods(maps, cost_claims.EQUAL, seeds),
         SimpleNamespace(seeds=[3, 4, 5]),

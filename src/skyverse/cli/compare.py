@@ -11,7 +11,7 @@ from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.cli.option_types import PLANNER, SCENARIO, AsJson, Output, Whole
 from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
 from skyverse.cli.report import json_text, table
-from skyverse.cli.study import study_of
+from skyverse.cli.study import study_of, study_summary, summary_lines
 from skyverse.cli.watch import StudyWatch
 from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
@@ -95,7 +95,6 @@ def compare(
     as_json
         Print the summary as JSON.
     """
-    from skyverse.cli.study_summary import study_summary, summary_lines
     from skyverse.lab.comparison_report import write_report
     from skyverse.lab.row import LABELS
     from skyverse.lab.row_export import refuse_export
@@ -169,7 +168,7 @@ def _workloads(jobs: "list[Job]") -> list[str]:
 
     makers = {job.label: job.planner for job in jobs}.values()
     asked = {type(one.made() if isinstance(one, PlannerPolicy) else one).__name__ for one in makers}
-    return sorted(asked | {"mission" for job in jobs if job.case.traffic is not None})
+    return sorted(asked | {"mission" for job in jobs if job.case.encounters is not None})
 
 
 def _keep_study(folder: Path, study: "Study") -> None:

@@ -14,7 +14,7 @@ from skyverse.draw.map_figure import INK, ends, legend, line, map_figure, uav
 from skyverse.draw.replanned_film import replanned_frames, still
 from skyverse.draw.replanned_scene import ReplannedScene
 from skyverse.draw.scene import Scene, flight_scene
-from skyverse.draw.track import Track
+from skyverse.draw.track import DrawnTrack
 from skyverse.errors import InputError
 from skyverse.model.flight_record import Flight
 from skyverse.model.replanned_flight import ReplannedFlight
@@ -88,7 +88,7 @@ def instant(drawn: Scene, t: float) -> "Figure":
     """Return the figure of a flight's scene at `t` seconds: planned paths thin, flown motion until then thick."""
     heading = f"flown, t = {t:.1f} s"
 
-    def lines(track: Track) -> list[Line]:
+    def lines(track: DrawnTrack) -> list[Line]:
         return [(track.path, 0.9, 0.55), (track.flown(t), 2.6, 1.0)]
 
     return fleet_figure(drawn, heading, lines, t=t, findings=drawn.findings)

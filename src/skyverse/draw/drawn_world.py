@@ -8,7 +8,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.relief import Relief, along, cleared, relief
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind, shapes_by_kind
-from skyverse.draw.track import Track
+from skyverse.draw.track import DrawnTrack
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
@@ -64,7 +64,7 @@ class Overhead:
     degrees: Floats | None
 
 
-def world(scenario: Scenario, tracks: Sequence[Track]) -> DrawnWorld:
+def world(scenario: Scenario, tracks: Sequence[DrawnTrack]) -> DrawnWorld:
     """Return the world of `scenario`; of too many shapes, those near the tracks are drawn."""
     lines = [line for track in tracks for line in (track.path, track.positions)]
     plain = scenario.terrain is None and scenario.frame.origin is None
@@ -133,7 +133,7 @@ PLACES, STEPS = 60, 200
 """Places of each flight, and places on the line of sight from each, at which it is asked what is seen."""
 
 
-def first_view(world: DrawnWorld, tracks: Sequence[Track], terrain: Terrain | None) -> tuple[float, float]:
+def first_view(world: DrawnWorld, tracks: Sequence[DrawnTrack], terrain: Terrain | None) -> tuple[float, float]:
     """Return the direction, east and north, from which most of the flights and ends is seen above the ground."""
     if terrain is None:
         return FROM_THE_SOUTH

@@ -24,7 +24,7 @@ from skyverse.draw.map_figure import (
     uav,
 )
 from skyverse.draw.scene import MissionScene, Scene, SceneFinding, scenario_scene, scene
-from skyverse.draw.track import Track
+from skyverse.draw.track import DrawnTrack
 from skyverse.errors import InputError, path_of, require_kind
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -123,7 +123,7 @@ def convergence(drawn: MissionScene) -> "Figure":
     return figure
 
 
-def _curve(axes: Any, track: Track, x: Any, cost: Floats, bound: float | None) -> None:
+def _curve(axes: Any, track: DrawnTrack, x: Any, cost: Floats, bound: float | None) -> None:
     dash = LINE_STYLES[track.lap % len(LINE_STYLES)]
     finite = np.where(np.isfinite(cost), cost, np.nan)
     axes.step(x, finite, where="post", color=track.colour, linestyle=dash, linewidth=1.8)
@@ -141,7 +141,7 @@ Line = tuple[Floats, float, float]
 def fleet_figure(
     drawn: Scene,
     heading: str,
-    lines: Callable[[Track], Sequence[Line]],
+    lines: Callable[[DrawnTrack], Sequence[Line]],
     *,
     t: float | None = None,
     findings: Iterable[SceneFinding] = (),

@@ -7,7 +7,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
 from skyverse.draw.scene import LandingPlace, Scene
-from skyverse.draw.track import Track
+from skyverse.draw.track import DrawnTrack
 
 
 def in_space(scene: Scene) -> list[Trace]:
@@ -41,7 +41,7 @@ def on_map(scene: Scene) -> list[Trace]:
     return made
 
 
-def _landings(scene: Scene) -> Iterator[tuple[int, Track, list[LandingPlace], Floats]]:
+def _landings(scene: Scene) -> Iterator[tuple[int, DrawnTrack, list[LandingPlace], Floats]]:
     """Yield the number and track of each UAV that has landing places, these places, and their positions (k, 3)."""
     for number, track in enumerate(scene.tracks):
         own = [place for place in scene.landings if place.uav == number]

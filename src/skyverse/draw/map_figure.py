@@ -12,7 +12,7 @@ from skyverse.draw.relief import along, cleared, relief, tinted
 from skyverse.draw.scene import Scene, SceneFinding
 from skyverse.draw.shape_geometry import DrawnShape, brightness, faces, outline, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
-from skyverse.draw.track import Point, Track
+from skyverse.draw.track import DrawnTrack, Point
 from skyverse.model.shapes import Box
 
 if TYPE_CHECKING:
@@ -54,21 +54,21 @@ def map_figure(drawn: Scene, heading: str) -> tuple["Figure", Any]:
     return figure, axes
 
 
-def line(axes: Any, track: Track, points: Floats, *, width: float, alpha: float = 1.0) -> None:
+def line(axes: Any, track: DrawnTrack, points: Floats, *, width: float, alpha: float = 1.0) -> None:
     """Draw a line through `points`, (n, 3), in the colour and dash of `track`."""
     if len(points):
         style = {"color": track.colour, "linestyle": LINE_STYLES[track.lap % len(LINE_STYLES)]}
         axes.plot(*points.T, **style, linewidth=width, alpha=alpha, zorder=5, clip_on=False)
 
 
-def ends(axes: Any, track: Track) -> None:
+def ends(axes: Any, track: DrawnTrack) -> None:
     """Mark the start and the target of `track`."""
     _dot(axes, track.start, "o", 6, "white", track.colour, zorder=7, rim=1.6)
     if track.target is not None:
         _dot(axes, track.target, "D", 7, track.colour, "white", zorder=7)
 
 
-def uav(axes: Any, track: Track, place: Floats) -> None:
+def uav(axes: Any, track: DrawnTrack, place: Floats) -> None:
     """Draw the UAV of `track` at `place`."""
     _dot(axes, place, MARKERS[track.lap % len(MARKERS)], 9, track.colour, "white", zorder=9)
 
@@ -167,7 +167,7 @@ def _columns(drawn: Scene) -> int:
     return max(1, min(len(words) + 2, int(150 / (widest + 9))))
 
 
-def _told(track: Track) -> str:
+def _told(track: DrawnTrack) -> str:
     return track.name if track.target_name is None else f"{track.name} → {track.target_name}"
 
 

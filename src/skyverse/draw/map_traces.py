@@ -17,7 +17,7 @@ from skyverse.draw.relief import Relief, tinted
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import footprint
 from skyverse.draw.shape_kinds import ShapeKind
-from skyverse.draw.track import Track, few
+from skyverse.draw.track import DrawnTrack, few
 from skyverse.model.frame import Origin
 from skyverse.model.shape_extent import extent
 
@@ -136,7 +136,7 @@ def closed(rings: list[Floats]) -> Floats:
     return np.concatenate(parts) if parts else np.empty((0, 2))
 
 
-def _tube(track: Track, number: int) -> list[Trace]:
+def _tube(track: DrawnTrack, number: int) -> list[Trace]:
     """Return the strip of the map within which a UAV stays by its tracking error."""
     aside, line = track.error.horizontal, track.nominal[:, :2]
     if aside == 0 or len(line) < 2:

@@ -7,7 +7,7 @@ from skyverse.draw.mover_traces import ways_and_edges, when_they_are_drawn
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import surface
-from skyverse.draw.track import Track, few
+from skyverse.draw.track import DrawnTrack, few
 from skyverse.model.shapes import Cylinder
 
 MIN_DEVIATION = 0.15
@@ -20,7 +20,7 @@ LEVEL = 1e-6
 """A piece of a line that runs less than this share of its length horizontally is taken for a vertical one."""
 
 
-def tube(track: Track, number: int, tolerance: float) -> list[Trace]:
+def tube(track: DrawnTrack, number: int, tolerance: float) -> list[Trace]:
     """Return the tube in which a UAV may stray from its trajectory; an empty list where it keeps to it exactly."""
     aside, up = track.error.horizontal, track.error.vertical
     line = track.nominal

@@ -10,7 +10,7 @@ from skyverse.draw.mover_shapes import grown, levels_over, ring_of
 from skyverse.draw.relief import along
 from skyverse.draw.shape_geometry import span
 from skyverse.draw.shape_kinds import ShapeKind
-from skyverse.draw.track import Track
+from skyverse.draw.track import DrawnTrack
 from skyverse.model.mover import Mover
 from skyverse.model.scenario import Scenario
 
@@ -68,7 +68,7 @@ class Profile:
     movers: tuple[Crossing, ...] = ()
 
 
-def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: int) -> Profile:
+def profile(track: DrawnTrack, scenario: Scenario, kinds: Sequence[ShapeKind], most: int) -> Profile:
     """Return the profile of a track in about `most` points; its `distance` is empty where there is no path."""
     flies = len(track.positions) > 0
     line = np.column_stack([track.positions, track.times]) if flies else track.path

@@ -11,7 +11,7 @@ from skyverse.draw.margin_traces import MIN_DEVIATION
 from skyverse.draw.plotly_values import Trace, packed, plain, round_step, trace
 from skyverse.draw.profile import Crossing, Profile
 from skyverse.draw.scene import Scene
-from skyverse.draw.track import Track, few
+from skyverse.draw.track import DrawnTrack, few
 
 SECONDS_TOLD = 6
 """About how many instants are told above a profile."""
@@ -26,7 +26,7 @@ def from_the_side(scene: Scene) -> list[dict[str, Any]]:
     return [of(track, profile, uav, scene) for track, profile, uav in profiles if len(profile.distance)]
 
 
-def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]:
+def of(track: DrawnTrack, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]:
     """Return the traces of one UAV's profile, those in the background first."""
     heights = [profile.points[:, 2]]
     heights += [] if profile.ground is None else [profile.ground, profile.ground + profile.clearance]
@@ -72,7 +72,7 @@ def _seconds(profile: Profile) -> list[list[float]]:
     return told
 
 
-def _tube(track: Track) -> list[Trace]:
+def _tube(track: DrawnTrack) -> list[Trace]:
     """Return the heights between which the UAV stays by its tracking error."""
     up = track.error.vertical
     if up == 0:
@@ -138,7 +138,7 @@ def _edge(profile: Profile, level: Floats) -> Trace:
     return trace("scatter", "lines", "Altitude band", points, None, {"role": "band"})
 
 
-def _flight(track: Track, profile: Profile) -> list[Trace]:
+def _flight(track: DrawnTrack, profile: Profile) -> list[Trace]:
     name, hover = plain(track.name), _PLACE_IN_PROFILE
     more: list[Floats] = []
     if profile.ground is not None:
@@ -163,13 +163,13 @@ def _flight(track: Track, profile: Profile) -> list[Trace]:
     return [*planned, line, ends]
 
 
-def _nominal(track: Track) -> Floats:
+def _nominal(track: DrawnTrack) -> Floats:
     """Return the flight as planned, (n, 2): metres from the start, measured on the map, and z."""
     steps = np.linalg.norm(np.diff(track.nominal[:, :2], axis=0), axis=1)
     return np.column_stack([np.append(0.0, np.cumsum(steps)), track.nominal[:, 2]])
 
 
-def _planned(track: Track) -> Trace:
+def _planned(track: DrawnTrack) -> Trace:
     """Return the line of a flight as it was planned, beside which it is drawn as flown."""
     line = _nominal(track)
     points = {"x": packed(line[:, 0]), "y": packed(line[:, 1])}

@@ -9,7 +9,7 @@ import numpy as np
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
 from skyverse.draw.palette import TARGET_TO_REACH, TARGET_TO_SPARE
 from skyverse.draw.profile import Profile, profile
-from skyverse.draw.track import Point, Track, track
+from skyverse.draw.track import DrawnTrack, Point, track
 from skyverse.errors import in_words
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.flight_table import BoundKind, bound_kind
@@ -72,7 +72,7 @@ class Scene:
     """
 
     scenario: Scenario
-    tracks: tuple[Track, ...]
+    tracks: tuple[DrawnTrack, ...]
     spare_targets: tuple[tuple[str, Point], ...]
     findings: tuple[SceneFinding, ...]
     interrupted: bool = False
@@ -132,7 +132,7 @@ class MissionScene(Scene):
 
     mission: Mission
     bound: BoundKind
-    curves: tuple[tuple[Track, Result], ...]
+    curves: tuple[tuple[DrawnTrack, Result], ...]
     notes: tuple[str, ...]
     complete: bool
     judged: bool
@@ -239,7 +239,7 @@ def flight_scene(flight: Flight | ReplannedFlight) -> MissionScene:
     )
 
 
-def _track(planned: Track, flown: Flown | None) -> Track:
+def _track(planned: DrawnTrack, flown: Flown | None) -> DrawnTrack:
     meant = planned.positions
     if flown is None:
         return replace(planned, path=meant)

@@ -13,7 +13,7 @@ from skyverse.draw.mover_traces import active_zones_in_space, movers_in_space
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
 from skyverse.draw.scene import MissionScene, Scene
-from skyverse.draw.track import Track, few
+from skyverse.draw.track import DrawnTrack, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
 from skyverse.model.result import Result
 from skyverse.numerics.tolerances import DRAWN_DEVIATION
@@ -35,7 +35,7 @@ def _xyz(points: Floats) -> Trace:
     return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}
 
 
-def of_track(track: Track, number: int, tolerance: float) -> list[Trace]:
+def of_track(track: DrawnTrack, number: int, tolerance: float) -> list[Trace]:
     """Return one UAV's path, its trajectory accurate to `tolerance` metres, and the marks of its start and target."""
     name, place = plain(track.name), "%{text}<br>" + _PLACE_IN_SPACE
     kept = few(track.positions, tolerance)
@@ -114,7 +114,7 @@ def in_space(scene: Scene) -> list[Trace]:
     return [*world, *moving, *tracks, spare, findings(scene), *margins, *landings.in_space(scene), *fleet(scene)]
 
 
-def of_curve(track: Track, result: Result, number: int, bound: str) -> list[Trace]:
+def of_curve(track: DrawnTrack, result: Result, number: int, bound: str) -> list[Trace]:
     """Return the best cost so far of one search, and its bound as a dashed line that is named `bound`."""
     name, history = plain(track.name), result.history
     axes = {"iterations": history.iteration.tolist(), "paths": history.generated_paths.tolist()}

@@ -17,7 +17,7 @@ Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class DrawnTrack:
     """One UAV in space and time.
 
     Attributes
@@ -65,14 +65,14 @@ class Track:
         return np.vstack([self.positions[self.times < t], self.at(t)])
 
 
-def track(flight: PlannedFlight, number: int, bounds: Bounds) -> Track:
+def track(flight: PlannedFlight, number: int, bounds: Bounds) -> DrawnTrack:
     """Return the track of a UAV; `number` is its index in the fleet."""
     uav, target, trajectory = flight.uav, flight.target, flight.trajectory
     times, positions = np.empty(0), np.empty((0, 3))
     if trajectory is not None:
         times, positions = sample(trajectory, DRAWN_DEVIATION * max(np.subtract(bounds.max, bounds.min)))
     path = np.empty((0, 3)) if flight.result is None else flight.result.path
-    return Track(
+    return DrawnTrack(
         name=uav.name,
         colour=TRACKS[number % len(TRACKS)],
         lap=number // len(TRACKS),

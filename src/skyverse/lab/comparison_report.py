@@ -14,10 +14,21 @@ from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
 from skyverse.lab.curves import band, expected_run_length, grid, run_lengths, spread
 from skyverse.lab.flight_report import READ, answer_times, flight_table, kept_population_section
-from skyverse.lab.formatting import literal, whole_numbers
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.planner_differences import best_mean, difference_section, matrix
-from skyverse.lab.report import Block, Cell, Figure, Printed, Report, SectionHeading, Table, Text, decimals
+from skyverse.lab.report import (
+    Block,
+    Cell,
+    Figure,
+    Printed,
+    Report,
+    SectionHeading,
+    Table,
+    Text,
+    decimals,
+    literal,
+    whole_numbers,
+)
 from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
 from skyverse.lab.statistics import summary, wilson

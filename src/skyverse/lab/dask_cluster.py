@@ -7,9 +7,8 @@ from typing import Any
 
 from skyverse.errors import InputError
 from skyverse.lab.job import Job
-from skyverse.lab.jobs import row_of, warm_up
 from skyverse.lab.row import Row
-from skyverse.lab.workers import WorkerError
+from skyverse.lab.workers import WorkerError, row_of, warm_up
 
 
 def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:

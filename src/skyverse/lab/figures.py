@@ -14,7 +14,7 @@ from skyverse._typing import Floats
 from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, logarithmic, plain
 from skyverse.draw.palette import TRACKS
 from skyverse.lab.curves import Quartiles
-from skyverse.lab.formatting import one_line
+from skyverse.lab.report import one_line
 from skyverse.lab.statistics import Ranking, quantile
 
 if TYPE_CHECKING:

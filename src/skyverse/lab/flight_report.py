@@ -7,9 +7,8 @@ import numpy as np
 
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns
-from skyverse.lab.formatting import p_value
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
-from skyverse.lab.report import Block, Cell, Figure, Printed, SectionHeading, Table
+from skyverse.lab.report import Block, Cell, Figure, Printed, SectionHeading, Table, p_value
 from skyverse.lab.rows import Rows
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, bootstrap, holm, magnitude
 

@@ -1,5 +1,6 @@
-"""One flight of a study among movers: planned, flown by a policy, judged by the referee and summarised in one row."""
+"""One flight of a study among movers: planned, flown, judged, and summarised in one row beside its lower bounds."""
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +10,6 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.lab.code_digest import settings_of, versions
-from skyverse.lab.hindsight import least_lengths, least_seconds
 from skyverse.lab.job import Case, Job, KnownBeforehand, OwnReplanner
 from skyverse.lab.row import Row
 from skyverse.live.closed_loop import fly_closed_loop
@@ -22,7 +22,10 @@ from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, no_history
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault, Violation
+from skyverse.planners.taut import Taut
+from skyverse.problem import Airspace, Problem
 from skyverse.referee.mission import judge_fleet
 from skyverse.referee.world import RefereeWorlds
 from skyverse.space.moving_shapes import mover_gaps, moving_shapes
@@ -48,8 +51,8 @@ class _Flown:
 
 def fly_job(job: Job) -> Row:
     """Plan the mission with what is known, fly it among what there is, replanned as the job says, and judge it."""
-    assert job.case.traffic is not None
-    truth = job.case.traffic.truth(job.case.scenario, job.seed)
+    assert job.case.encounters is not None
+    truth = job.case.encounters.truth(job.case.scenario, job.seed)
     flown = _known_beforehand(job, truth) if isinstance(job.planner, KnownBeforehand) else _replanned(job, truth)
     return _row(job, truth, flown)
 
@@ -69,9 +72,9 @@ def _known_beforehand(job: Job, truth: Scenario) -> _Flown:
 
 
 def _replanned(job: Job, truth: Scenario) -> _Flown:
-    case, traffic = job.case, job.case.traffic
-    assert traffic is not None
-    known = traffic.known(case.scenario, job.seed)
+    case, encounters = job.case, job.case.encounters
+    assert encounters is not None
+    known = encounters.known(case.scenario, job.seed)
     mission = _mission(Case("", known, case.assignment))
     own, policy = isinstance(job.planner, OwnReplanner), isinstance(job.planner, Policy)
     flight = Replanner(
@@ -82,7 +85,7 @@ def _replanned(job: Job, truth: Scenario) -> _Flown:
     )
     answers: list[Replan] = []
     arrived = fly_closed_loop(
-        flight, truth, traffic.sensor, longest=traffic.longest, rng=job.seed, on_answers=answers.extend
+        flight, truth, encounters.sensor, longest=encounters.longest, rng=job.seed, on_answers=answers.extend
     )
     uavs = range(len(known.uavs))
     ends = [flight.arrival(uav) for uav in uavs if mission.assignment[uav] is not None]
@@ -103,11 +106,11 @@ def _least_lengths(still: Case, assignment: tuple[int | None, ...]) -> list[floa
 
 
 def _row(job: Job, truth: Scenario, flown: _Flown) -> Row:
-    assert job.case.traffic is not None
+    assert job.case.encounters is not None
     lengths = _least_lengths(Case("", derived(truth, movers=())), flown.mission.assignment)
     bound = max(least_seconds(length, uav) for length, uav in zip(lengths, truth.uavs, strict=True))
     arrived = flown.arrival is not None
-    last = job.case.traffic.longest if flown.arrival is None else flown.arrival
+    last = job.case.encounters.longest if flown.arrival is None else flown.arrival
     gaps = _gaps(truth, flown.trajectories, last + STAY)
     wrong = _violations(truth, flown, arrived)
     success = arrived and not wrong
@@ -167,3 +170,59 @@ def _gaps(truth: Scenario, trajectories: Sequence[Trajectory | None], last: floa
             places = flown.at(np.clip(instants, flown.start, flown.end)).position
             found.append(mover_gaps(shapes, instants, places).min(axis=1))
     return np.concatenate(found)
+
+
+def least_lengths(scenario: Scenario, assignment: tuple[int | None, ...]) -> list[float]:
+    """Return a lower bound of the length that each UAV must fly to its target, metres; 0 without a target.
+
+    A path is no shorter among movers than among what stands still, so that `Taut`'s proven bound of its length holds.
+    """
+    airspace = Airspace(scenario)
+    found = []
+    for uav, target in enumerate(assignment):
+        if target is None:
+            found.append(0.0)
+            continue
+        problem = Problem(airspace, uav, target)
+        bound = Taut().plan(problem).bound  # a price, of metres that cost `fuel` each
+        apart = math.dist(problem.uav_place, problem.target_place)
+        found.append(max((bound or 0.0) / scenario.objective.fuel, apart) if scenario.objective.fuel > 0 else apart)
+    return found
+
+
+def least_seconds(length: float, uav: UAV) -> float:
+    """Return the least time in which a UAV can fly so many metres from rest to rest, whatever moves.
+
+    A UAV begins and ends at rest, without acceleration. So t seconds after the beginning, and as long before the end,
+    its acceleration is at most min(a, j t), where a and j are its largest acceleration and jerk, and its speed at most
+
+        V(t) = j t^2 / 2                for t <= a / j,
+        V(t) = a t - a^2 / (2 j)        after that,
+
+    and never above its largest speed v. The least time T for a length L is the one for which the integral of
+    min(v, V(t), V(T - t)) over 0 to T is L. On curved paths, too, no flight is faster.
+    """
+    if length <= 0.0:
+        return 0.0
+    low, high = 0.0, 1.0
+    while _reach(high, uav) < length:
+        low, high = high, 2.0 * high
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _reach(middle, uav) < length else (low, middle)
+    return low
+
+
+def _reach(seconds: float, uav: UAV) -> float:
+    """Return how far at most a UAV gets from rest to rest in so many seconds, metres."""
+    top, a, jerk = uav.max_speed, uav.max_acceleration, uav.max_jerk
+    ramp = a / jerk
+    fastest = math.sqrt(2.0 * top / jerk)  # the instant at which V(t) = v
+    if fastest > ramp:
+        fastest = top / a + 0.5 * ramp
+    rising = min(0.5 * seconds, fastest)
+    if rising <= ramp:
+        covered = jerk * rising**3 / 6.0
+    else:
+        covered = jerk * ramp**3 / 6.0 + 0.5 * a * (rising**2 - ramp**2) - 0.5 * a * ramp * (rising - ramp)
+    return 2.0 * covered + top * max(seconds - 2.0 * fastest, 0.0)

@@ -37,7 +37,7 @@ Contender = Planner | Policy | OwnReplanner | KnownBeforehand
 
 
 @dataclass(frozen=True)
-class Traffic:
+class Encounters:
     """What is met in flight, what sees it, and how long that may take.
 
     Attributes
@@ -77,12 +77,12 @@ class Case:
     label: str
     scenario: Scenario
     assignment: Assignment = "path-cost"
-    traffic: Traffic | None = None
+    encounters: Encounters | None = None
 
     @cached_property
     def digest(self) -> str:
         """A digest of all but the label."""
-        return digest(self.scenario.digest, self.assignment, repr(self.traffic))
+        return digest(self.scenario.digest, self.assignment, repr(self.encounters))
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, Case) else NotImplemented
@@ -100,13 +100,13 @@ class Job:
     case
         The scenario; jobs on the same scenario should share one case.
     planner, label
-        The planner, or where there is traffic what replans, and its label in the study.
+        The planner, or in a flight what replans, and its label in the study.
     stop, budget
-        The rule that ends each UAV's search, and its label; ``None`` where there is traffic. `MaxSeconds` alone is
+        The rule that ends each UAV's search, and its label; ``None`` for a flight. `MaxSeconds` alone is
         turned into paths by a pilot run.
     seed
         The search of a single UAV gets ``rng=seed``; those of several get a random stream each, as in
-        `plan_mission`. Where there is traffic it makes the movers, and the random numbers of sensor and policy.
+        `plan_mission`. For a flight it makes the movers, and the random numbers of sensor and policy.
     objective
         An objective of one's own by which the results of all planners are priced.
     """
@@ -141,9 +141,9 @@ class Job:
 
     def shortened(self) -> "Job":
         """Return a run that is as short as it can be and needs the same kernels."""
-        if self.case.traffic is None:
+        if self.case.encounters is None:
             return replace(self, stop=MaxIterations(1))
-        return replace(self, case=replace(self.case, traffic=replace(self.case.traffic, longest=0.5)))
+        return replace(self, case=replace(self.case, encounters=replace(self.case.encounters, longest=0.5)))
 
     def __str__(self) -> str:
         return "{}, {}, {}, seed {}".format(*self.run)

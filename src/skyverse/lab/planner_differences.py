@@ -8,9 +8,8 @@ import numpy as np
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns
 from skyverse.lab.curves import profile
-from skyverse.lab.formatting import literal, named, p_value
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
-from skyverse.lab.report import Block, Cell, Figure, Printed, Table, Text
+from skyverse.lab.report import Block, Cell, Figure, Printed, Table, Text, literal, named, p_value
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, magnitude, ranking
 from skyverse.model.short_lines import counted
 

@@ -12,8 +12,19 @@ from pathlib import Path
 from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError
 from skyverse.lab.figures import image, style
-from skyverse.lab.formatting import literal, one_line
-from skyverse.lab.report import NO_VALUE, Cell, Figure, Printed, Report, SectionHeading, Table, Text, cells
+from skyverse.lab.report import (
+    NO_VALUE,
+    Cell,
+    Figure,
+    Printed,
+    Report,
+    SectionHeading,
+    Table,
+    Text,
+    cells,
+    literal,
+    one_line,
+)
 
 _TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 _SUFFIXES = (*_TYPES, "pdf")

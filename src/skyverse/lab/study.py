@@ -13,7 +13,7 @@ from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError, path_of
 from skyverse.files import BUILTIN_NAMES, read_scenario
 from skyverse.files.document import explained, parse, read_text
-from skyverse.lab.job import Case, Contender, Job, Traffic
+from skyverse.lab.job import Case, Contender, Encounters, Job
 from skyverse.lab.study_parts import (
     Budget,
     Seeds,
@@ -194,8 +194,8 @@ class Study(StudyModel):
                 f"{given.file}: obstacles: expected {movers.hidden} or more, of which so many are hidden, "
                 f"found {len(scenario.obstacles)}"
             )
-        traffic = Traffic(movers.kind, movers.count, movers.speed, movers.hidden, self.sensor, self.longest)
-        return Case(f"{given.label}: {movers.label}", scenario, self.assignment, traffic)
+        encounters = Encounters(movers.kind, movers.count, movers.speed, movers.hidden, self.sensor, self.longest)
+        return Case(f"{given.label}: {movers.label}", scenario, self.assignment, encounters)
 
     def _refuse_two_units(self, scenario: Scenario) -> None:
         off = [contender.label for contender in self.planners if contender.make().leaves_lattice(scenario)]

@@ -1,4 +1,4 @@
-"""The runs of a study on this machine: in this process, or on several spawned processes."""
+"""Runs made by whichever process is asked for them: this one, or several spawned ones."""
 
 import multiprocessing
 import signal
@@ -11,8 +11,10 @@ from typing import Any
 
 from skyverse.errors import InputError
 from skyverse.interrupt import on_interrupt
+from skyverse.lab.code_digest import code_digest
+from skyverse.lab.fly_job import fly_job
 from skyverse.lab.job import Job
-from skyverse.lab.jobs import make_run, row_of, warm_up
+from skyverse.lab.plan_job import plan_job
 from skyverse.lab.row import Row
 
 
@@ -145,3 +147,22 @@ def _serve(connection: Connection) -> None:
             except Exception:
                 answer = RuntimeError(f"in the run {task}:\n{traceback.format_exc()}")
             connection.send(answer)
+
+
+def row_of(job: Job) -> Row:
+    """Make a run and return its row, or raise `InputError` where this process has other code than the one that asks."""
+    if code_digest(job.made_by) != job.code:
+        raise InputError(f"{job}: expected the code of the process that asks, found another; start workers anew")
+    return make_run(job)
+
+
+def make_run(job: Job) -> Row:
+    """Make a run and return its row."""
+    return plan_job(job) if job.case.encounters is None else fly_job(job)
+
+
+def warm_up(jobs: Sequence[Job]) -> None:
+    """Make each run as short as it can be, so that all kernels which the jobs need are compiled and cached."""
+    for job in jobs:
+        with suppress(Exception):  # the run itself will raise the same error
+            make_run(job.shortened())

@@ -8,7 +8,7 @@ from itertools import product
 
 from skyverse.lab.job import Job
 from skyverse.lab.report import Block, SectionHeading, Table, Text
-from skyverse.reproduction import cost_claims, effort_claims, fleets, parameter_claims, spread_claims, timed_claims
+from skyverse.reproduction import cost_claims, effort_claims, fleets, parameter_claims
 from skyverse.reproduction.cell_runs import (
     EQUAL_EFFORTS,
     FORMS,
@@ -20,14 +20,20 @@ from skyverse.reproduction.cell_runs import (
     exact_searches,
     without_obstacles,
 )
-from skyverse.reproduction.claim_verdict import ClaimVerdict, Finding
+from skyverse.reproduction.claim_verdict import SAME_WITHIN, ClaimVerdict, Finding
 from skyverse.reproduction.convergence import up_to
-from skyverse.reproduction.cost_claims import ALIKE_WITHIN, EQUAL, LAST, munkres_lowers, order, order_after
+from skyverse.reproduction.cost_claims import (
+    ALIKE_WITHIN,
+    EQUAL,
+    LAST,
+    gso_settles_faster,
+    munkres_lowers,
+    order,
+    order_after,
+)
 from skyverse.reproduction.effort_claims import WORK_SIZES
-from skyverse.reproduction.mean_difference import SAME_WITHIN
 from skyverse.reproduction.parameter_claims import SWEPT_ITERATIONS, SWEPT_POPULATIONS, populations
 from skyverse.reproduction.published import CASES, FLEET_RUNS, METHODS, THESIS_MAPS
-from skyverse.reproduction.spread_claims import gso_settles_faster
 
 CLAIMED_ITERATIONS = (1, 2, 5, 10, 15, 30, 40, 50)
 """The numbers of iterations after which claims compare costs, with a population of 25."""
@@ -57,9 +63,9 @@ CLAIMS = (
     Claim("MVO takes about half of GSO's time.", "4.1.1.1", effort_claims.half_the_time, "nodes"),
     Claim("BBO is the fastest of the three.", "4.1.1.1, 4.2", effort_claims.bbo_is_fastest, "nodes"),
     Claim("BBO is trapped: its best costs are the worst.", "4.1.1.1, 4.2", partial(order, _BBO_LAST, THESIS_MAPS)),
-    Claim("The spread falls from the first case to the second.", "4.1.1.1", spread_claims.spread_falls, "spread"),
-    Claim("In the first case MVO's is least on Maps 2 and 3.", "4.1.1.1", spread_claims.mvo_spreads_least, "spread"),
-    Claim("BBO has the largest spread.", "4.1.1.1", spread_claims.bbo_spreads_most, "spread"),
+    Claim("The spread falls from the first case to the second.", "4.1.1.1", cost_claims.spread_falls, "spread"),
+    Claim("In the first case MVO's is least on Maps 2 and 3.", "4.1.1.1", cost_claims.mvo_spreads_least, "spread"),
+    Claim("BBO has the largest spread.", "4.1.1.1", cost_claims.bbo_spreads_most, "spread"),
     Claim("The spread falls faster for GSO than for MVO.", "4.1.1.2", partial(gso_settles_faster, ("MVO",)), "spread"),
     Claim(
         "At 30 iterations MVO has converged furthest.", "4.1.1.2", partial(order_after, _MVO_FIRST, (30,), THESIS_MAPS)
@@ -102,7 +108,7 @@ CLAIMS = (
 def parts() -> list[ThesisPart]:
     """Return the page of claims."""
     on_time = [(number, claim.text, claim.judge) for number, claim in enumerate(CLAIMS, 1) if "nodes" in claim.measure]
-    return [ThesisPart("claims", claimed_jobs, page, partial(timed_claims.blocks, on_time, claimed_jobs))]
+    return [ThesisPart("claims", claimed_jobs, page, partial(effort_claims.timed_blocks, on_time, claimed_jobs))]
 
 
 def claimed_jobs(seeds: Sequence[int]) -> Iterable[Job]:

@@ -21,8 +21,8 @@ from skyverse.reproduction.cell_runs import (
     restarts,
 )
 from skyverse.reproduction.charts import ChartSeries, lines
+from skyverse.reproduction.claim_verdict import Sample, mean_difference, sample
 from skyverse.reproduction.costs import MAP_TITLES
-from skyverse.reproduction.mean_difference import Sample, mean_difference, sample
 from skyverse.reproduction.published import (
     CONVERGENCE,
     CONVERGENCE_ITERATIONS,

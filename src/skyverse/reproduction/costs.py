@@ -21,7 +21,7 @@ from skyverse.reproduction.cell_runs import (
     restarts,
 )
 from skyverse.reproduction.charts import ChartSeries, bars
-from skyverse.reproduction.mean_difference import (
+from skyverse.reproduction.claim_verdict import (
     SAME_WITHIN,
     Sample,
     deviations_differ,
