@@ -49,8 +49,8 @@ def read(path: Path) -> None:
     elif path.name.startswith("aerial"):
         assert sky.build_scenario("a", voxels=[path], ground=sky.AboveSea(300)).terrain is not None
     elif path.suffix in FEATURES or path.name == "city.json":
-        from skyverse.maps.georeference.choices import Choices
-        from skyverse.maps.readers.buildings_and_zones import read_features
+        from skyverse.maps.georeference.reading import Choices
+        from skyverse.maps.readers import read_features
 
         found = read_features(path, Choices(altitudes="agl", building_height=10.0, buffer=5.0))
         assert isinstance(found, list)

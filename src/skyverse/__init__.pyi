@@ -33,8 +33,8 @@ from .live.replanner import Replanner as Replanner
 from .live.tracks import Sighting as Sighting
 from .maps.assembly.build import build_scenario as build_scenario
 from .maps.assembly.options import Note as Note
-from .maps.georeference.choices import Raster as Raster
-from .maps.georeference.choices import Reading as Reading
+from .maps.georeference.reading import Raster as Raster
+from .maps.georeference.reading import Reading as Reading
 from .maps.readers.track import read_track as read_track
 from .mission.assignment import assign as assign
 from .mission.assignment import straight_line as straight_line

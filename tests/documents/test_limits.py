@@ -10,8 +10,8 @@ from skyverse.documents import limits
 from skyverse.documents.json import load_json
 from skyverse.documents.limits import MAX_DEPTH, MAX_REPEATED, LimitError
 from skyverse.documents.yaml import LONG_LIST, load_yaml
-from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.readers.buildings_and_zones import read_features
+from skyverse.maps.georeference.reading import Choices
+from skyverse.maps.readers import read_features
 
 SCENARIO = """name: x
 bounds: {min: [0, 0, 0], max: [9, 9, 9]}

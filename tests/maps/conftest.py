@@ -9,8 +9,8 @@ import pytest
 def read(tmp_path):
     """Write a document to a file, and return the features that are read from it."""
     pytest.importorskip("shapely")
-    from skyverse.maps.georeference.choices import Choices
-    from skyverse.maps.readers.buildings_and_zones import read_features
+    from skyverse.maps.georeference.reading import Choices
+    from skyverse.maps.readers import read_features
 
     def written(document, name="zones.geojson", **choices):
         path = tmp_path / name

@@ -12,8 +12,8 @@ from skyverse.flight.commands import commands
 from skyverse.flight.disturbances import Weather
 from skyverse.flight.simulate import SimulationJob, simulate
 from skyverse.flight.vehicle import vehicle_of
+from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap
-from skyverse.maps.readers.voxelise import touched
 from skyverse.space.moving_shapes import first_too_near, mover_gaps, moving_shapes
 from skyverse.space.timed_shapes import timed_shapes
 

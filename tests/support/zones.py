@@ -4,8 +4,8 @@ import pytest
 import shapely
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.readers.buildings_and_zones import read_features
+from skyverse.maps.georeference.reading import Choices
+from skyverse.maps.readers import read_features
 
 SQUARE = [[7.0, 47.0], [7.001, 47.0], [7.001, 47.001], [7.0, 47.001], [7.0, 47.0]]
 COURT = [[7.0004, 47.0004], [7.0006, 47.0004], [7.0006, 47.0006], [7.0004, 47.0006], [7.0004, 47.0004]]

@@ -29,7 +29,7 @@ from skyverse.cli.report import json_text
 from skyverse.cli.watch import console
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import MapDetail, MapFiles, MapRegion, documentation
-from skyverse.maps.georeference.choices import Raster, Reading
+from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.caution import stands_out
 from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.short_lines import TIMES, counted, listed

@@ -20,8 +20,8 @@ from skyverse.files.missions import (
     waypoints_csv,
 )
 from skyverse.files.scenarios import course_map, options_built_with, scenario_from_data, scenario_schema, scenario_text
-from skyverse.maps.readers import voxels
-from skyverse.maps.readers.rotorpy_world import is_rotorpy_world, rotorpy_world
+from skyverse.maps.readers import local_worlds
+from skyverse.maps.readers.local_worlds import is_rotorpy_world, rotorpy_world
 from skyverse.maps.readers.voxel_grid import Unknown
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
@@ -66,8 +66,8 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         If there is no such scenario or file, or it cannot be used; the message names file and field.
     """
     path = path_of(source, "source")
-    if unknown is not None and path.suffix.lower() not in voxels.OCTOMAP_SUFFIXES:
-        suffixes = ", ".join(voxels.OCTOMAP_SUFFIXES)
+    if unknown is not None and path.suffix.lower() not in local_worlds.OCTOMAP_SUFFIXES:
+        suffixes = ", ".join(local_worlds.OCTOMAP_SUFFIXES)
         raise InputError(f"expected it for an OctoMap ({suffixes}) only, found it for {source}", field="unknown")
     if str(source) in BUILTIN_NAMES:
         return builtin(str(source))
@@ -75,10 +75,10 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     require_file(path, BUILTIN_NAMES)
     if suffix == ".txt":
         return course_map(path, read_text(path))
-    if suffix in voxels.VOXEL_SUFFIXES:
-        return voxels.voxel_scenario(path, unknown=unknown)
+    if suffix in local_worlds.VOXEL_SUFFIXES:
+        return local_worlds.voxel_scenario(path, unknown=unknown)
     if suffix not in (".yaml", ".yml", ".json"):
-        known = ", ".join((".yaml", ".yml", ".json", ".txt", *voxels.VOXEL_SUFFIXES))
+        known = ", ".join((".yaml", ".yml", ".json", ".txt", *local_worlds.VOXEL_SUFFIXES))
         raise InputError(f"{path}: expected a file ending in {known}, found {suffix or 'no ending'!r}")
     data = parse(path, read_text(path))
     if suffix == ".json" and is_rotorpy_world(data):

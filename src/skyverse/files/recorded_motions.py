@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field, ValidationError
 from skyverse.errors import InputError
 from skyverse.files.document import explained
 from skyverse.maps.readers.track import LONGEST_GAP, recorded_track
-from skyverse.maps.readers.track_fixes import Reference, Unit
+from skyverse.maps.readers.track_files import Reference, Unit
 from skyverse.model.frame import Frame
 from skyverse.model.quantities import Model, Number, Positive
 

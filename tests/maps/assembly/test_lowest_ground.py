@@ -11,7 +11,7 @@ pyproj = pytest.importorskip("pyproj", reason="reading rasters needs pyproj")
 from rasterio.transform import Affine  # noqa: E402
 
 from skyverse.maps.assembly.terrain import read_terrain  # noqa: E402
-from skyverse.maps.georeference.choices import Raster  # noqa: E402
+from skyverse.maps.georeference.reading import Raster  # noqa: E402
 from skyverse.maps.readers import raster_tiles  # noqa: E402
 from skyverse.model.frame import Origin  # noqa: E402
 from skyverse.model.geodesy import to_local  # noqa: E402

@@ -17,10 +17,13 @@ from rasterio.transform import Affine  # noqa: E402
 
 from proj_map import proj_local  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
-from skyverse.maps.assembly.ground import ground_range, level_ground  # noqa: E402
-from skyverse.maps.assembly.region import covered  # noqa: E402
-from skyverse.maps.assembly.terrain import read_terrain  # noqa: E402
-from skyverse.maps.georeference.choices import Raster  # noqa: E402
+from skyverse.maps.assembly.frame import covered  # noqa: E402
+from skyverse.maps.assembly.terrain import (  # noqa: E402
+    ground_range,
+    level_ground,
+    read_terrain,
+)
+from skyverse.maps.georeference.reading import Raster  # noqa: E402
 from skyverse.maps.readers import raster_tiles  # noqa: E402
 from skyverse.maps.readers.raster import open_raster  # noqa: E402
 from skyverse.model.frame import Origin  # noqa: E402

@@ -13,8 +13,8 @@ shapely = pytest.importorskip("shapely")
 from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps.assembly.build import build_scenario  # noqa: E402
 from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds  # noqa: E402
-from skyverse.maps.georeference.choices import Choices, Reading  # noqa: E402
-from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
+from skyverse.maps.georeference.reading import Choices, Reading  # noqa: E402
+from skyverse.maps.readers import read_features  # noqa: E402
 from skyverse.model.altitude import AboveSea  # noqa: E402
 from skyverse.model.frame import Origin  # noqa: E402
 from skyverse.model.geodesy import to_local  # noqa: E402

@@ -20,7 +20,8 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
+from skyverse.maps.georeference.reading import Choices  # noqa: E402
+from skyverse.maps.readers import read_features  # noqa: E402
 from zones import (  # noqa: E402
     COURT,
     EXTRUDE,
@@ -362,3 +363,14 @@ def test_a_file_that_is_cut_off_is_said_to_be(tmp_path, suffix):
         with pytest.raises(InputError, match=rf"whole\{suffix}: .*cut off") as caught:
             read_features(whole)
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("word", ["office space", "flyover", "skyspace museum", "airspace", "no-fly zone", "air"])
+@pytest.mark.parametrize("field", ["name", "kind", "category"])
+def test_whether_a_thing_is_solid_is_said_by_what_it_is_read_as_and_not_by_its_words(word, field, tmp_path):
+    square = {"type": "Polygon", "coordinates": [[[8, 47], [8.001, 47], [8.001, 47.001], [8, 47]]]}
+    one = {"type": "Feature", "geometry": square, "properties": {field: word, "height": 12}}
+    (tmp_path / "x.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [one]}))
+    for kind, solid in (("building", True), (None, False)):
+        (found,) = read_features(tmp_path / "x.geojson", Choices(kind=kind, unit="m"))
+        assert found.solid is solid

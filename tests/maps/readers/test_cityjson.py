@@ -14,8 +14,8 @@ from skyverse.model.altitude import AboveGround, AboveSea
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
-from skyverse.maps.georeference.choices import Choices  # noqa: E402
-from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
+from skyverse.maps.georeference.reading import Choices  # noqa: E402
+from skyverse.maps.readers import read_features  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "delft.city.json").exists(), reason="needs ../shared/data/*.city.json")

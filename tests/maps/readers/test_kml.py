@@ -13,7 +13,7 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
+from skyverse.maps.readers import read_features  # noqa: E402
 from zones import ABSOLUTE, COURT, EXTRUDE, RELATIVE, SQUARE, kml, kml_polygon, polygon, refused  # noqa: E402
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.maps.readers.voxels import read_voxels
+from skyverse.maps.readers.local_worlds import read_voxels
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data")) / "voxels"
 

@@ -17,9 +17,9 @@ shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyproj")
 pyogrio = pytest.importorskip("pyogrio")
 
-from skyverse.maps.georeference.choices import Choices  # noqa: E402
-from skyverse.maps.readers.building_heights import length_in_metres, number_of_levels  # noqa: E402
-from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
+from skyverse.maps.georeference.reading import Choices  # noqa: E402
+from skyverse.maps.readers import read_features  # noqa: E402
+from skyverse.maps.readers.dimensions import length_in_metres, number_of_levels  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 NODES = {1: (7.0, 47.0), 2: (7.001, 47.0), 3: (7.001, 47.001), 4: (7.0, 47.001)}

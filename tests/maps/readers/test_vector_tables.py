@@ -11,8 +11,8 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.georeference.choices import Choices  # noqa: E402
-from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
+from skyverse.maps.georeference.reading import Choices  # noqa: E402
+from skyverse.maps.readers import read_features  # noqa: E402
 from zones import COURT, SQUARE, polygon  # noqa: E402
 
 

@@ -12,9 +12,8 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, in_words
 from skyverse.maps.assembly import extent, frame
 from skyverse.maps.assembly.bad_points import refuse_bad_points
-from skyverse.maps.assembly.ground import level_ground
-from skyverse.maps.assembly.inputs import open_clouds, read_feature_files, voxels_of
-from skyverse.maps.assembly.licence import licence_of, licensed
+from skyverse.maps.assembly.frame import Area, require_size
+from skyverse.maps.assembly.inputs import licence_of, licensed, open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.obstacles import local_features, points_inside, prisms, simplified, within_bounds
 from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note, keywords_of
 from skyverse.maps.assembly.places import (
@@ -28,10 +27,8 @@ from skyverse.maps.assembly.places import (
     refuse_outside,
     refuse_swapped,
 )
-from skyverse.maps.assembly.region import Area, require_size
-from skyverse.maps.assembly.terrain import read_terrain
-from skyverse.maps.georeference.choices import Raster
-from skyverse.maps.georeference.rectangle import Rectangle
+from skyverse.maps.assembly.terrain import level_ground, read_terrain
+from skyverse.maps.georeference.reading import Raster, Rectangle
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.caution import NO_UNIT, Caution, stands_out

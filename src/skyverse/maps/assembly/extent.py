@@ -7,8 +7,8 @@ import numpy as np
 
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.bad_points import BadPoint
-from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.obstacles import LocalFeatures
+from skyverse.maps.assembly.terrain import GIVE_GROUND
 from skyverse.model.altitude import AboveGround, AboveHome, Altitude
 from skyverse.model.frame import Origin
 from skyverse.model.round_steps import round_steps

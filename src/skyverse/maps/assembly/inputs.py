@@ -1,19 +1,19 @@
-"""The files of buildings, zones and point clouds that a scenario is built of, read, and what is told of them."""
+"""The files of buildings, zones and point clouds that a scenario is built of, their licences, and what is told."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import BuildOptions, Note
-from skyverse.maps.georeference.choices import Choices, Reading
-from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.rectangle import Rectangle
+from skyverse.maps.georeference.fields import Fields
+from skyverse.maps.georeference.reading import Choices, Feature, Reading, Rectangle
 from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, aerial_cloud, aerial_voxels
 from skyverse.model.caution import Caution
 from skyverse.model.frame import Origin
+from skyverse.model.scenario import Source
 from skyverse.model.shapes import Terrain, Voxels
 from skyverse.model.short_lines import counted
 
@@ -31,7 +31,7 @@ class FeatureFile(NamedTuple):
 
 def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
     """Read the files of buildings, zones and soft zones, in this order."""
-    from skyverse.maps.readers.buildings_and_zones import read_features
+    from skyverse.maps.readers import read_features
 
     reading = options.reading or Reading()
     asked: list[tuple[str, str | None, float | None]] = [(str(path), "building", None) for path in options.buildings]
@@ -88,3 +88,40 @@ def voxels_of(
     )
     options.on_note(Note(str(cloud.path), made))
     return [solid]
+
+
+OPEN_STREET_MAP = "© OpenStreetMap contributors, Open Database License (ODbL) 1.0"
+_LICENCE_FIELDS = ("license", "licence", "copyright", "attribution")
+_HOLDERS = ("metadata", "+metadata-extended")
+"""Where documents hold such fields, besides their top."""
+
+
+def licence_of(path: Path) -> str:
+    """Return what a file of buildings or zones says of its licence, ``""`` where it says nothing."""
+    suffix = path.suffix.lower()
+    if suffix in (".osm", ".pbf"):
+        return OPEN_STREET_MAP
+    if suffix not in (".json", ".geojson"):
+        return ""
+    from skyverse.maps.readers import geojson  # it needs libraries that only readers of such files have
+
+    try:
+        document = geojson.load(path)
+    except InputError:
+        return ""
+    holders = [document, *(document.get(name) for name in _HOLDERS)] if isinstance(document, dict) else []
+    said = (Fields(holder).text(*_LICENCE_FIELDS) for holder in holders if isinstance(holder, dict))
+    return next(filter(None, said), "")
+
+
+def licensed(sources: list[tuple[Path, Source]], licences: Mapping[str, str]) -> list[Source]:
+    """Return sources with the licences that the user gives by path, or by name where one file only has it."""
+    paths = {path for path, _ in sources}
+    said = {}
+    for file, text in licences.items():
+        meant = {path for path in paths if path == Path(file)} or {path for path in paths if path.name == str(file)}
+        if len(meant) != 1:
+            found = "several of that name" if meant else "another"
+            raise InputError(f"{file}: expected one of the files given, found {found}", field="licences")
+        said[meant.pop()] = text
+    return [source.model_copy(update={"licence": said.get(path, source.licence)}) for path, source in sources]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
 from skyverse.errors import InputError, is_number, require_kind, require_number, shown
-from skyverse.maps.georeference.choices import Raster, Reading
+from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.fleet_limits import FleetLimits
 

@@ -9,12 +9,10 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, is_number
 from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
-from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
-from skyverse.maps.assembly.region import MAX_WIDTH
-from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.latitude_longitude import SWAPPED, require_on_globe
-from skyverse.maps.georeference.rectangle import Rectangle, contains
+from skyverse.maps.assembly.terrain import GIVE_GROUND
+from skyverse.maps.georeference.fields import SWAPPED, require_on_globe
+from skyverse.maps.georeference.reading import MAX_WIDTH, Feature, Rectangle, contains
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.frame import Origin

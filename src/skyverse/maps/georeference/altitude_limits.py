@@ -6,8 +6,8 @@ from itertools import product
 from typing import Any
 
 from skyverse.errors import InputError, Remedy
-from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.fields import Fields, looked_up, number_of, plain
+from skyverse.maps.georeference.reading import Choices
 from skyverse.model.altitude import FOOT, MAX_WRITTEN, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 LOWER_FIELDS = ("lowerlimit", "lower", "minaltitude", "minalt", "altitudelower", "loweraltitude", "floor")

@@ -14,11 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError, Remedy, require_file
-from skyverse.maps.georeference.choices import GIVE_AMSL, GIVE_CRS, Choices
-from skyverse.maps.georeference.libraries import require_libraries
-from skyverse.maps.georeference.rectangle import Rectangle
-from skyverse.maps.readers import las, voxel_grid
+from skyverse.errors import InputError, Remedy, require_file, require_libraries
+from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices, Rectangle
+from skyverse.maps.readers import point_cloud, voxel_grid
 from skyverse.maps.readers.point_cloud import POINTS_AT_A_TIME
 from skyverse.maps.readers.raster_tiles import GIVE_GEOID
 from skyverse.model.altitude import FOOT
@@ -86,11 +84,11 @@ def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
     import shapely
 
     from skyverse.maps.georeference import datum
-    from skyverse.maps.readers.coordinate_systems import to_globe
+    from skyverse.maps.georeference.coordinate_systems import to_globe
 
-    with las.open_las(path) as file:
+    with point_cloud.open_las(path) as file:
         header = file.header
-        said, keys = las.coordinate_system(header), _keys(header)
+        said, keys = point_cloud.coordinate_system(header), _keys(header)
         low, high = np.array(header.mins, dtype=np.float64), np.array(header.maxs, dtype=np.float64)
     if not header.point_count:
         raise InputError(f"{path}: expected points, found none")
@@ -123,7 +121,7 @@ def _system(path: Path, said: "CRS | None", keys: dict[int, int], choices: Choic
     import pyproj
 
     from skyverse.maps.georeference import datum
-    from skyverse.maps.readers.coordinate_systems import named_crs
+    from skyverse.maps.georeference.coordinate_systems import named_crs
 
     if said is None and choices.crs is None:
         raise InputError(f"{path}: expected its coordinate system, found none", give=[GIVE_CRS])
@@ -233,7 +231,7 @@ def _altitudes(cloud: AerialCloud, origin: Origin, z: Floats) -> Floats:
 
 def _points(cloud: AerialCloud, origin: Origin) -> Iterator[tuple[Floats, Ints]]:
     """Yield points (n, 3) of the local frame and their classes (n,), some at a time."""
-    with las.open_las(cloud.path) as file:
+    with point_cloud.open_las(cloud.path) as file:
         for chunk in file.chunk_iterator(POINTS_AT_A_TIME):
             x, y, z = (np.asarray(axis, dtype=np.float64) for axis in (chunk.x, chunk.y, chunk.z))
             at = np.column_stack([x, y, z])

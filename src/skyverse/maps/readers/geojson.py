@@ -16,10 +16,11 @@ from skyverse._typing import Floats
 from skyverse.documents.json import load_json
 from skyverse.documents.limits import LimitError, require_length
 from skyverse.errors import InputError, printable, shown, unreadable
+from skyverse.maps.georeference.coordinate_systems import WGS84, named_crs
 from skyverse.maps.georeference.fields import are_numbers, plain, require_type
-from skyverse.maps.readers.circle_radius import fields_of_standard_circle
-from skyverse.maps.readers.coordinate_systems import WGS84, named_crs
-from skyverse.maps.readers.record_to_feature import GeometryRecord
+from skyverse.maps.georeference.reading import Choices, Feature
+from skyverse.maps.readers.dimensions import fields_of_standard_circle
+from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 
 _WRAPPERS = ("uaszone", "verticallayer", "layer")
 """Plain names of properties whose own fields are those of a zone and of its limits, as national services write them."""
@@ -70,6 +71,11 @@ def _within(fields: dict[str, Any]) -> str:
     """Return the words that tell which object is meant, by the field that names it."""
     known = next((name for name in ("name", "identifier", "id") if isinstance(fields.get(name), str | int)), None)
     return "" if known is None else f", where {known!r} is {shown(fields[known])}"
+
+
+def features(document: Any, path: Path, choices: Choices) -> list[Feature]:
+    """Return the zones or buildings of a GeoJSON or ED-269 document."""
+    return features_of(*records(document, path), str(path), choices)
 
 
 def records(document: Any, path: Path) -> tuple[list[GeometryRecord], pyproj.CRS]:

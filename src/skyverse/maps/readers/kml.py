@@ -14,14 +14,21 @@ from shapely.geometry.base import BaseGeometry
 
 from skyverse.documents.xml import read_tree
 from skyverse.errors import InputError, printable, unreadable
+from skyverse.maps.georeference.coordinate_systems import WGS84
+from skyverse.maps.georeference.reading import Choices, Feature
 from skyverse.maps.readers.geojson import polygon
-from skyverse.maps.readers.record_to_feature import GeometryRecord
+from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 
 MAX_UNPACKED = 200_000_000
 """Bytes that a KMZ may unpack to at most."""
 _GEOMETRIES = ("Polygon", "Point", "LineString", "LinearRing")
 _REFUSED_GEOMETRIES = ("Track", "MultiTrack", "Model")
 _ALTITUDE_MODES = ("clampToGround", "relativeToGround", "absolute")
+
+
+def features(path: Path, choices: Choices) -> list[Feature]:
+    """Return the zones or buildings of a KML or KMZ file."""
+    return features_of(records(path), WGS84, str(path), choices)
 
 
 def records(path: Path) -> list[GeometryRecord]:

@@ -19,9 +19,8 @@ from shapely.geometry.base import BaseGeometry
 from skyverse._typing import Floats
 from skyverse.documents.xml import parse
 from skyverse.errors import InputError, printable, unreadable
-from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.readers.coordinate_systems import WGS84
+from skyverse.maps.georeference.coordinate_systems import WGS84
+from skyverse.maps.georeference.reading import Choices, Feature
 from skyverse.maps.readers.polygons import filled
 from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 
@@ -211,12 +210,12 @@ def _closed(lines: list[LineString]) -> BaseGeometry | None:
 
 
 def _binary(path: Path, choices: Choices) -> Iterator[GeometryRecord]:
-    from skyverse.maps.readers import vector_tables
+    from skyverse.maps.readers.vector_tables import table
 
     with tempfile.TemporaryDirectory() as folder:
         rules = Path(folder) / "osm.ini"
         rules.write_text(_GDAL_RULES)
-        _, rows = vector_tables.table(path, "multipolygons", choices, CONFIG_FILE=str(rules))
+        _, rows = table(path, "multipolygons", choices, CONFIG_FILE=str(rules))
     for shape, said in rows:
         tags = json.loads(said.get("all_tags") or "{}")
         if _is_building(tags):

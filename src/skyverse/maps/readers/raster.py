@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, first_line, require_file
-from skyverse.maps.georeference.choices import Raster
-from skyverse.maps.georeference.libraries import require_libraries
+from skyverse.errors import InputError, Remedy, first_line, require_file, require_libraries
+from skyverse.maps.georeference.reading import Raster
 from skyverse.model.altitude import FOOT
 
 if TYPE_CHECKING:

@@ -18,12 +18,10 @@ from skyverse.maps.georeference.altitude_limits import (
     altitude_limits,
     from_the_ground,
 )
-from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.coordinate_systems import to_globe
 from skyverse.maps.georeference.fields import Fields, is_empty, number_of, plain
-from skyverse.maps.readers.building_heights import HEIGHT_FIELDS, building_limits
-from skyverse.maps.readers.circle_radius import circle_radius
-from skyverse.maps.readers.coordinate_systems import to_globe
+from skyverse.maps.georeference.reading import Choices, Feature
+from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.caution import Caution

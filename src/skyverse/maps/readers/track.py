@@ -7,8 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, path_of, require_file, shown
-from skyverse.maps.readers import track_csv, track_gpx
-from skyverse.maps.readers.track_fixes import Fixes, Reference, Unit, time
+from skyverse.maps.readers.track_files import Fixes, Reference, Unit, gpx_fixes, table_fixes, time
 from skyverse.model.altitude import FOOT
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
@@ -92,7 +91,7 @@ def recorded_track(
             raise InputError(f"expected {' or '.join(map(repr, get_args(known)))}, found {shown(given)}", field=field)
     if isinstance(gap, bool) or not isinstance(gap, int | float) or not gap > 0:
         raise InputError(f"expected seconds above 0, found {gap!r}", field="gap")
-    readers = {".csv": track_csv.fixes, ".gpx": track_gpx.fixes}
+    readers = {".csv": table_fixes, ".gpx": gpx_fixes}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise InputError(

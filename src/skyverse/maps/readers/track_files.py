@@ -1,14 +1,97 @@
-"""Recorded tracks as tables (CSV) in metres or degrees, with a line of names; also state vectors of many aircraft."""
+"""What files of recorded tracks say, tables (CSV) and GPX: where something was, and when, one fix after another."""
 
 import csv
+import math
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
+from xml.etree.ElementTree import Element
 
+from skyverse.documents.xml import read_tree
 from skyverse.errors import InputError, did_you_mean, shown, unreadable
-from skyverse.maps.readers.track_fixes import Fixes, Reference, Unit, number, time
 from skyverse.model.short_lines import counted
+
+Reference = Literal["amsl", "ellipsoid"]
+"""What altitudes are counted from: mean sea level, or the WGS84 ellipsoid."""
+Unit = Literal["m", "ft"]
+"""What altitudes are counted in."""
+FIRST_DATE = 1e8
+"""Seconds since 1970 from which on numbers are taken for dates, not for seconds into a mission."""
+LAST_DATE = 1e10
+"""Seconds since 1970, the year 2286: larger numbers are milliseconds."""
+
+
+@dataclass(frozen=True)
+class Fixes:
+    """The fixes of one vehicle, n of them.
+
+    Attributes
+    ----------
+    lines
+        The number of each one's line, or, in GPX, of its point.
+    line
+        What messages call such a number: ``"line"`` or ``"point"``.
+    times
+        Seconds, since 1970 where they are `dated`.
+    dated
+        Whether the times are dates.
+    first
+        The earliest time in the file, of any vehicle.
+    places
+        x, y, z in metres; or latitude, longitude in degrees, and altitude in its unit.
+    in_degrees
+        Whether they are the latter.
+    reference
+        What altitudes are counted from; ``None`` where the file does not say.
+    unit
+        The unit of altitudes; ``None`` where the file does not say.
+    heights
+        What the file calls its altitudes.
+    errors
+        How far off each fix may be, metres; empty where the file does not say.
+    """
+
+    lines: list[int]
+    line: str
+    times: list[float]
+    dated: bool
+    first: float
+    places: list[tuple[float, float, float]]
+    in_degrees: bool
+    reference: Reference | None
+    unit: Unit | None
+    heights: str
+    errors: list[float]
+
+
+def number(text: str | None, where: str) -> float:
+    """Return a finite number, or raise `InputError`; `where` begins the message."""
+    try:
+        value = float((text or "").strip())
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{where}: expected a number, found {shown((text or '').strip())}")
+    return value
+
+
+def time(text: str | None, where: str) -> tuple[float, bool]:
+    """Return seconds, and whether they are those since 1970; dates as ISO 8601 has them, in UTC if they do not say."""
+    said = (text or "").strip()
+    if "-" in said[1:] and ":" in said:
+        try:
+            moment = datetime.fromisoformat(said)
+        except ValueError:
+            raise InputError(f"{where}: expected seconds or a date, found {shown(said)}") from None
+        return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp(), True
+    seconds = number(said, where)
+    if seconds > LAST_DATE:
+        raise InputError(f"{where}: expected seconds, found {seconds:g}, which may be milliseconds")
+    return seconds, seconds >= FIRST_DATE
+
 
 TIMES = ("t", "time", "timestamp", "seconds")
 EAST, NORTH, UP = ("x",), ("y",), ("z",)
@@ -48,7 +131,7 @@ class _Columns(NamedTuple):
     error: int | None
 
 
-def fixes(path: Path, vehicle: str | None) -> Fixes:
+def table_fixes(path: Path, vehicle: str | None) -> Fixes:
     """Return the fixes of the only vehicle in a table, or of one that is named.
 
     Raises
@@ -183,3 +266,64 @@ def _times(
             found = "a date" if read[line][1] else "seconds"
             raise InputError(f"{path}: line {line}: {names[columns.time]}: found {found}, other than in line {own[0]}")
     return [read[line][0] for line in own], dated, min(seconds for seconds, _ in read.values())
+
+
+def gpx_fixes(path: Path, vehicle: str | None) -> Fixes:
+    """Return the fixes of the only track in a file, or of one that is named; its segments follow one another.
+
+    Elevations are in metres, by the format; it does not say what they are counted from.
+
+    Raises
+    ------
+    InputError
+        If the file is no GPX, a point has no elevation or time, or there are several tracks and none is named.
+    """
+    with unreadable(path), path.open("rb") as stream:
+        root = read_tree(stream, path)
+    if root.tag != "gpx":
+        raise InputError(f"{path}: expected a GPX file, whose first element is gpx, found {shown(root.tag)}")
+    tracks = root.findall("trk")
+    if vehicle is not None:
+        names = [_text(track, "name") or "" for track in tracks]
+        tracks = [track for track, name in zip(tracks, names, strict=True) if name == vehicle.strip()]
+        if not tracks:
+            raise InputError(f"{path}: name: there is no track {shown(vehicle)}{did_you_mean(vehicle, names)}")
+    if len(tracks) != 1:
+        raise InputError(
+            f"{path}: expected one track, found {len(tracks)}" + ("; give vehicle, the name of one" if tracks else "")
+        )
+    points = list(tracks[0].iter("trkpt"))
+    if not points:
+        raise InputError(f"{path}: expected a track with points, found none")
+    times, places = [], []
+    for k, point in enumerate(points, 1):
+        where = f"{path}: point {k}"
+        latitude, longitude = (number(point.get(name), f"{where}: {name}") for name in ("lat", "lon"))
+        places.append((latitude, longitude, number(_given(point, "ele", where), f"{where}: ele")))
+        times.append(time(_given(point, "time", where), f"{where}: time")[0])
+    first = min(time(each.text, f"{path}: time")[0] for each in root.iterfind("trk/trkseg/trkpt/time"))
+    return Fixes(
+        lines=list(range(1, len(points) + 1)),
+        line="point",
+        times=times,
+        dated=True,
+        first=first,
+        places=places,
+        in_degrees=True,
+        reference=None,
+        unit="m",
+        heights="ele",
+        errors=[],
+    )
+
+
+def _text(element: Element, name: str) -> str | None:
+    found = element.find(name)
+    return None if found is None else (found.text or "").strip()
+
+
+def _given(point: Element, name: str, where: str) -> str:
+    found = _text(point, name)
+    if found is None:
+        raise InputError(f"{where}: {name}: is missing")
+    return found
