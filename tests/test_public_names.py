@@ -37,6 +37,8 @@ def options(app, verb=""):
             yield from options(app[name], f"{verb} {name}".strip())
     if app.default_command is not None:
         for option in app.assemble_argument_collection(parse_docstring=False):
+            if option.name == "*":  # several options together, each of which comes as well
+                continue
             names = " ".join(name for name in option.names if not name.startswith(NOT_AN_OPTION))
             default = option.field_info.default
             said = f" = {default}" if isinstance(default, bool | int | float | str) else ""

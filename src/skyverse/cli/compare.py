@@ -1,17 +1,18 @@
 """The verb ``compare``: planners or replanning policies compared over scenarios and seeds."""
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe
-from skyverse.cli.option_types import PLANNER, SCENARIO, AsJson, Output, Whole
+from skyverse.cli.option_types import SCENARIO, AsJson, Output, Whole
 from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
 from skyverse.cli.report import json_text, table
-from skyverse.cli.study import study_of, study_summary, summary_lines
+from skyverse.cli.study import StudyOptions, study_of, study_summary, summary_lines
 from skyverse.cli.watch import StudyWatch
 from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
@@ -20,29 +21,41 @@ if TYPE_CHECKING:
     from skyverse.lab.job import Job
     from skyverse.lab.study import Study
 
-asked = Group("Study (instead of a study file)")
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Written:
+    """What is written of a study.
+
+    Parameters
+    ----------
+    output
+        The folder for study, rows and report. By default out/NAME.
+    export
+        Write the rows to this file as well, .csv or .parquet, and the histories beside it.
+    report
+        Write the report as well.
+    paper
+        Write the report's figures also as PDF with embedded fonts, and its tables also as CSV and LaTeX.
+    """
+
+    output: Output = None
+    export: Path | None = None
+    report: bool = True
+    paper: bool = False
+
+
+_NOTHING_ASKED, _AS_USUAL = StudyOptions(), Written()
 
 
 def compare(
     sources: Annotated[list[str], Parameter(name="scenarios", consume_multiple=True), SCENARIO],
     /,
     *,
-    planner: Annotated[list[str] | None, PLANNER, Parameter(group=asked)] = None,
-    settings: Annotated[list[str] | None, Parameter(name="--set", group=asked)] = None,
-    runs: Annotated[Whole, Parameter(group=asked)] = None,
-    seed: Annotated[Whole, Parameter(group=asked)] = None,
-    paths: Annotated[Whole, Parameter(group=asked)] = None,
-    nodes: Annotated[Whole, Parameter(group=asked)] = None,
-    evaluations: Annotated[Whole, Parameter(group=asked)] = None,
-    iterations: Annotated[Whole, Parameter(group=asked)] = None,
-    seconds: Annotated[float | None, Parameter(group=asked)] = None,
-    assignment: Annotated[Literal["path-cost", "euclidean", "identity"] | None, Parameter(group=asked)] = None,
-    output: Output = None,
+    asked: StudyOptions = _NOTHING_ASKED,
+    written: Written = _AS_USUAL,
     workers: Whole = None,
     dask: str | None = None,
-    export: Path | None = None,
-    report: bool = True,
-    paper: bool = False,
     as_json: AsJson = False,
 ) -> int:
     """Compare planners over scenarios and seeds; go on where an earlier run of the same command was cut short.
@@ -59,39 +72,10 @@ def compare(
     ----------
     sources
         One study file, or scenarios by name or file.
-    planner
-        A planner to compare; repeat for more. By default mvo and random-restart.
-    settings
-        A setting of all planners, as in `--set universes=50`, or of one, as in `--set mvo.universes=50`; repeat for
-        more.
-    runs
-        Seeds for each scenario and planner; 30 by default.
-    seed
-        The first seed; 0 by default.
-    paths
-        End each UAV's run after so many generated paths; 1000 by default.
-    nodes
-        End it after so many generated nodes instead.
-    evaluations
-        End it after so many objective values instead.
-    iterations
-        End it after so many iterations instead.
-    seconds
-        End it after about so many seconds instead.
-    assignment
-        What a UAV's way to a target costs when they are assigned; path-cost by default.
-    output
-        The folder for study, rows and report. By default out/NAME.
     workers
         Processes that share the runs; as many as there are cores by default.
     dask
         The address of a Dask scheduler whose workers share the runs instead.
-    export
-        Write the rows to this file as well, .csv or .parquet, and the histories beside it.
-    report
-        Write the report as well.
-    paper
-        Write the report's figures also as PDF with embedded fonts, and its tables also as CSV and LaTeX.
     as_json
         Print the summary as JSON.
     """
@@ -102,28 +86,14 @@ def compare(
     from skyverse.lab.run_study import run_jobs
     from skyverse.lab.workers import WorkerError
 
-    study = study_of(
-        sources,
-        {
-            "planner": planner,
-            "set": settings,
-            "runs": runs,
-            "seed": seed,
-            "paths": paths,
-            "nodes": nodes,
-            "evaluations": evaluations,
-            "iterations": iterations,
-            "seconds": seconds,
-            "assignment": assignment,
-        },
-    )
+    study = study_of(sources, asked)
     jobs = list(study.jobs())
     for case in {job.case: None for job in jobs}:
         refuse_unsafe(case.label, case.scenario)
-    folder = output if output is not None else DEFAULT_FOLDER / file_name(study.name)
-    if export is not None:
-        refuse_export(export)
-        refuse_output(export)
+    folder = written.output if written.output is not None else DEFAULT_FOLDER / file_name(study.name)
+    if written.export is not None:
+        refuse_export(written.export)
+        refuse_output(written.export)
     _keep_study(folder, study)
     watch = StudyWatch(folder, [] if dask else _workloads(jobs))
     try:
@@ -137,14 +107,14 @@ def compare(
             with watch.bar() as on_run:
                 run_jobs(jobs, rows, workers=workers or cores(), dask=dask, on_run=on_run)
             summary = study_summary(rows)
-            written = [rows.path]
-            if report:
+            paths = [rows.path]
+            if written.report:
                 formats, figures = (
-                    (("html", "md", "csv", "tex"), ("svg", "pdf")) if paper else (("html", "md"), ("svg",))
+                    (("html", "md", "csv", "tex"), ("svg", "pdf")) if written.paper else (("html", "md"), ("svg",))
                 )
-                written += write_report(rows, folder, title=study.name, formats=formats, figures=figures)
-            if export is not None:
-                written += rows.export(export)
+                paths += write_report(rows, folder, title=study.name, formats=formats, figures=figures)
+            if written.export is not None:
+                paths += rows.export(written.export)
             columns = (*LABELS, "seed", "verdict")
             judged = rows.select(columns)
             wrong = [run for run in zip(*(judged[name].tolist() for name in columns), strict=True) if run[-1]]
@@ -156,9 +126,9 @@ def compare(
         return FOUND_WRONG
     if as_json:
         verdicts = [dict(zip(columns, run, strict=True)) for run in wrong]
-        print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
+        print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in paths]}), end="")
     else:
-        _print_summary(summary_lines(summary), wrong, written)
+        _print_summary(summary_lines(summary), wrong, paths)
     return FOUND_WRONG if wrong else 0
 
 

@@ -2,9 +2,13 @@
 
 import itertools
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from cyclopts import Group, Parameter
+
+from skyverse.cli.option_types import PLANNER, Whole
 from skyverse.cli.settings import values_of
 from skyverse.errors import InputError
 
@@ -12,11 +16,52 @@ if TYPE_CHECKING:
     from skyverse.lab.rows import Rows
     from skyverse.lab.study import Study
 
-
 _BUDGET_OPTIONS = ("paths", "nodes", "evaluations", "iterations", "seconds")
 
 
-def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
+@Parameter(name="*", group=Group("Study (instead of a study file)"))
+@dataclass(frozen=True, kw_only=True)
+class StudyOptions:
+    """The study that options ask for; ``None`` stands for an option that is not given.
+
+    Parameters
+    ----------
+    planner
+        A planner to compare; repeat for more. By default mvo and random-restart.
+    settings
+        A setting of all planners, as in `--set universes=50`, or of one, as in `--set mvo.universes=50`; repeat for
+        more.
+    runs
+        Seeds for each scenario and planner; 30 by default.
+    seed
+        The first seed; 0 by default.
+    paths
+        End each UAV's run after so many generated paths; 1000 by default.
+    nodes
+        End it after so many generated nodes instead.
+    evaluations
+        End it after so many objective values instead.
+    iterations
+        End it after so many iterations instead.
+    seconds
+        End it after about so many seconds instead.
+    assignment
+        What a UAV's way to a target costs when they are assigned; path-cost by default.
+    """
+
+    planner: Annotated[list[str] | None, PLANNER] = None
+    settings: Annotated[list[str] | None, Parameter(name="--set")] = None
+    runs: Whole = None
+    seed: Whole = None
+    paths: Whole = None
+    nodes: Whole = None
+    evaluations: Whole = None
+    iterations: Whole = None
+    seconds: float | None = None
+    assignment: Literal["path-cost", "euclidean", "identity"] | None = None
+
+
+def study_of(sources: list[str], asked: StudyOptions) -> "Study":
     """Return the study of a file, or of scenarios and options.
 
     Parameters
@@ -24,7 +69,7 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
     sources
         One study file, or scenarios by name or file.
     asked
-        The options by name, ``None`` where one is not given.
+        The options.
     """
     from skyverse.files.document import parse, read_text
     from skyverse.lab.study import study_from_data
@@ -37,7 +82,7 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
             continue
         if len(sources) > 1:
             raise InputError(f"{source}: expected one study file or scenarios, found both in {' '.join(sources)}")
-        given = [f"--{name}" for name, value in asked.items() if value is not None]
+        given = [f"--{'set' if name == 'settings' else name}" for name, one in vars(asked).items() if one is not None]
         if given:
             raise InputError(
                 f"{given[0]}: expected a study file or options, found both; {source} says all of the study"
@@ -46,17 +91,17 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
         sys.path[:] = [*(folder for folder in sys.path if folder not in own and folder), *own]
         named = data if "name" in data else {**data, "name": source.stem}
         return study_from_data(source, named, source.parent)
-    budget = {name: asked[name] for name in _BUDGET_OPTIONS if asked[name] is not None}
+    budget = {name: most for name in _BUDGET_OPTIONS if (most := getattr(asked, name)) is not None}
     if len(budget) > 1:
         raise InputError(f"{' '.join('--' + name for name in budget)}: expected one budget; a study file can list more")
-    first = asked["seed"] or 0
+    first = asked.seed or 0
     data = {
         "name": "compare",
         "scenarios": sources,
-        "planners": _planners(asked["planner"] or ["mvo", "random-restart"], asked["set"] or []),
-        "seeds": list(range(first, first + _run_count(asked["runs"] or 30))),
+        "planners": _planners(asked.planner or ["mvo", "random-restart"], asked.settings or []),
+        "seeds": list(range(first, first + _run_count(asked.runs or 30))),
         "budget": budget or {"paths": 1000},
-        "assignment": asked["assignment"] or "path-cost",
+        "assignment": asked.assignment or "path-cost",
     }
     return study_from_data("compare", data)
 
