@@ -69,7 +69,9 @@ def main() -> None:
         for vehicle in vehicles:
             for wind, speed in (("calm", (0.0, 0.0, 0.0)), ("1 m/s", across(scenario))):
                 began = time.perf_counter()
-                flight = sky.fly(mission, vehicle=vehicle, wind=speed, rng=1, workers=1 if stock else cores())
+                flight = sky.fly(
+                    mission, sky.Conditions(vehicle=vehicle, wind=speed), rng=1, workers=1 if stock else cores()
+                )
                 rows.append(row(name, vehicle, wind, flight, time.perf_counter() - began))
                 print(*rows[-1], sep=" | ", file=sys.stderr)
     table(HEAD, rows)

@@ -55,14 +55,16 @@ def main() -> None:
         mission = sky.plan_mission(sky.read_scenario(name), sky.Taut(), rng=1)
         runs = options.runs or (30 if mission.makespan > LONG_MISSION else 1000)
         began = time.perf_counter()
-        flown = sky.fly_many_until_safe(
+        flown = sky.fly_until_safe(
             mission,
+            sky.Conditions(
+                vehicle=options.vehicle,
+                wind=sky.wind_from(options.wind_speed, options.wind_from),
+                gusts=True,
+                mismatch=0.2,
+            ),
             runs=runs,
-            vehicle=options.vehicle,
-            wind=sky.wind_from(options.wind_speed, options.wind_from),
-            disturbances=sky.Disturbances(gusts=True, mismatch=0.2),
             rng=1,
-            on_round=lambda sentence: print(sentence, file=sys.stderr, flush=True),
         )
         rows.append(row(name, flown, mission.makespan, time.perf_counter() - began))
         print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)

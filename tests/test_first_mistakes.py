@@ -44,7 +44,7 @@ def mission():
         (lambda: sky.Study(scenarios=["map1"], planners=["mvo"], budget={}), "budget", "expected"),
         (lambda: sky.write(3, "x.json"), None, "expected a Scenario, a Mission"),
         (lambda: sky.read(3), "source", "found 3"),
-        *((lambda one=one: one(MAP1), "mission", "expected a Mission, found") for one in (sky.fly, sky.fly_many)),
+        *((lambda one=one: one(MAP1), "mission", "expected a Mission, found") for one in (sky.fly, sky.fly_until_safe)),
         (lambda: sky.check(MAP1, None), "mission", "expected a Mission, found None"),
         (lambda: sky.export(None, "x.plan"), "mission", "expected a Mission, found None"),
         (lambda: sky.write_html(3, "x.html"), "mission", "expected a Mission or a Scenario, found 3"),

@@ -17,9 +17,7 @@ from .files import read_scenario as read_scenario
 from .files import scenario_schema as scenario_schema
 from .files import write as write
 from .flight.fly import fly as fly
-from .flight.fly import fly_many as fly_many
 from .flight.replanned import fly_replanned as fly_replanned
-from .flight.until_safe import fly_many_until_safe as fly_many_until_safe
 from .flight.until_safe import fly_until_safe as fly_until_safe
 from .lab.comparison_report import write_report as write_report
 from .lab.row import Row as Row
@@ -44,14 +42,13 @@ from .model.altitude import AboveGround as AboveGround
 from .model.altitude import AboveHome as AboveHome
 from .model.altitude import AboveSea as AboveSea
 from .model.altitude import parse_altitude as parse_altitude
-from .model.disturbances import Disturbances as Disturbances
-from .model.disturbances import wind_from as wind_from
+from .model.conditions import Conditions as Conditions
+from .model.conditions import wind_from as wind_from
 from .model.flight_record import Flight as Flight
 from .model.flight_record import Flown as Flown
-from .model.flight_record import Passing as Passing
+from .model.flight_record import Nearest as Nearest
 from .model.flight_runs import Distribution as Distribution
 from .model.flight_runs import FlightRuns as FlightRuns
-from .model.flight_runs import Touch as Touch
 from .model.flight_runs import TrackingErrors as TrackingErrors
 from .model.flight_summary import FlightSummary as FlightSummary
 from .model.frame import Frame as Frame
@@ -66,7 +63,6 @@ from .model.mover_motions import CircularMotion as CircularMotion
 from .model.mover_motions import PeriodicMotion as PeriodicMotion
 from .model.mover_motions import PolynomialMotion as PolynomialMotion
 from .model.mover_motions import WaypointMotion as WaypointMotion
-from .model.replanned_flight import Approach as Approach
 from .model.replanned_flight import Prediction as Prediction
 from .model.replanned_flight import ReplanAnswer as ReplanAnswer
 from .model.replanned_flight import ReplannedFlight as ReplannedFlight

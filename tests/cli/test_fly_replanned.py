@@ -68,7 +68,7 @@ def test_a_flight_is_told_and_written(skyverse, mission, tmp_path):
     told = json.loads(out)
     assert (told["safe"], told["proven"], told["sensor"]["range"]) == (True, True, 5.0)
     assert told["uavs"][0]["arrival"] == flight.arrivals[0]
-    assert told["approaches"] == [vars(one) for one in flight.approaches]
+    assert told["approaches"] == [vars(one) | {"uavs": list(one.uavs)} for one in flight.approaches]
 
 
 def test_a_flight_that_is_not_safe_has_exit_code_1(skyverse, mission, tmp_path):

@@ -145,28 +145,25 @@ def test_the_grids_of_a_scenario_hold_numbers(place, value, sentence):
 @pytest.mark.parametrize(
     ("place", "value", "expected"),
     [
-        (("disturbances", "gusts"), "yes", "true or false"),
-        (("disturbances", "gusts"), 1, "true or false"),
-        (("disturbances", "delay"), "0.1", "a number"),
-        (("noise",), True, "a number"),
-        (("wind", 0), "1", "a number"),
+        (("conditions", "gusts"), "yes", "true or false"),
+        (("conditions", "gusts"), 1, "true or false"),
+        (("conditions", "delay"), "0.1", "a number"),
+        (("conditions", "noise"), True, "a number"),
+        (("conditions", "wind", 0), "1", "a number"),
     ],
 )
 def test_the_weather_of_a_flight_is_told_in_numbers(place, value, expected):
     flight = {
         "mission": json.loads(mission_text()),
-        "vehicle": "thesis",
-        "wind": [0, 0, 0],
-        "noise": 0,
         "seed": 1,
         "margin": 0.5,
         "flown": [None, None],
         "passings": [],
         "violations": [],
-        "disturbances": {"gusts": True, "delay": 0.0},
+        "conditions": {"vehicle": "thesis", "wind": [1, 0, 0], "noise": 0.0, "gusts": True, "delay": 0.0},
         "format": "skyverse/flight/1",
     }
-    assert FLIGHTS.from_data("f.json", flight).disturbances.gusts
+    assert FLIGHTS.from_data("f.json", flight).conditions.gusts
     with pytest.raises(InputError) as refused:
         FLIGHTS.from_data("f.json", changed(flight, place, value))
     assert str(refused.value) == f"f.json: {told(place)}: expected {expected}, found {value!r}"

@@ -20,7 +20,7 @@ imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason='pip install "skyv
 @pytest.fixture(scope="module")
 def flight():
     flights = straight((0, 0, 2), (0.5, 0, 2), 0.7), straight((0, 2, 2), (0.5, 3, 2), 0.9)
-    return sky.fly(mission(*flights, boxes=[((3, -2, 0), (4, 2, 3))]), wind=(1, 0, 0), rng=3)
+    return sky.fly(mission(*flights, boxes=[((3, -2, 0), (4, 2, 3))]), sky.Conditions(wind=(1, 0, 0)), rng=3)
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +127,7 @@ def test_the_command_flies_and_reports(skyverse, mission_file, tmp_path):
     assert code == 0, err
     assert "uav-2" in out
     assert "m to every obstacle was left, no UAV strayed" in out.partition("Safe: at least ")[2]
-    assert sky.read_flight(tmp_path / "flight.json").wind == (1, 0, 0)
+    assert sky.read_flight(tmp_path / "flight.json").conditions.wind == (1, 0, 0)
     assert "Tracking error" in (tmp_path / "a.html").read_text()
     figures = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
     assert set(figures) == {"flown-initial.png", "flown-middle.png", "flown-final.png"}

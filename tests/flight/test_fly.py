@@ -23,7 +23,7 @@ def hover():
 @pytest.fixture(scope="module")
 def shaken():
     """Two UAVs in noise, of a seed that was drawn."""
-    return sky.fly(mission(*[straight((0, y, 2), (0, y, 2), 0.3) for y in (0, 3)]), noise=0.01)
+    return sky.fly(mission(*[straight((0, y, 2), (0, y, 2), 0.3) for y in (0, 3)]), sky.Conditions(noise=0.01))
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def pair():
     """Two UAVs past a box, in wind and noise."""
     flights = straight((0, 0, 2), (2, 0, 2), 1.5), straight((2, 1, 2), (0, 1.2, 2.5), 1.5, begin=0.255)
     flown = mission(*flights, None, boxes=[((1, -1, 0), (1.5, -0.3, 3)), ((0, 4, 0), (1, 5, 1))])
-    return sky.fly(flown, wind=(0, 1, 0), noise=0.01, rng=5)
+    return sky.fly(flown, sky.Conditions(wind=(0, 1, 0), noise=0.01), rng=5)
 
 
 def test_a_hovering_uav_holds_still_at_the_thrust_and_power_of_its_weight(hover):
@@ -49,7 +49,7 @@ def test_a_hovering_uav_holds_still_at_the_thrust_and_power_of_its_weight(hover)
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_a_straight_flight_arrives_on_time_and_stays_within_15_mm(vehicle):
-    flight = sky.fly(mission(straight((0, 0, 2), (1.5, 1, 2.5), 2.0)), vehicle=vehicle)
+    flight = sky.fly(mission(straight((0, 0, 2), (1.5, 1, 2.5), 2.0)), sky.Conditions(vehicle=vehicle))
     flown = flight.flown[0]
     assert flown.largest < 0.015
     assert flown.positions[-1] == pytest.approx([1.5, 1, 2.5], abs=0.005)
@@ -71,36 +71,36 @@ def test_without_being_told_of_drag_and_lag_it_flies_far_worse(monkeypatch):
 
 def test_a_steady_wind_is_compensated_when_the_uav_departs():
     flight = mission(straight((0, 0, 2), (0, 0, 2), 1.0))
-    flown = sky.fly(flight, wind=(2, 0, 0)).flown[0]
+    flown = sky.fly(flight, sky.Conditions(wind=(2, 0, 0))).flown[0]
     assert flown.largest < 0.004
     assert flown.peak_tilt > 2.0  # it leans against the wind
 
 
 def test_gusts_push_and_are_compensated():
     flight = mission(straight((0, 0, 2), (0, 0, 2), 1.0))
-    gusts = sky.Disturbances(gusts=True)
-    flown = sky.fly(flight, wind=(8, 0, 0), disturbances=gusts, rng=1)
+    gusts = {"gusts": True}
+    flown = sky.fly(flight, sky.Conditions(wind=(8, 0, 0), **gusts), rng=1)
     assert 0.005 < flown.largest < 0.1
-    assert flown.disturbances == gusts
-    turned = sky.fly(flight, wind=(8, 180), disturbances=gusts, rng=1)  # a speed, and where it blows to
+    assert flown.conditions == sky.Conditions(vehicle="thesis", wind=(8, 0, 0), **gusts)
+    turned = sky.fly(flight, sky.Conditions(wind=(8, 180), **gusts), rng=1)  # a speed, and where it blows to
     pushed = (flown.flown[0].positions, turned.flown[0].positions)
     assert pushed[1][:, 0] == pytest.approx(-pushed[0][:, 0], abs=2e-3)
 
 
 def test_the_seed_drawn_is_told_and_flies_the_same_also_in_other_processes(shaken):
-    assert sky.fly(shaken.mission, noise=0.01, rng=shaken.seed, workers=2) == shaken
+    assert sky.fly(shaken.mission, sky.Conditions(noise=0.01), rng=shaken.seed, workers=2) == shaken
 
 
 def test_a_flight_without_chance_has_no_seed(hover):
     assert hover.seed is None
     still = mission(straight((0, 0, 2), (0, 0, 2), 0.3))
-    assert sky.fly(still, wind=(1, 0, 0), disturbances=sky.Disturbances(delay=0.02), rng=3).seed is None
-    assert sky.fly(still, disturbances=sky.Disturbances(mismatch=0.1), rng=3).seed == 3
-    assert sky.fly(still, wind=(1, 0, 0), disturbances=sky.Disturbances(gusts=True), rng=3).seed == 3
+    assert sky.fly(still, sky.Conditions(wind=(1, 0, 0), delay=0.02), rng=3).seed is None
+    assert sky.fly(still, sky.Conditions(mismatch=0.1), rng=3).seed == 3
+    assert sky.fly(still, sky.Conditions(wind=(1, 0, 0), gusts=True), rng=3).seed == 3
 
 
 def test_another_seed_flies_otherwise_and_is_told(shaken):
-    other = sky.fly(shaken.mission, noise=0.01, rng=5)
+    other = sky.fly(shaken.mission, sky.Conditions(noise=0.01), rng=5)
     assert not np.array_equal(other.flown[0].positions, shaken.flown[0].positions)
     assert other.seed == 5
 
@@ -212,17 +212,17 @@ def test_an_aeroplane_is_not_flown_but_others_are_judged_against_it():
 
 
 def test_a_storm_is_reported_not_raised():
-    flight = sky.fly(mission(straight((0, 0, 2), (0.5, 0, 2), 1.0)), wind=(60, 0, 0))
+    flight = sky.fly(mission(straight((0, 0, 2), (0.5, 0, 2), 1.0)), sky.Conditions(wind=(60, 0, 0)))
     assert not flight.safe
     assert flight.largest > 1.0
 
 
 def test_the_tilt_is_limited_in_a_wind_that_asks_for_more(monkeypatch):
     still = mission(straight((0, 0, 2), (0, 0, 2), 0.5))
-    limited = sky.fly(still, wind=(25, 0, 0)).flown[0].peak_tilt
+    limited = sky.fly(still, sky.Conditions(wind=(25, 0, 0))).flown[0].peak_tilt
     unlimited = replace(vehicle_of("thesis"), max_tilt=None)
     monkeypatch.setitem(VEHICLES, "thesis", lambda: unlimited)
-    assert 35 < limited < 50 < sky.fly(still, wind=(25, 0, 0)).flown[0].peak_tilt
+    assert 35 < limited < 50 < sky.fly(still, sky.Conditions(wind=(25, 0, 0))).flown[0].peak_tilt
 
 
 def test_progress_is_told():
@@ -236,21 +236,26 @@ SHORT = mission(straight((0, 0, 2), (0.1, 0, 2), 0.3))
 
 
 @pytest.mark.parametrize(
-    ("options", "sentence"),
+    ("conditions", "options", "sentence"),
     [
-        ({"vehicle": "zeppelin"}, "vehicle: expected one of thesis, camera, crazyflie, hummingbird, found 'zeppelin'"),
-        ({"wind": (1,)}, "wind: expected"),
-        ({"wind": "gale"}, "wind: expected"),
-        ({"wind": (1, math.nan, 0)}, "wind: expected"),
-        ({"noise": -1}, "noise: expected metres from 0 to 10, found -1"),
-        ({"margin": math.inf}, "margin: expected metres from 0 on, found inf"),
-        ({"workers": 0}, "workers is a whole number from 1 on, not 0"),
-        ({"rng": "seed"}, "seed"),
+        (
+            {"vehicle": "zeppelin"},
+            {},
+            "vehicle: expected one of thesis, camera, crazyflie, hummingbird, found 'zeppelin'",
+        ),
+        ({"wind": (1,)}, {}, "wind: expected"),
+        ({"wind": "gale"}, {}, "wind: expected"),
+        ({"wind": (1, math.nan, 0)}, {}, "wind: expected"),
+        ({"noise": -1}, {}, "noise: expected metres from 0 to 10, found -1"),
+        ({}, {"margin": math.inf}, "margin: expected metres from 0 on, found inf"),
+        ({}, {"margin": 1.0, "runs": 2}, "margin: expected a single flight with it, found many"),
+        ({}, {"workers": 0}, "workers: expected a whole number from 1 to 1000000, found 0"),
+        ({}, {"rng": "seed"}, "seed"),
     ],
 )
-def test_bad_options_end_in_one_sentence(options, sentence):
+def test_bad_options_end_in_one_sentence(conditions, options, sentence):
     with pytest.raises(sky.InputError, match=sentence.replace("(", r"\(")) as raised:
-        sky.fly(SHORT, **options)
+        sky.fly(SHORT, sky.Conditions(**conditions), **options)
     assert "\n" not in str(raised.value)
 
 
@@ -260,7 +265,7 @@ def test_what_cannot_fly_is_refused():
     strong = mission(straight((0, 0, 2), (0.1, 0, 2), 0.3), max_acceleration=20, max_tilt=80, thrust_to_weight=4)
     for vehicle, power in (("crazyflie", "1.95"), ("thesis", "2.5")):
         with pytest.raises(sky.InputError, match=f"{vehicle} has thrust for {power} times its weight"):
-            sky.fly(strong, vehicle=vehicle)
+            sky.fly(strong, sky.Conditions(vehicle=vehicle))
     leaning = mission(straight((0, 0, 2), (0.1, 0, 2), 0.3), max_acceleration=8, max_tilt=60)
     with pytest.raises(sky.InputError, match="thesis tilts by 40 degrees at most, but uav-1's limits need 54"):
         sky.fly(leaning)

@@ -10,12 +10,11 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse import cli
-from skyverse.flight.disturbances import weather_of
 from skyverse.flight.runs import fly_run, prepare
 from skyverse.flight.until_safe import _kept
 from skyverse.flight.vehicle import vehicle_of
 
-GUSTY = sky.Disturbances(gusts=True, mismatch=0.2)
+GUSTY = {"gusts": True, "mismatch": 0.2}
 WEST = sky.wind_from(8, 270)
 RADIUS = vehicle_of("thesis").radius
 PAIR = mission(
@@ -28,11 +27,11 @@ PAIR = mission(
 
 @pytest.fixture(scope="module")
 def gusty():
-    return sky.fly_many(PAIR, runs=24, wind=WEST, disturbances=GUSTY, rng=5)
+    return sky.fly(PAIR, sky.Conditions(wind=WEST, **GUSTY), runs=24, rng=5)
 
 
 def test_all_numbers_follow_from_the_samples_of_the_runs(gusty):
-    fleet = prepare(PAIR, vehicle_of("thesis"), weather_of(WEST, 0.0, GUSTY))
+    fleet = prepare(PAIR, vehicle_of("thesis"), sky.Conditions(wind=WEST, **GUSTY))
     level, upright = [], []
     for k, seed in enumerate(gusty.seeds.tolist()):
         run = fly_run(fleet, seed)
@@ -67,15 +66,15 @@ def test_all_numbers_follow_from_the_samples_of_the_runs(gusty):
 
 
 def test_the_seed_alone_decides(gusty):
-    again = sky.fly_many(PAIR, runs=24, wind=WEST, disturbances=GUSTY, rng=5, workers=1)
+    again = sky.fly(PAIR, sky.Conditions(wind=WEST, **GUSTY), runs=24, rng=5, workers=1)
     assert again == gusty
-    other = sky.fly_many(PAIR, runs=24, wind=WEST, disturbances=GUSTY, rng=6)
+    other = sky.fly(PAIR, sky.Conditions(wind=WEST, **GUSTY), runs=24, rng=6)
     assert not np.array_equal(other.clearance, gusty.clearance)
 
 
 def test_a_run_flies_alone_in_rotorpy_by_its_seed(gusty):
     pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
-    alone = sky.fly(PAIR, wind=WEST, disturbances=GUSTY, rng=int(gusty.seeds[3]))
+    alone = sky.fly(PAIR, sky.Conditions(wind=WEST, **GUSTY), rng=int(gusty.seeds[3]))
     assert min(flown.clearance for flown in alone.flown if flown) == pytest.approx(gusty.clearance[3], abs=1e-3)
     assert min(passing.distance for passing in alone.passings) == pytest.approx(gusty.separation[3], abs=1e-3)
 
@@ -83,16 +82,16 @@ def test_a_run_flies_alone_in_rotorpy_by_its_seed(gusty):
 @pytest.mark.parametrize(("gap", "touched"), [(RADIUS + 0.03, False), (RADIUS - 0.03, True)])
 def test_a_wall_is_touched_by_the_vehicle_s_radius_and_the_referee_agrees(gap, touched):
     beside = mission(straight((0, 0, 2), (1, 0, 2), 1.2), boxes=[((-1, gap, 0), (2, gap + 1, 3))])
-    flown = sky.fly_many(beside, runs=3, rng=1)
+    flown = sky.fly(beside, runs=3, rng=1)
     assert flown.safe != touched
     assert flown.clearance.min() == pytest.approx(gap, abs=0.02)
     assert flown.checks == (
         f"Nearest to an obstacle: {flown.clearance.min():.3f} m; the referee's code agrees in the nearest 3.",
     )
     if touched:
-        assert len(flown.touches) == 3
+        assert len(flown.violations) == 3
         assert flown.sentence == "Not safe: something went wrong in 3 of 3 runs."
-        assert "uav-1 touches an obstacle at" in flown.touches[0].sentence
+        assert "uav-1 touches an obstacle at" in flown.violations[0].message
     else:
         assert flown.sentence.startswith("Safe: nothing was touched in any of 3 runs")
 
@@ -100,7 +99,7 @@ def test_a_wall_is_touched_by_the_vehicle_s_radius_and_the_referee_agrees(gap, t
 @pytest.mark.parametrize(("offset", "touched"), [(2 * RADIUS + 0.05, False), (2 * RADIUS - 0.05, True)])
 def test_two_uavs_touch_within_two_radii(offset, touched):
     flights = straight((0, 0, 2), (1, 0, 2), 1.2), straight((1, offset, 2), (0, offset, 2), 1.2)
-    flown = sky.fly_many(mission(*flights), runs=2, rng=1)
+    flown = sky.fly(mission(*flights), runs=2, rng=1)
     assert flown.safe != touched
     assert flown.separation.min() == pytest.approx(offset, abs=0.02)
     assert "the referee's code agrees" in flown.checks[0]
@@ -109,7 +108,7 @@ def test_two_uavs_touch_within_two_radii(offset, touched):
 def test_the_referee_agrees_of_a_pair_that_is_nearer_to_an_obstacle_than_to_each_other():
     flights = straight((0, 0, 2), (1, 0, 2), 1.2), straight((1, 1.5, 2), (0, 1.5, 2), 1.2)
     beside = mission(*flights, boxes=[((-1, -1.4, 0), (2, -0.4, 3))])
-    flown = sky.fly_many(beside, runs=3, wind=WEST, disturbances=GUSTY, rng=1)
+    flown = sky.fly(beside, sky.Conditions(wind=WEST, **GUSTY), runs=3, rng=1)
     assert flown.separation.min() > flown.clearance.min()
     assert [check.partition("; ")[2] for check in flown.checks] == ["the referee's code agrees in the nearest 3."] * 2
 
@@ -118,7 +117,7 @@ def test_the_referee_agrees_of_a_pair_that_is_nearer_to_an_obstacle_than_to_each
 def test_the_stated_tracking_error_is_held_or_not(tube, held):
     error = sky.TrackingError(horizontal=tube[0], vertical=tube[1])
     flown = mission(straight((0, 0, 2), (2, 0, 2), 1.5), tracking_error=error)
-    runs = sky.fly_many(flown, runs=4, wind=WEST, disturbances=GUSTY, rng=1)
+    runs = sky.fly(flown, sky.Conditions(wind=WEST, **GUSTY), runs=4, rng=1)
     assert all(runs.held) == held
     assert ("held in all of 4 runs" in runs.tube_sentence) == held
 
@@ -127,15 +126,15 @@ def test_over_terrain_the_ground_is_touched():
     low = mission(straight((0, 0, 2), (2, 0, 2), 1.5))
     ground = sky.Terrain(origin=(-20, -20), step=(40, 40), heights=[[1.9, 1.9], [1.9, 1.9]])
     scenario = low.scenario.model_copy(update={"terrain": ground})
-    flown = sky.fly_many(sky.Mission(**{**vars(low), "scenario": scenario}), runs=2, rng=1)
-    assert "ground" in flown.touches[0].sentence
+    flown = sky.fly(sky.Mission(**{**vars(low), "scenario": scenario}), runs=2, rng=1)
+    assert "ground" in flown.violations[0].message
     assert flown.clearance.min() == pytest.approx(0.1, abs=0.02)
     assert "Nearest to the ground" in flown.checks[0]
 
 
 def test_a_lost_uav_is_not_safe():
-    flown = sky.fly_many(mission(straight((0, 0, 2), (2, 0, 2), 1.5)), runs=2, wind=(60, 0, 0), rng=1)
-    assert "uav-1 is lost" in flown.touches[0].sentence
+    flown = sky.fly(mission(straight((0, 0, 2), (2, 0, 2), 1.5)), sky.Conditions(wind=(60, 0, 0)), runs=2, rng=1)
+    assert "uav-1 is lost" in flown.violations[0].message
 
 
 @pytest.mark.parametrize(
@@ -144,12 +143,12 @@ def test_a_lost_uav_is_not_safe():
         ({"runs": 0}, "runs: expected a whole number from 1 to 1000000, found 0"),
         ({"runs": 1.5}, "runs: expected a whole number"),
         ({"workers": 0}, "workers: expected a whole number"),
-        ({"vehicle": "zeppelin"}, "vehicle: expected one of"),
+        ({"conditions": sky.Conditions(vehicle="zeppelin")}, "vehicle: expected one of"),
     ],
 )
 def test_bad_options_end_in_one_sentence(options, sentence):
     with pytest.raises(sky.InputError, match=sentence):
-        sky.fly_many(PAIR, **options)
+        sky.fly(PAIR, **{"runs": 2} | options)
 
 
 THROUGH = mission(straight((-1, 0, 2), (2.2, 0, 2), 2.0), boxes=[((0.5, -0.2, 0), (0.7, 0.2, 3))])
@@ -161,11 +160,10 @@ TUNNEL = mission(
 
 
 def test_what_slowing_does_not_mend_is_planned_farther_off():
-    told = []
-    flown = sky.fly_many_until_safe(THROUGH, runs=12, rng=1, on_round=told.append)
+    flown = sky.fly_until_safe(THROUGH, runs=12, rng=1)
+    told = flown.rounds
     assert flown.safe
     assert flown.refusal == ""
-    assert flown.rounds == tuple(told) != ()
     assert "slowed down to 67% of its speed" in told[0]
     assert "planned anew with" in told[-1]
     assert told[-1].endswith("; safe.")
@@ -174,10 +172,10 @@ def test_what_slowing_does_not_mend_is_planned_farther_off():
 
 
 def test_a_mission_that_is_too_tight_is_refused_in_one_sentence():
-    flown = sky.fly_many_until_safe(TUNNEL, runs=20, wind=WEST, disturbances=GUSTY, rng=1)
+    flown = sky.fly_until_safe(TUNNEL, sky.Conditions(wind=WEST, **GUSTY), runs=20, rng=1)
     assert not flown.safe
     assert flown.sentence == flown.refusal
-    assert re.match(r"Refused: by hand at \d+% of its speed is too tight for a wind of 8 m/s, gusts", flown.refusal)
+    assert re.match(r"Refused: by hand at \d+% of its speed is too tight for wind 8, 0, 0 m/s", flown.refusal)
     assert "there is no way left" in flown.refusal
     assert "\n" not in flown.refusal
 
@@ -189,7 +187,7 @@ def test_what_a_mission_says_that_the_referee_found_excuses_nothing():
 
 
 def test_safe_missions_are_left_alone():
-    flown = sky.fly_many_until_safe(PAIR, runs=3, rng=1)
+    flown = sky.fly_until_safe(PAIR, runs=3, rng=1)
     assert flown.safe
     assert flown.rounds == ()
     assert flown.mission == PAIR
@@ -218,7 +216,7 @@ def test_the_command_line_tells_errors_and_verdict(skyverse):
     assert sky.read_mission("flown.json") == PAIR
     code, out, _ = skyverse("fly", "pair.json", "--runs", "4", *wind, "--json")
     data = json.loads(out)
-    again = sky.fly_many(PAIR, runs=4, wind=WEST, disturbances=GUSTY, rng=5)
+    again = sky.fly(PAIR, sky.Conditions(wind=WEST, **GUSTY), runs=4, rng=5)
     assert data["safe"]
     assert data["wind"] == [8, 0, 0]
     assert data["clearance"] == again.clearance.min()

@@ -8,7 +8,6 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, hall
-from skyverse.flight.judge import distances
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 
@@ -127,7 +126,7 @@ def test_another_seed_draws_other_errors(mission):
 
 
 def test_a_uav_that_is_blown_off_its_way_goes_on_from_where_it_is(mission):
-    gusts = {"wind": (0, 8, 0), "disturbances": sky.Disturbances(gusts=True), "margin": 0.0}
+    gusts = {"conditions": sky.Conditions(wind=(0, 8, 0), gusts=True), "margin": 0.0}
     flight = sky.fly_replanned(sky.Replanner(mission), mission.scenario, SENSOR, **gusts, rng=1, longest=2.0)
     assert any(answer.restarted for step in flight.steps for answer in step.answers)
     assert "Motions began anew from where UAVs were" in flight.proof_sentence
@@ -160,29 +159,6 @@ def test_a_replanned_flight_comes_back_from_its_file(flight, tmp_path):
     path.write_text(json.dumps(data | {"sensor": {"range": -1}}))
     with pytest.raises(sky.InputError, match=r"flight\.json: sensor\.range: expected a number above 0, found -1"):
         sky.read_flight(path)
-
-
-@pytest.mark.parametrize(
-    "shape",
-    [
-        sky.Box(min=(-1, -0.5, -0.2), max=(1, 0.5, 0.4)),
-        sky.Cylinder(centre=(0.2, 0.1), radius=0.5, low=-0.3, high=0.6),
-        sky.Sphere(centre=(0.1, 0, 0), radius=0.7),
-    ],
-)
-def test_distances_from_movers_are_those_to_the_nearest_of_many_points_of_them(shape):
-    rng = np.random.default_rng(0)
-    cloud = rng.uniform(-1.2, 1.2, size=(200_000, 3))
-    still = sky.Mover(shape=shape, motion=sky.WaypointMotion(points=[(0, 0, 0)], times=[0]))
-    world = sky.World(sky.Scenario(**{**dict(hall()), "bounds": sky.Bounds(min=(-3, -3, -3), max=(3, 3, 3)),
-        "uavs": [], "targets": [], "obstacles": [shape], "clearance": 0.0}))  # fmt: skip
-    inside = cloud[world.distance(cloud) <= 0]
-    for place in rng.uniform(-3, 3, size=(20, 3)):
-        (away,) = distances(still, np.zeros(1), place[None])
-        nearest = np.linalg.norm(inside - place, axis=1).min()
-        assert away <= nearest + 1e-9
-        if away > 0:
-            assert nearest - away < 0.1
 
 
 @pytest.mark.parametrize(

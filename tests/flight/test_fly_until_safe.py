@@ -37,9 +37,8 @@ def test_a_mission_that_flies_safely_is_left_alone():
 
 def test_it_slows_down_until_it_is_safe():
     hasty = mission(BRISK, boxes=[((2.2505, -1, 0), (3, 1, 3))])
-    told = []
-    flight = sky.fly_until_safe(hasty, margin=0.001, rounds=6, on_round=told.append)
-    assert flight.rounds == tuple(told) != ()
+    flight = sky.fly_until_safe(hasty, margin=0.001, rounds=6)
+    told = flight.rounds
     assert told[0].startswith("Round 1: slowed down to 80% of its speed; ")
     assert flight.safe
     assert told[-1].endswith("; safe.")
@@ -50,13 +49,15 @@ def test_it_says_so_when_it_did_not_end_safe():
     flight = sky.fly_until_safe(THROUGH, margin=0.0, rounds=1)
     assert not flight.safe
     assert len(flight.rounds) == 1
-    assert "not safe: uav-1 touches an obstacle" in flight.rounds[0]
+    assert "; uav-1 touches an obstacle" in flight.rounds[0]
+    assert flight.sentence == flight.refusal
+    assert flight.refusal.startswith("Refused: by hand at 80% of its speed is too tight for no wind, no noise: ")
 
 
 def test_what_slowing_does_not_mend_is_planned_farther_off():
     flight = sky.fly_until_safe(THROUGH, rounds=3)
     assert flight.safe
-    assert "planned anew at a clearance of" in flight.rounds[-1]
+    assert "planned anew with" in flight.rounds[-1]
     assert flight.mission.scenario == THROUGH.scenario
     assert flight.flown[0].clearance > 0.125
 
@@ -64,7 +65,7 @@ def test_what_slowing_does_not_mend_is_planned_farther_off():
 def test_planning_anew_keeps_the_assignment_and_answers_the_same_scenario():
     swapped = mission(straight((0, 0, 2), (2, 0, 2), 2.0), straight((0, 3, 2), (2, 3, 2), 2.0))
     crossed = sky.Mission(**{**vars(swapped), "assignment": (1, 0)})
-    anew = farther(crossed, 0.3, "minimum-snap")
+    anew = farther(crossed, 0.3)
     assert anew.assignment == (1, 0)
     assert anew.trajectories[0].at(99.0).position[0] == pytest.approx([2, 3, 2])
     assert anew.scenario == crossed.scenario
@@ -83,7 +84,7 @@ def test_planning_anew_heeds_all_that_the_scenario_prices():
         uavs=[sky.UAV(start=(2, 15, 2))],
         targets=[sky.Target(position=(38, 15, 2))],
     )
-    anew = farther(sky.plan_mission(scenario, rng=1), 0.3, "minimum-snap")
+    anew = farther(sky.plan_mission(scenario, rng=1), 0.3)
     assert anew.results[0].terms["risk"] < 1.0
     assert anew.cost < 40.0
 
@@ -102,7 +103,7 @@ def test_planning_anew_keeps_paths_apart_in_space():
     for in_space in (True, False):
         planned = sky.plan_mission(scenario, sky.Taut(), apart_in_space=in_space, rng=1, assignment="identity")
         assert (not apart_by_timing_only(planned)) == in_space
-        anew = farther(planned, 0.05, "minimum-snap", 0.1)
+        anew = farther(planned, 0.05, 0.1)
         assert anew.violations == ()
         assert (not apart_by_timing_only(anew)) == in_space
 
@@ -111,16 +112,19 @@ def test_uavs_that_are_planned_too_close_are_not_slowed_in_vain():
     flights = straight((0, 0, 2), (0.6, 0, 2), 0.8), straight((0.6, 0.1, 2), (0, 0.1, 2), 0.8)
     flight = sky.fly_until_safe(mission(*flights))
     assert not flight.safe
-    assert flight.rounds == ("Round 1: uav-1 and uav-2 are planned too close, which no slower flight mends; ended.",)
+    assert flight.rounds == ()
+    assert "uav-1 and uav-2 are planned too close, which no slower flight mends" in flight.refusal
 
 
 def test_uavs_given_too_close_are_slowed_where_they_keep_apart_as_planned():
     flights = straight((0, 0, 2), (1, 0, 2), 1.0), straight((0.2, 0, 2), (1.2, 0, 2), 1.0)
-    flight = sky.fly_until_safe(mission(*flights), wind=(3, 0, 0), noise=0.03, rng=1, margin=0.0, rounds=1)
+    flight = sky.fly_until_safe(
+        mission(*flights), sky.Conditions(wind=(3, 0, 0), noise=0.03), rng=1, margin=0.0, rounds=1
+    )
     assert not flight.safe
     assert flight.rounds[0].startswith("Round 1: slowed down to 80% of its speed; ")
 
 
 def test_rounds_are_a_number():
-    with pytest.raises(sky.InputError, match="rounds is a whole number from 1 on, not 0"):
+    with pytest.raises(sky.InputError, match="rounds: expected a whole number from 1 on, found 0"):
         sky.fly_until_safe(mission(BRISK), rounds=0)

@@ -6,14 +6,14 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse.flight.commands import HOVER_SECONDS, commands
-from skyverse.flight.disturbances import Weather, draw
+from skyverse.flight.disturbances import draw
 from skyverse.flight.simulate import SimulationJob, simulate, simulate_in_rotorpy
 from skyverse.flight.vehicle import VEHICLES, vehicle_of
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 
-CALM = Weather((0.0, 0.0, 0.0), 0.0, sky.Disturbances())
-STORMY = Weather((3.0, -7.0, 0.5), 0.02, sky.Disturbances(gusts=True, mismatch=0.2, position_noise=0.3, delay=0.03))
+CALM = sky.Conditions()
+STORMY = sky.Conditions(wind=(3.0, -7.0, 0.5), noise=0.02, gusts=True, mismatch=0.2, position_noise=0.3, delay=0.03)
 CURVED = mission(straight((0, 0, 2), (3, 1, 3.5), 1.7, begin=0.4))
 
 
@@ -37,7 +37,7 @@ def test_the_compiled_simulator_flies_as_rotorpy_does(vehicle, weather):
 
 
 def test_both_lose_a_uav_at_the_same_instant():
-    storm = Weather((60.0, 0.0, 0.0), 0.0, sky.Disturbances())
+    storm = sky.Conditions(wind=(60.0, 0.0, 0.0))
     ours, theirs = simulate(job("thesis", storm)), simulate_in_rotorpy(job("thesis", storm))
     assert ours.lost
     assert theirs.lost
@@ -48,7 +48,7 @@ def test_samples_begin_at_the_departure_after_a_hover_in_the_wind():
     told = commands(CURVED, 0, vehicle_of("thesis"))
     assert told.times[0] == pytest.approx(0.4 - HOVER_SECONDS)
     assert told.times[told.hover] == pytest.approx(0.4)
-    flown = simulate(job("thesis", Weather((8.0, 0.0, 0.0), 0.0, sky.Disturbances())))
+    flown = simulate(job("thesis", sky.Conditions(wind=(8.0, 0.0, 0.0))))
     assert flown.times[0] == pytest.approx(0.4)
     assert np.linalg.norm(flown.positions[0] - (0, 0, 2)) < 0.005  # the controller has found the wind
     assert flown.tilt[0] > 10  # and leans against it
@@ -56,7 +56,7 @@ def test_samples_begin_at_the_departure_after_a_hover_in_the_wind():
 
 def test_the_delay_makes_the_same_flight_worse():
     still = mission(straight((0, 0, 2), (0, 0, 2), 1.0))
-    gusty = [Weather((8.0, 0.0, 0.0), 0.0, sky.Disturbances(gusts=True, delay=delay)) for delay in (0.0, 0.1)]
+    gusty = [sky.Conditions(wind=(8.0, 0.0, 0.0), gusts=True, delay=delay) for delay in (0.0, 0.1)]
     prompt, late = (np.linalg.norm(simulate(job("thesis", w, of=still)).positions - (0, 0, 2), axis=1) for w in gusty)
     assert late.max() > 1.2 * prompt.max()
 
@@ -64,10 +64,10 @@ def test_the_delay_makes_the_same_flight_worse():
 def test_mismatch_changes_mass_thrust_drag_and_inertia_each_on_its_own_within_its_share():
     kind = vehicle_of("thesis")
     told = commands(CURVED, 0, kind)
-    weather = Weather((0.0, 0.0, 0.0), 0.0, sky.Disturbances(mismatch=0.2))
+    weather = sky.Conditions(mismatch=0.2)
     shares = []
     for seed in range(200):
-        made = draw(told, kind, weather, seed).vehicle.parameters
+        made = draw(told, kind, weather, seed)[0].parameters
         for one, other in (("c_Dx", "k_z"), ("Ixx", "Izz")):
             assert made[one] / kind.parameters[one] == pytest.approx(made[other] / kind.parameters[other])
         shares.append([made[name] / kind.parameters[name] for name in ("mass", "k_eta", "c_Dx", "Ixx")])
@@ -79,8 +79,8 @@ def test_mismatch_changes_mass_thrust_drag_and_inertia_each_on_its_own_within_it
 def test_the_drift_of_positions_has_the_stated_deviation_and_hardly_changes_in_a_second():
     kind = vehicle_of("thesis")
     told = commands(CURVED, 0, kind)
-    weather = Weather((0.0, 0.0, 0.0), 0.0, sky.Disturbances(position_noise=0.5))
-    errors = [draw(told, kind, weather, seed).position_error for seed in range(400)]
+    weather = sky.Conditions(position_noise=0.5)
+    errors = [draw(told, kind, weather, seed)[1].position_error for seed in range(400)]
     assert np.std([error[0] for error in errors], axis=0) == pytest.approx(np.full(3, 0.5), rel=0.12)
     moved = np.array([error[100] - error[0] for error in errors])
     assert np.std(moved) == pytest.approx(0.5 * np.sqrt(2 / 1100), rel=0.12)
@@ -93,16 +93,17 @@ def test_the_drift_of_positions_has_the_stated_deviation_and_hardly_changes_in_a
         ({"position_noise": -1}, "position_noise: expected metres from 0 to 10, found -1"),
         ({"delay": "late"}, "delay: expected seconds from 0 to 1, found 'late'"),
         ({"gusts": 1}, "gusts: expected true or false, found 1"),
+        ({"gusts": True}, "gusts need a wind"),
     ],
 )
 def test_bad_disturbances_end_in_one_sentence(options, sentence):
     with pytest.raises(sky.InputError, match=sentence):
-        sky.Disturbances(**options)
+        sky.Conditions(**options)
 
 
 def test_gusts_need_a_wind():
     with pytest.raises(sky.InputError, match="gusts: gusts need a wind"):
-        sky.fly(CURVED, disturbances=sky.Disturbances(gusts=True))
+        sky.fly(CURVED, sky.Conditions(gusts=True))
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import math
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -229,7 +230,7 @@ def test_missions_among_movers_are_neither_exported_to_autopilots_nor_flown(tmp_
     with pytest.raises(sky.InputError, match="has movers, and no autopilot keeps a schedule exactly enough"):
         sky.export(mission, tmp_path / "out.plan", origin=(47.0, 8.0, 400.0))
     assert not list(tmp_path.iterdir())
-    for fly in (sky.fly, sky.fly_many, sky.fly_many_until_safe):
+    for fly in (sky.fly, partial(sky.fly, runs=2), sky.fly_until_safe):
         with pytest.raises(sky.InputError, match="flights among movers cannot be simulated"):
             fly(mission)
     with pytest.raises(sky.InputError, match="has movers, and no autopilot keeps a schedule"):

@@ -9,7 +9,6 @@ import skyverse as sky
 from handmade import mission, straight
 from skyverse.draw.triangulation import triangles
 from skyverse.flight.commands import commands
-from skyverse.flight.disturbances import Weather
 from skyverse.flight.simulate import SimulationJob, simulate
 from skyverse.flight.vehicle import vehicle_of
 from skyverse.maps.readers.mesh import touched
@@ -307,11 +306,9 @@ def maps_and_pages():
 def flights_in_simulation():
     vehicle = vehicle_of("thesis")
     told = commands(mission(straight((0, 0, 2), (0.2, 0.1, 2.3), 0.4)), 0, vehicle)
-    others = sky.Disturbances(gusts=True, mismatch=0.2, position_noise=0.5, delay=0.02)
-    for seed, weather in enumerate(
-        (Weather((0.0, 0.0, 0.0), 0.0, sky.Disturbances()), Weather((8, 2, 0), 0.1, others))
-    ):
-        simulate(SimulationJob(told, vehicle, weather, seed))
+    disturbed = sky.Conditions(wind=(8, 2, 0), noise=0.1, gusts=True, mismatch=0.2, position_noise=0.5, delay=0.02)
+    for seed, conditions in enumerate((sky.Conditions(), disturbed)):
+        simulate(SimulationJob(told, vehicle, conditions, seed))
 
 
 def octree(path, rng):

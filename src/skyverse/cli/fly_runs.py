@@ -16,7 +16,6 @@ MOST_TOUCHES = 5
 
 def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None:
     """Print the tracking errors of each UAV, the least distances, the verdict, and where the files are."""
-    from skyverse.model.disturbances import told_weather
     from skyverse.model.short_lines import counted
 
     names = [uav.name for uav in flown.mission.scenario.uavs]
@@ -40,15 +39,15 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
     if flown.outside.max() > 0:
         print(f"A UAV was {flown.outside.max():.3f} m out of bounds at most.")
     size = f"the vehicle's propellers reach {flown.radius:.3g} m from its centre"
-    weather = told_weather(flown.wind, flown.noise, flown.disturbances, flown.seed)
+    weather = flown.conditions.told(flown.seed)
     print(f"{size}; {weather}; {counted(flown.runs, 'run')}")
     for sentence in flown.rounds:
         print(sentence)
     whose = f"{flown.vehicle} alone: " if flown.stands_in else ""
-    for touch in flown.touches[:MOST_TOUCHES]:
-        print(f"{whose}{touch.sentence}")
-    if len(flown.touches) > MOST_TOUCHES:
-        print(f"and {counted(len(flown.touches) - MOST_TOUCHES, 'more run')}")
+    for violation in list(flown.violations.values())[:MOST_TOUCHES]:
+        print(f"{whose}{violation.message}")
+    if len(flown.violations) > MOST_TOUCHES:
+        print(f"and {counted(len(flown.violations) - MOST_TOUCHES, 'more run')}")
     print(flown.sentence)
     for path in written:
         print(path)
@@ -73,8 +72,8 @@ def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written
         "verdict": flown.sentence,
         "simulated": flown.vehicle_sentence,
         "runs": flown.runs,
-        **{name: getattr(flown, name) for name in ("vehicle", "radius", "wind", "noise", "seed", "rounds", "refusal")},
-        **vars(flown.disturbances),
+        **{name: getattr(flown, name) for name in ("radius", "seed", "rounds", "refusal")},
+        **vars(flown.conditions),
         "makespan": flown.mission.makespan,
         "all": errors_of(flown.all_errors),
         "uavs": [{"uav": name} | errors_of(errors) for name, errors in rows],
@@ -83,7 +82,10 @@ def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written
         "nearness": least(flown.nearness),
         "outside": float(flown.outside.max()),
         "runs_within_tracking_error": None if held is None else held.count(True),
-        "touches": [vars(touch) for touch in flown.touches],
+        "touches": [
+            {"run": run, "seed": int(flown.seeds[run]), "time": one.time, "sentence": one.message}
+            for run, one in flown.violations.items()
+        ],
         "checks": flown.checks,
         "files": [str(path) for path in written],
     }

@@ -73,7 +73,7 @@ def tracking_error_of(text: str | None) -> tuple[float, float] | None:
 
 def wind_of(wind: str, speed: float | None, direction: float | None) -> tuple[float, ...]:
     """Read a wind: as a vector, ``1,0,0``, or as pilots tell it, a speed and the direction that it blows from."""
-    from skyverse.model.disturbances import wind_from
+    from skyverse.model.conditions import wind_from
 
     if speed is None and direction is None:
         expected = "east,north,up in m/s, as in 1,0,0, or speed,degrees from east towards north, as in 1,90"

@@ -22,7 +22,6 @@ from skyverse.draw.page_parts import (
 )
 from skyverse.draw.plotly_values import Trace, flat, plain, trace
 from skyverse.draw.scene import SAMPLE_STRIDE, MissionScene, flight_scene
-from skyverse.model.disturbances import told_weather
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.short_lines import told_metres
 
@@ -71,18 +70,13 @@ def flight_page(flight: Flight) -> str:
 
 
 def _told(flight: Flight) -> str:
-    east, north, up = flight.wind
-    speed = math.hypot(east, north, up)
-    wind = f"wind of {speed:.3g} m/s" if speed else "no wind"
-    noise = f"noise of {flight.noise:g} m" if flight.noise else "no noise"
-    told = ", ".join(filter(None, [wind, noise, flight.disturbances.sentence]))
-    return f"Flown in rotorpy with {told}. {flight.vehicle_sentence}"
+    return f"Flown in rotorpy with {flight.conditions.sentence}. {flight.vehicle_sentence}"
 
 
 def _tiles(flight: Flight) -> str:
     flown = [f for f in flight.flown if f is not None]
     nearest = min(f.clearance for f in flown)
-    closest = min((passing.nearness for passing in flight.passings), default=None)
+    closest = min((passing.nearness or 0.0 for passing in flight.passings), default=None)
     rms = math.sqrt(sum(f.rms**2 * len(f.times) for f in flown) / sum(len(f.times) for f in flown))
     heights = [f.above_ground for f in flown if f.above_ground is not None]
     low = [("Above ground", metres(min(heights)), "least height")] if heights else []
@@ -155,7 +149,7 @@ def _footer(flight: Flight) -> str:
             "Scenario": flight.mission.scenario.name,
             "Planner": made.planner,
             "Vehicle": flight.vehicle,
-            "Weather": told_weather(flight.wind, flight.noise, flight.disturbances, flight.seed),
+            "Weather": flight.conditions.told(flight.seed),
             "skyverse": made.skyverse,
             "Platform": made.platform,
         }

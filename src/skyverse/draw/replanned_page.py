@@ -22,7 +22,6 @@ from skyverse.draw.page_parts import (
 from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
 from skyverse.draw.replanned_scene import CommittedWay, ReplannedScene
 from skyverse.draw.shape_geometry import DrawnShape, footprint, outline, surface
-from skyverse.model.disturbances import told_weather
 from skyverse.model.replanned_flight import Prediction, ReplannedFlight
 from skyverse.model.shapes import Voxels
 from skyverse.model.verdict import Verdict
@@ -109,7 +108,7 @@ def _table(drawn: ReplannedScene) -> str:
     flight, rows = drawn.flight, []
     for uav, (track, flown) in enumerate(zip(drawn.scene.tracks, flight.flown, strict=True)):
         answers = [step.answers[uav] for step in flight.steps]
-        near = [one.distance for one in flight.approaches if one.uav == uav]
+        near = [one.distance for one in flight.approaches if one.uavs == (uav,)]
         arrival = flight.arrivals[uav]
         cells = [
             NO_VALUE if arrival is None else f"{arrival:.2f} s",
@@ -131,7 +130,7 @@ def _footer(flight: ReplannedFlight) -> str:
             "Scenario": flight.truth.name,
             "Planner": made.planner,
             "Vehicle": flown.vehicle,
-            "Weather": told_weather(flown.wind, flown.noise, flown.disturbances, flown.seed),
+            "Weather": flown.conditions.told(flown.seed),
             "Sensor": flight.sensor.sentence,
             "Lead": f"{flight.lead:g} s",
             "Horizon": f"{flight.horizon:.3g} s",

@@ -1,6 +1,6 @@
-"""What disturbs all flights of a mission, checked.
+"""What disturbs one flight of one UAV, drawn by seed.
 
-Gusts by the Dryden model of MIL-F-8785C ("Flying qualities of piloted airplanes", 1980) at low altitude.
+Gusts are by the Dryden model of MIL-F-8785C ("Flying qualities of piloted airplanes", 1980) at low altitude.
 
 With the height above ground h in feet, from 10 to 1000, and the mean wind at 20 feet, W_20, intensities and lengths are
 
@@ -16,75 +16,21 @@ meets the spectra, one-sided in the frequency omega = V Omega, and so the autoco
 and w as v. Measured in T and in units of sigma, both are stationary processes without parameters: u = p with
 dp = -p dT + sqrt(2) dW, and v = (sqrt(3) p + (1 - sqrt(3)) q) / sqrt(2) with dq = (p - q) dT besides. Their transitions
 over any step of T are known exactly and drawn here, so that intensities and lengths may change between samples.
-
-Draws by seed what disturbs one flight of one UAV.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, require_number
 from skyverse.flight.commands import COMMAND_RATE, Commands
+from skyverse.flight.tracking_control import DrawnDisturbances
 from skyverse.flight.vehicle import Vehicle
-from skyverse.model.disturbances import MAX_NOISE, Disturbances
+from skyverse.model.conditions import Conditions
 from skyverse.numerics.kernel import kernel
-
-MAX_WIND = 100.0
-"""m/s."""
-
-
-@dataclass(frozen=True)
-class Weather:
-    """What disturbs all flights of a mission.
-
-    Attributes
-    ----------
-    wind
-        The mean velocity of the air, m/s towards east, north and up.
-    noise
-        The standard deviation of white noise in what is measured: metres of position and m/s of velocity.
-    others
-        Gusts, mismatch, drift of positions and delay.
-    """
-
-    wind: tuple[float, float, float]
-    noise: float
-    others: Disturbances
-
-    @property
-    def random(self) -> bool:
-        """Whether any of it is drawn at random, so that a seed matters."""
-        return self.noise > 0 or self.others.gusts or self.others.mismatch > 0 or self.others.position_noise > 0
-
-
-def weather_of(wind: Sequence[float], noise: float, disturbances: Disturbances | None) -> Weather:
-    """Return what disturbs a mission, or raise `InputError`; the parameters are those of `fly`."""
-    blown, others = _wind(wind), disturbances or Disturbances()
-    require_number(noise, "noise", "metres", 0.0, MAX_NOISE)
-    if others.gusts and not math.hypot(blown[0], blown[1]):
-        raise InputError("gusts need a wind, as their strength follows from its horizontal speed", field="gusts")
-    return Weather(blown, float(noise), others)
-
-
-def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
-    try:
-        numbers = [float(number) for number in wind]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        raise InputError(f"expected east,north,up in m/s, or speed,degrees, found {wind!r}", field="wind")
-    if max(map(abs, numbers if len(numbers) == 3 else numbers[:1])) > MAX_WIND:
-        raise InputError(f"expected at most {MAX_WIND:g} m/s, found {wind!r}", field="wind")
-    if len(numbers) == 2:
-        speed, heading = numbers[0], math.radians(numbers[1])
-        return round(speed * math.cos(heading), 12), round(speed * math.sin(heading), 12), 0.0
-    return numbers[0], numbers[1], numbers[2]
-
 
 FOOT = 0.3048
 """Metres."""
@@ -111,7 +57,7 @@ def gust_scales(height: Floats, wind_speed: float) -> GustScales:
     return GustScales(vertical / rough**0.4, vertical, feet / rough**1.2 * FOOT, feet * FOOT)
 
 
-def gusts(height: Floats, airspeed: Floats, wind: tuple[float, float, float], period: float, normals: Floats) -> Floats:
+def gusts(height: Floats, airspeed: Floats, wind: Sequence[float], period: float, normals: Floats) -> Floats:
     """Return gusts, (m, 3) m/s towards east, north and up, at samples that are `period` seconds apart.
 
     Parameters
@@ -196,49 +142,26 @@ def drift(keep: float, normals: Floats) -> Floats:
 
 
 DRIFT_SECONDS = 1100.0
-"""The time constant of the drift of a measured position; see `Disturbances`."""
+"""The time constant of the drift of a measured position; see `Conditions`."""
 
 
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """What disturbs one flight of m samples.
-
-    Attributes
-    ----------
-    vehicle
-        The vehicle that flies, which may differ from the one that its controller believes to fly.
-    wind
-        (m, 3) m/s: the velocity of the air.
-    position_error, velocity_error
-        (m, 3) metres and m/s: what is measured, less what is true.
-    delay
-        The number of samples by which the measured position and velocity are late.
-    """
-
-    vehicle: Vehicle
-    wind: Floats
-    position_error: Floats
-    velocity_error: Floats
-    delay: int
-
-
-def draw(told: Commands, vehicle: Vehicle, weather: Weather, seed: int) -> Drawn:
-    """Draw what disturbs a flight; the same seed draws the same."""
-    rng, others, count = np.random.default_rng(seed), weather.others, len(told.times)
-    white = rng.normal(scale=weather.noise, size=(count, 2, 3)) if weather.noise else np.zeros((count, 2, 3))
+def draw(told: Commands, vehicle: Vehicle, conditions: Conditions, seed: int) -> tuple[Vehicle, DrawnDisturbances]:
+    """Draw the vehicle that flies, and what disturbs it; the same seed draws the same."""
+    rng, count = np.random.default_rng(seed), len(told.times)
+    white = rng.normal(scale=conditions.noise, size=(count, 2, 3)) if conditions.noise else np.zeros((count, 2, 3))
     flown = vehicle
-    if others.mismatch:
-        flown = _differing(vehicle, rng.uniform(1.0 - others.mismatch, 1.0 + others.mismatch, size=4))
-    wind = np.tile(np.array(weather.wind, dtype=np.float64), (count, 1))
-    if others.gusts:
+    if conditions.mismatch:
+        flown = _differing(vehicle, rng.uniform(1.0 - conditions.mismatch, 1.0 + conditions.mismatch, size=4))
+    wind = np.tile(np.array(conditions.wind, dtype=np.float64), (count, 1))
+    if conditions.gusts:
         airspeed = np.linalg.norm(told.reference.velocity - wind, axis=1)
         normals = rng.standard_normal((count, NORMALS_PER_SAMPLE))
-        wind += gusts(told.height, airspeed, weather.wind, 1.0 / COMMAND_RATE, normals)
+        wind += gusts(told.height, airspeed, conditions.wind, 1.0 / COMMAND_RATE, normals)
     position_error, velocity_error = np.ascontiguousarray(white[:, 0]), np.ascontiguousarray(white[:, 1])
-    if others.position_noise:
+    if conditions.position_noise:
         keep = math.exp(-1.0 / (COMMAND_RATE * DRIFT_SECONDS))
-        position_error += others.position_noise * drift(keep, rng.standard_normal((count, 3)))
-    return Drawn(flown, wind, position_error, velocity_error, round(others.delay * COMMAND_RATE))
+        position_error += conditions.position_noise * drift(keep, rng.standard_normal((count, 3)))
+    return flown, DrawnDisturbances(wind, position_error, velocity_error, round(conditions.delay * COMMAND_RATE))
 
 
 def _differing(vehicle: Vehicle, factors: Floats) -> Vehicle:

@@ -1,32 +1,30 @@
-"""Flies a mission in simulation, each UAV in rotorpy, and judges the flight.
-
-Flies a mission many times in the compiled simulator, each time with other disturbances.
-"""
+"""Flies a mission in simulation, and judges the flight: once in rotorpy, or many times in the compiled simulator."""
 
 import multiprocessing
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from dataclasses import replace
+from typing import overload
 
 import numpy as np
 
 from skyverse._typing import Ints
 from skyverse.errors import InputError, require_kind, require_number
 from skyverse.flight.commands import commands
-from skyverse.flight.disturbances import weather_of
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.runs import (
     ErrorCounts,
     RunSummary,
     cross_check_nearest,
-    first_touch,
+    first_violation,
     prepare,
     summarise_run,
     total,
 )
 from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
-from skyverse.flight.vehicle import refuse_weak, told_airspeeds, vehicle_of
-from skyverse.model.disturbances import Disturbances
+from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds, vehicle_of
+from skyverse.model.conditions import Conditions
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.flight_runs import FlightRuns, TrackingErrors
 from skyverse.model.mission import Mission
@@ -37,56 +35,82 @@ from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
 
 OnFlown = Callable[[int, int], None]
-"""Called with the number of UAVs that have been flown and the number of all UAVs to fly."""
+"""Called with how many UAVs, or runs, have been flown, and how many are flown in all."""
+
+MAX_RUNS = 1_000_000
+FIRST_RUNS, MORE_RUNS = 10, 50
+"""Runs that are flown together, at first and later; a touch that is to end the flights does so after such a part."""
+
+
+@overload
+def fly(
+    mission: Mission,
+    conditions: Conditions | None = None,
+    *,
+    runs: None = None,
+    margin: float | None = None,
+    rng: Seed = None,
+    workers: int | None = None,
+    on_progress: OnFlown | None = None,
+) -> Flight: ...
+
+
+@overload
+def fly(
+    mission: Mission,
+    conditions: Conditions | None = None,
+    *,
+    runs: int,
+    rng: Seed = None,
+    workers: int | None = None,
+    on_progress: OnFlown | None = None,
+) -> FlightRuns: ...
 
 
 def fly(
     mission: Mission,
+    conditions: Conditions | None = None,
     *,
-    vehicle: str | None = None,
-    wind: Sequence[float] = (0.0, 0.0, 0.0),
-    noise: float = 0.0,
-    disturbances: Disturbances | None = None,
+    runs: int | None = None,
     margin: float | None = None,
     rng: Seed = None,
-    workers: int = 1,
+    workers: int | None = None,
     on_progress: OnFlown | None = None,
-) -> Flight:
-    """Fly every trajectory of a mission in rotorpy, a quadrotor simulator, and judge the flight.
+) -> Flight | FlightRuns:
+    """Fly every trajectory of a mission in a simulator, once or many times, and judge the flight.
 
     rotorpy's SE3 controller follows each trajectory with its own gains; the documentation's page on flight describes
     the commands that it gets. Each UAV has hovered in the wind for some seconds when it departs. Aeroplanes are not
     flown; the other UAVs are judged against their trajectories.
 
-    The flight is safe if every UAV keeps the scenario's clearance less the margin, leaves the bounds by at most the
-    margin, and ends within the margin of the end of its trajectory, and if no two UAVs enter each other's ellipsoid of
-    separation, made smaller by twice the margin. Where starts or targets are given closer than the separation, UAVs
-    must only keep the nearness that is given.
+    One flight is simulated by rotorpy. It is safe if every UAV keeps the scenario's clearance less the margin, leaves
+    the bounds by at most the margin, and ends within the margin of the end of its trajectory, and if no two UAVs enter
+    each other's ellipsoid of separation, made smaller by twice the margin. Where starts or targets are given closer
+    than the separation, UAVs must only keep the nearness that is given.
+
+    Many flights are simulated by compiled code that does the same, each with other gusts, another vehicle and other
+    noise. They are safe if nothing is touched in any: a UAV touches something where its centre is no farther from an
+    obstacle or the ground than the vehicle's radius, or two centres no farther apart than two radii. The distances of
+    the runs that came nearest are held against the referee's code.
 
     Parameters
     ----------
     mission
         The mission to fly; its scenario's limits say what the vehicle must be able to do.
-    vehicle
-        ``"thesis"``, ``"camera"``, ``"crazyflie"`` or ``"hummingbird"``, which flies in place of every multirotor. By
-        default it is the vehicle that the mission was planned for where that is one of them, and otherwise the
-        thesis's.
-    wind
-        The velocity of the air, (3,) m/s towards east, north and up; or its speed, m/s, and the direction in which it
-        moves, degrees counter-clockwise from east.
-    noise
-        The standard deviation, on each axis, of the white normal noise in what the controller measures: this many
-        metres of position and m/s of velocity.
-    disturbances
-        Gusts, mismatch of the vehicle, drift of measured positions and delay; none by default.
+    conditions
+        The vehicle, the wind, and what else disturbs; by default nothing does.
+    runs
+        How often to fly it in the compiled simulator; by default it is flown once, in rotorpy.
     margin
-        The allowed deviation of a UAV, metres; half the scenario's clearance by default.
+        The allowed deviation of a UAV in one flight, metres; half the scenario's clearance by default.
     rng
-        Seed or generator of all that is random; every UAV has a random stream of its own.
+        Seed or generator of all that is random; every UAV and run has a random stream of its own.
     workers
-        The number of processes. A script that asks for more than 1 must start under ``if __name__ == "__main__":``.
+        The number of processes for one flight, 1 by default: a script that asks for more must start under
+        ``if __name__ == "__main__":``. The number of threads for many, as many as there are cores by default. The
+        answer does not depend on it.
     on_progress
-        Called whenever a UAV has been flown.
+        Called whenever a UAV, or some runs, have been flown.
 
     Raises
     ------
@@ -94,46 +118,74 @@ def fly(
         If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or a parameter is out of range.
     """
     require_kind(mission, Mission, "mission")
-    weather = weather_of(wind, noise, disturbances)
-    if margin is None:
-        margin = mission.scenario.clearance / 2
-    require_number(margin, "margin", "metres", 0.0)
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
-    generator, seed = seeded(rng)
-    require_simulator()
+    conditions = Conditions() if conditions is None else conditions
+    for name, value in (("runs", runs), ("workers", workers)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_RUNS):
+            raise InputError(f"expected a whole number from 1 to {MAX_RUNS}, found {value!r}", field=name)
+    if runs is None:
+        return _fly_once(mission, conditions, margin, rng, workers or 1, on_progress)
+    if margin is not None:
+        raise InputError("expected a single flight with it, found many", field="margin")
+    return fly_runs(mission, conditions, runs, rng, workers, on_progress)
+
+
+def chosen_vehicle(mission: Mission, conditions: Conditions) -> tuple[Vehicle, Conditions]:
+    """Return the vehicle that flies a mission, and the conditions with its name."""
+    name = conditions.vehicle or simulated_vehicle(mission.scenario.uavs)
+    return vehicle_of(name), replace(conditions, vehicle=name)
+
+
+def _flying(mission: Mission, kind: Vehicle, conditions: Conditions) -> list[int]:
+    """Return the UAVs that are flown, or raise `InputError` where there are none, or the vehicle is too weak."""
     scenario = mission.scenario
-    kind = vehicle_of(simulated_vehicle(scenario.uavs) if vehicle is None else vehicle)
-    flying = {
-        uav: trajectory
-        for uav, trajectory in enumerate(mission.trajectories)
-        if trajectory is not None and scenario.uavs[uav].fixed_wing is None
-    }
+    both = enumerate(zip(scenario.uavs, mission.trajectories, strict=True))
+    flying = [number for number, (uav, flown) in both if flown is not None and uav.fixed_wing is None]
     if not flying:
         raise InputError(f"{scenario.name}: expected a trajectory of a multirotor to fly, found none")
-    refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying), weather.wind)
+    refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying), conditions.wind)
+    return flying
+
+
+def _fly_once(
+    mission: Mission,
+    conditions: Conditions,
+    margin: float | None,
+    rng: Seed,
+    workers: int,
+    on_progress: OnFlown | None,
+) -> Flight:
+    """Fly a mission once, in rotorpy; see `fly`."""
+    scenario = mission.scenario
+    margin = scenario.clearance / 2 if margin is None else margin
+    require_number(margin, "margin", "metres", 0.0)
+    generator, seed = seeded(rng)
+    require_simulator()
+    kind, conditions = chosen_vehicle(mission, conditions)
+    flying = _flying(mission, kind, conditions)
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
-    jobs = {uav: SimulationJob(commands(mission, uav, kind), kind, weather, seeds[uav]) for uav in flying}
+    jobs = {uav: SimulationJob(commands(mission, uav, kind), kind, conditions, seeds[uav]) for uav in flying}
     world = World(derived(scenario, terrain=None))
     flown: list[Flown | None] = [None] * len(scenario.uavs)
     for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):
         flown[uav] = measure(world, mission, uav, samples, kind)
         if on_progress is not None:
             on_progress(done, len(jobs))
-    found, wrong = passings(mission, tuple(flown), margin)
-    due = {uav: (one.end, told_airspeeds(kind, one, weather.wind)) for uav, one in flying.items()}
-    violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin, *due[f.uav])] + wrong
+    near, wrong = passings(mission, tuple(flown), margin)
+    violations = []
+    for one in flown:
+        if one is not None:
+            planned = mission.trajectories[one.uav]
+            assert planned is not None
+            speeds = told_airspeeds(kind, planned, conditions.wind)
+            violations += strayed(scenario, one, margin, planned.end, speeds)
     return Flight(
         mission,
-        kind.name,
-        weather.wind,
-        weather.noise,
-        seed if weather.random else None,
+        conditions,
+        seed if conditions.random else None,
         float(margin),
         tuple(flown),
-        tuple(found),
-        tuple(violations),
-        disturbances=weather.others,
+        tuple(near),
+        (*violations, *wrong),
     )
 
 
@@ -159,128 +211,59 @@ def _deaf() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-OnRuns = Callable[[int, int], None]
-"""Called with the number of runs that have been flown and the number of all runs."""
-
-MAX_RUNS = 1_000_000
-FIRST_RUNS, MORE_RUNS = 10, 50
-"""Runs that are flown together, at first and later; a touch that is to end the flights does so after such a part."""
-
-
-def fly_many(
+def fly_runs(
     mission: Mission,
-    *,
-    runs: int = 100,
-    vehicle: str | None = None,
-    wind: Sequence[float] = (0.0, 0.0, 0.0),
-    noise: float = 0.0,
-    disturbances: Disturbances | None = None,
-    rng: Seed = None,
-    workers: int | None = None,
-    on_progress: OnRuns | None = None,
+    conditions: Conditions,
+    runs: int,
+    rng: Seed,
+    workers: int | None,
+    on_progress: OnFlown | None,
+    until_touch: bool = False,
 ) -> FlightRuns:
-    """Fly a mission many times, each time with other gusts, another vehicle and other noise, and tell what came of it.
+    """Fly a mission many times; see `fly`. `until_touch`: until the part of all runs in which something is touched."""
+    scenario = mission.scenario
+    kind, conditions = chosen_vehicle(mission, conditions)
+    generator, seed = seeded(rng)
+    seeds = generator.integers(2**31, size=runs)
+    flown = _flying(mission, kind, conditions)
+    fleet = prepare(mission, kind, conditions)
+    done: list[RunSummary] = []
+    by_uav = {uav: (ErrorCounts(), ErrorCounts()) for uav in flown}
+    with ThreadPoolExecutor(workers or cores()) as pool:
+        for part in _parts(seeds):
+            for summary, errors in pool.map(lambda seed: summarise_run(fleet, int(seed)), part):
+                done.append(summary)
+                for uav, (horizontal, vertical) in errors.items():
+                    by_uav[uav][0].add(horizontal)
+                    by_uav[uav][1].add(vertical)
+            if on_progress is not None:
+                on_progress(len(done), runs)
+            if until_touch and any(first_violation(fleet, k, summary) for k, summary in enumerate(done)):
+                break
+    wrong = {k: found for k, summary in enumerate(done) if (found := first_violation(fleet, k, summary))}
+    largest = np.array([summary.largest for summary in done])
 
-    The simulator is compiled, and flies as `fly` does in rotorpy. A UAV touches something where its centre is no
-    farther from an obstacle or the ground than the vehicle's radius, or two centres no farther apart than two radii.
-    The distances of the runs that came nearest are held against the referee's code.
+    def told(uavs: Sequence[int]) -> TrackingErrors:
+        most = largest[:, uavs].max(axis=(0, 1))
+        each = zip(zip(*(by_uav[uav] for uav in uavs), strict=True), most, strict=True)
+        return TrackingErrors(*(total(counts).distribution(float(worst)) for counts, worst in each))
 
-    Parameters
-    ----------
-    mission
-        The mission to fly; its scenario's limits say what the vehicle must be able to do.
-    runs
-        How often to fly it.
-    vehicle, wind, noise, disturbances
-        As for `fly`.
-    rng
-        Seed or generator, from which the seed of every run is drawn.
-    workers
-        The number of threads; by default the number of cores. The answer does not depend on it.
-    on_progress
-        Called whenever some runs have been flown.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to fly, the vehicle is too weak or not installed, or a parameter is out of range.
-    """
-    require_kind(mission, Mission, "mission")
-    vehicle = vehicle or simulated_vehicle(mission.scenario.uavs)
-    flights = Flights(runs, vehicle, wind, noise, disturbances, rng, workers)
-    return flights.fly(mission, until_touch=False, on_progress=on_progress)
-
-
-class Flights:
-    """Everything but the mission that many flights need, checked; the parameters are those of `fly_many`."""
-
-    def __init__(
-        self,
-        runs: int,
-        vehicle: str,
-        wind: Sequence[float],
-        noise: float,
-        disturbances: Disturbances | None,
-        rng: Seed,
-        workers: int | None,
-    ) -> None:
-        for name, value, most in (("runs", runs, MAX_RUNS), ("workers", workers, MAX_RUNS)):
-            if value is not None and (isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most):
-                raise InputError(f"expected a whole number from 1 to {most}, found {value!r}", field=name)
-        self.weather = weather_of(wind, noise, disturbances)
-        self.vehicle = vehicle_of(vehicle)
-        generator, self.seed = seeded(rng)
-        self.seeds = generator.integers(2**31, size=runs)
-        self.workers = workers or cores()
-
-    def fly(self, mission: Mission, *, until_touch: bool, on_progress: OnRuns | None) -> FlightRuns:
-        """Fly a mission, until the end of the part of all runs in which something is touched if that is wanted."""
-        scenario = mission.scenario
-        fleet = prepare(mission, self.vehicle, self.weather)
-        flown = [uav for uav, told in enumerate(fleet.commands) if told is not None]
-        if not flown:
-            raise InputError(f"{scenario.name}: expected a trajectory of a multirotor to fly, found none")
-        refuse_weak(self.vehicle, tuple(scenario.uavs[uav] for uav in flown), self.weather.wind)
-        done: list[RunSummary] = []
-        by_uav = {uav: (ErrorCounts(), ErrorCounts()) for uav in flown}
-        with ThreadPoolExecutor(self.workers) as pool:
-            for part in _parts(self.seeds):
-                for summary, errors in pool.map(lambda seed: summarise_run(fleet, int(seed)), part):
-                    done.append(summary)
-                    for uav, (horizontal, vertical) in errors.items():
-                        by_uav[uav][0].add(horizontal)
-                        by_uav[uav][1].add(vertical)
-                if on_progress is not None:
-                    on_progress(len(done), len(self.seeds))
-                if until_touch and any(first_touch(fleet, k, summary) for k, summary in enumerate(done)):
-                    break
-        touches = [touch for k, summary in enumerate(done) if (touch := first_touch(fleet, k, summary))]
-        largest = np.array([summary.largest for summary in done])
-
-        def told(uavs: Sequence[int]) -> TrackingErrors:
-            most = largest[:, uavs].max(axis=(0, 1))
-            each = zip(zip(*(by_uav[uav] for uav in uavs), strict=True), most, strict=True)
-            return TrackingErrors(*(total(counts).distribution(float(worst)) for counts, worst in each))
-
-        return FlightRuns(
-            mission=mission,
-            vehicle=self.vehicle.name,
-            radius=self.vehicle.radius,
-            wind=self.weather.wind,
-            noise=self.weather.noise,
-            disturbances=self.weather.others,
-            seed=self.seed if self.weather.random else None,
-            seeds=np.array(self.seeds[: len(done)]),
-            errors=tuple(told([uav]) if uav in by_uav else None for uav in range(len(scenario.uavs))),
-            all_errors=told(flown),
-            clearance=np.array([min(summary.obstacle, summary.ground).distance for summary in done]),
-            separation=np.array([summary.pair.distance for summary in done]),
-            nearness=np.array([summary.nearness for summary in done]),
-            outside=np.array([summary.outside for summary in done]),
-            largest=largest,
-            touches=tuple(touches),
-            checks=cross_check_nearest(fleet, done),
-        )
+    return FlightRuns(
+        mission=mission,
+        conditions=conditions,
+        radius=kind.radius,
+        seed=seed if conditions.random else None,
+        seeds=np.array(seeds[: len(done)]),
+        errors=tuple(told([uav]) if uav in by_uav else None for uav in range(len(scenario.uavs))),
+        all_errors=told(flown),
+        clearance=np.array([min(summary.obstacle.distance, summary.ground.distance) for summary in done]),
+        separation=np.array([summary.pair.distance for summary in done]),
+        nearness=np.array([summary.nearness for summary in done]),
+        outside=np.array([summary.outside for summary in done]),
+        largest=largest,
+        violations=wrong,
+        checks=cross_check_nearest(fleet, done),
+    )
 
 
 def _parts(seeds: Ints) -> Iterator[Ints]:

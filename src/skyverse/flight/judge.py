@@ -12,15 +12,17 @@ from skyverse.flight.commands import COMMAND_RATE
 from skyverse.flight.simulate import Samples
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle
-from skyverse.model.flight_record import Flown, Passing
+from skyverse.model.flight_record import Flown, Nearest
 from skyverse.model.mission import Mission
-from skyverse.model.mover import Ellipsoid, Mover
-from skyverse.model.replanned_flight import Approach
+from skyverse.model.mover import Doubt
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_instant
-from skyverse.model.shapes import Box, Cylinder, Sphere, Terrain
+from skyverse.model.shapes import Terrain
+from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
 from skyverse.numerics.tolerances import NEARNESS_ROUNDING
+from skyverse.space.moving_shapes import mover_gaps, moving_shapes
+from skyverse.space.timed_shapes import TimedShape
 from skyverse.space.world import World
 
 
@@ -55,7 +57,7 @@ def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle:
     )
 
 
-def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -> tuple[list[Passing], list[Violation]]:
+def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -> tuple[list[Nearest], list[Violation]]:
     """Return the closest passing of every pair of UAVs, and the violations of pairs that came too close.
 
     A UAV that was not flown follows its trajectory exactly, or stays at its start. Where starts (or targets) are given
@@ -78,7 +80,13 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
         k = int(np.argmin(nearness))
         pair = (i, j)
         found.append(
-            Passing(pair, float(times[k]), float(np.linalg.norm(apart[k])), float(nearness[k]), float(meant.min()))
+            Nearest(
+                pair,
+                float(times[k]),
+                float(np.linalg.norm(apart[k])),
+                nearness=float(nearness[k]),
+                planned=float(meant.min()),
+            )
         )
         strayed = _nearness(apart, max(level - 2 * margin, 1e-9), max(upright - 2 * margin, 1e-9))
         asked = _asked(mission, i, j, meant)
@@ -185,59 +193,32 @@ def _place(position: Floats) -> tuple[float, float, float]:
     return x, y, z
 
 
-def approaches(truth: Scenario, flown: tuple[Flown | None, ...]) -> tuple[Approach, ...]:
+def approaches(truth: Scenario, flown: tuple[Flown | None, ...]) -> tuple[Nearest, ...]:
     """Return each UAV and mover when they were nearest to each other, by the samples of the flight."""
-    found = []
+    certain = [TimedShape(mover.shape, mover.motion, Doubt(), 0.0) for mover in truth.movers]
+    shapes, found = moving_shapes(certain, TrackingError()), []
     for one in flown:
         if one is None:
             continue
-        for number, mover in enumerate(truth.movers):
-            away = distances(mover, one.times, one.positions)
+        for number, away in enumerate(mover_gaps(shapes, one.times, one.positions)):
             k = int(np.argmin(away))
-            found.append(Approach(one.uav, number, float(one.times[k]), float(away[k])))
+            found.append(Nearest((one.uav,), float(one.times[k]), float(away[k]), number))
     return tuple(found)
 
 
 def too_near(
-    truth: Scenario, flown: tuple[Flown | None, ...], near: tuple[Approach, ...], margin: float
+    truth: Scenario, flown: tuple[Flown | None, ...], near: tuple[Nearest, ...], margin: float
 ) -> list[Violation]:
     """Return the violations of UAVs that came nearer to movers than the clearance less the margin, or touched them."""
     wrong, left = [], truth.clearance - margin
     for one in near:
         if one.distance > 0 and one.distance >= left:
             continue
-        name, whom = truth.uavs[one.uav].name, f"mover {truth.movers[one.mover].name!r}"
+        name, whom = truth.uavs[one.uavs[0]].name, f"mover {truth.movers[one.mover or 0].name!r}"
         how = f"touches {whom}" if one.distance <= 0 else f"comes within {one.distance:.3f} m of {whom}"
         message = f"{name} {how} {told_instant(one.time)}; {left:.3g} m must be left"
-        record = flown[one.uav]
+        record = flown[one.uavs[0]]
         assert record is not None
         x, y, z = record.positions[int(np.searchsorted(record.times, one.time))].tolist()
-        wrong.append(Violation(Fault.MOVER, (one.uav,), message, one.time, (x, y, z)))
+        wrong.append(Violation(Fault.MOVER, one.uavs, message, one.time, (x, y, z)))
     return wrong
-
-
-def distances(mover: Mover, times: Floats, places: Floats) -> Floats:
-    """Return how far places (m, 3) are from a mover at instants (m,), metres, 0 or less inside.
-
-    The distance is Euclidean; from an ellipsoid it is a lower bound, which is 0 exactly on its surface.
-    """
-    off = places - mover.at(times)
-    match mover.shape:
-        case Box(min=low, max=high):
-            return _from_box(np.maximum(low - off, off - high))
-        case Cylinder(centre=centre, radius=radius, low=bottom, high=top):
-            aside = np.hypot(off[:, 0] - centre[0], off[:, 1] - centre[1]) - radius
-            return _from_box(np.column_stack([aside, np.maximum(bottom - off[:, 2], off[:, 2] - top)]))
-        case Sphere(centre=middle, radius=radius):
-            away: Floats = np.linalg.norm(off - middle, axis=1) - radius
-            return away
-        case Ellipsoid(centre=middle, semi_axis_xy=across, semi_axis_z=up):
-            scaled: Floats = np.linalg.norm((off - middle) / (across, across, up), axis=1) - 1.0
-            return scaled * min(across, up)
-
-
-def _from_box(beyond: Floats) -> Floats:
-    """Return distances from what is beyond each face (m, k), metres, below 0 where inside of all of them."""
-    outside: Floats = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
-    inside: Floats = np.minimum(beyond.max(axis=1), 0.0)
-    return outside + inside

@@ -5,7 +5,7 @@ Flies a mission in rotorpy that is replanned in flight, among what sensors see, 
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,15 +15,16 @@ from pydantic import ValidationError
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_number
 from skyverse.flight.commands import COMMAND_RATE, HOVER_SECONDS, SETTLING_SECONDS, commanded, reference
-from skyverse.flight.disturbances import Weather, draw, weather_of
+from skyverse.flight.disturbances import draw
+from skyverse.flight.fly import chosen_vehicle
 from skyverse.flight.judge import approaches, measure, passings, strayed, too_near
 from skyverse.flight.simulate import ControlledUAV, Samples, require_simulator, samples
-from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds, vehicle_of
+from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
 from skyverse.live.closed_loop import HiddenObstacles, out_of_reach, seen_movers
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.live.tracks import Sighting
-from skyverse.model.disturbances import Disturbances
+from skyverse.model.conditions import Conditions
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt, Mover
@@ -33,7 +34,6 @@ from skyverse.model.replanned_flight import Prediction, ReplanAnswer, ReplannedF
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
 from skyverse.model.shapes import Shape
-from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.model.temporary_zones import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
@@ -84,7 +84,7 @@ class ReplannedFleet:
         Of the mission.
     truth
         What there is; see `true_scenario`.
-    sensor, vehicle, weather
+    sensor, vehicle, conditions
         What UAVs see with, what flies, and what disturbs it.
     margin
         Metres from its motion beyond which a UAV without a tracking error is made known to the replanner.
@@ -109,7 +109,7 @@ class ReplannedFleet:
         truth: Scenario,
         sensor: Sensor,
         vehicle: Vehicle,
-        weather: Weather,
+        conditions: Conditions,
         margin: float,
         rng: np.random.Generator,
         longest: float,
@@ -126,8 +126,8 @@ class ReplannedFleet:
         self._uavs = []
         for uav, seed in enumerate(seeds):
             told = commanded(known, _as_planned(replanner.mission, uav), vehicle, longest)
-            drawn = draw(told, vehicle, weather, seed)
-            self._uavs.append(ControlledUAV(vehicle, drawn, np.array(known.uavs[uav].start, dtype=np.float64)))
+            flown = draw(told, vehicle, conditions, seed)
+            self._uavs.append(ControlledUAV(vehicle, *flown, np.array(known.uavs[uav].start, dtype=np.float64)))
 
     def fly(self, on_progress: Callable[[int, int], None] | None) -> Iterator[ReplanStep]:
         """Fly until all UAVs have arrived and settled, or for the longest time; yield what was observed."""
@@ -242,11 +242,8 @@ def fly_replanned(
     replanner: Replanner,
     truth: Scenario,
     sensor: Sensor | None = None,
+    conditions: Conditions | None = None,
     *,
-    vehicle: str | None = None,
-    wind: Sequence[float] = (0.0, 0.0, 0.0),
-    noise: float = 0.0,
-    disturbances: Disturbances | None = None,
     margin: float | None = None,
     rng: Seed = None,
     longest: float | None = None,
@@ -271,7 +268,7 @@ def fly_replanned(
         they state to be; their doubt is left out. The rest of it is not looked at.
     sensor
         What UAVs see with; by default everything ten times a second, at once and exactly.
-    vehicle, wind, noise, disturbances, margin, rng
+    conditions, margin, rng
         As those of `fly`. Gusts are drawn for the airspeed and the height of the mission as it was planned.
     longest
         Seconds into the mission after which the flight is given up; by default a minute more than the mission takes
@@ -287,7 +284,6 @@ def fly_replanned(
     """
     mission, sensor = replanner.mission, Sensor() if sensor is None else sensor
     scenario = mission.scenario
-    weather = weather_of(wind, noise, disturbances)
     margin = scenario.clearance / 2 if margin is None else margin
     longest = 2.0 * mission.makespan + 60.0 if longest is None else longest
     require_number(margin, "margin", "metres", 0.0)
@@ -297,11 +293,12 @@ def fly_replanned(
     _refuse_what_is_not_flown(replanner, sensor)
     generator, seed = seeded(rng)
     require_simulator()
-    kind = vehicle_of(simulated_vehicle(scenario.uavs) if vehicle is None else vehicle)
-    refuse_weak(kind, scenario.uavs, weather.wind)
-    fleet = ReplannedFleet(replanner, true_scenario(scenario, truth), sensor, kind, weather, margin, generator, longest)
+    kind, conditions = chosen_vehicle(mission, Conditions() if conditions is None else conditions)
+    refuse_weak(kind, scenario.uavs, conditions.wind)
+    real = true_scenario(scenario, truth)
+    fleet = ReplannedFleet(replanner, real, sensor, kind, conditions, margin, generator, longest)
     steps = tuple(fleet.fly(on_progress))
-    real, samples = fleet.truth, fleet.samples()
+    samples = fleet.samples()
     references = tuple(replanner.flown(uav) for uav in range(len(scenario.uavs)))
     commanded = replace(mission, scenario=real, trajectories=references, violations=(), deconfliction=None)
     proven = certify(real, commanded)
@@ -310,25 +307,22 @@ def fly_replanned(
     flown = tuple(measure(world, commanded, uav, one, kind) for uav, one in enumerate(samples))
     near, (found, wrong) = approaches(real, flown), passings(commanded, flown, margin)
     due = [fleet.ended if one.lost else 0.0 for one in samples]
-    speeds = [told_airspeeds(kind, reference, weather.wind) for reference in references]
+    speeds = [told_airspeeds(kind, reference, conditions.wind) for reference in references]
     wrong = [
         *(fault for one in flown for fault in strayed(real, one, margin, due[one.uav], speeds[one.uav])),
         *too_near(real, flown, near, margin),
         *wrong,
         *_not_arrived(scenario, fleet.arrivals, fleet.ended, speeds),
     ]
-    drawn = weather.random or sensor.error > 0.0
+    drawn = conditions.random or sensor.error > 0.0
     flight = Flight(
         commanded,
-        kind.name,
-        weather.wind,
-        weather.noise,
+        conditions,
         seed if drawn else None,
         float(margin),
         flown,
         tuple(found),
         tuple(wrong),
-        disturbances=weather.others,
     )
     return ReplannedFlight(mission, sensor, flight, steps, fleet.arrivals, near, replanner.lead, replanner.horizon)
 

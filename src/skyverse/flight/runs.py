@@ -19,18 +19,19 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.flight.commands import COMMAND_RATE, Commands, commands
-from skyverse.flight.disturbances import Weather
 from skyverse.flight.simulate import Samples, SimulationJob, simulate
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle, told_airspeeds
-from skyverse.model.flight_runs import Distribution, Touch
+from skyverse.model.conditions import Conditions
+from skyverse.model.flight_record import Nearest
+from skyverse.model.flight_runs import Distribution
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Objective
 from skyverse.model.seconds import told_instant
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
-from skyverse.model.verdict import Fault
+from skyverse.model.verdict import Fault, Violation
 from skyverse.referee import check
 from skyverse.space.world import World
 
@@ -41,7 +42,7 @@ class Fleet:
 
     Attributes
     ----------
-    mission, vehicle, weather
+    mission, vehicle, conditions
         What is flown, by which vehicle, and what disturbs it.
     commands
         The commands to each UAV; ``None`` for those that are not flown.
@@ -55,19 +56,11 @@ class Fleet:
 
     mission: Mission
     vehicle: Vehicle
-    weather: Weather
+    conditions: Conditions
     commands: tuple[Commands | None, ...]
     world: World
     still: tuple[Floats | None, ...]
     pairs: tuple[tuple[int, int, float, float], ...]
-
-
-class Nearest(NamedTuple):
-    """The least distance that something came to: metres, seconds into the mission, and who came there."""
-
-    distance: float
-    time: float
-    uavs: tuple[int, ...]
 
 
 class Run(NamedTuple):
@@ -101,11 +94,11 @@ class Run(NamedTuple):
 
 BETWEEN_SAMPLES = 11
 """Places between two samples at which the least distance is looked for."""
-NOWHERE = Nearest(np.inf, 0.0, ())
+NOWHERE = Nearest((), 0.0, np.inf)
 """What stands where there is nothing to come near to."""
 
 
-def prepare(mission: Mission, vehicle: Vehicle, weather: Weather) -> Fleet:
+def prepare(mission: Mission, vehicle: Vehicle, conditions: Conditions) -> Fleet:
     """Return what all runs of a mission share."""
     scenario = mission.scenario
     both = zip(scenario.uavs, mission.trajectories, strict=True)
@@ -124,7 +117,7 @@ def prepare(mission: Mission, vehicle: Vehicle, weather: Weather) -> Fleet:
         if level > 0 and (flown[i] or flown[j]):
             pairs.append((i, j, level, upright))
     world = World(derived(scenario, terrain=None))
-    return Fleet(mission, vehicle, weather, told, world, tuple(still), tuple(pairs))
+    return Fleet(mission, vehicle, conditions, told, world, tuple(still), tuple(pairs))
 
 
 def fly_run(fleet: Fleet, seed: int) -> Run:
@@ -141,14 +134,14 @@ def fly_run(fleet: Fleet, seed: int) -> Run:
             samples.append(None)
             errors.append(None)
             continue
-        flown = simulate(SimulationJob(told, fleet.vehicle, fleet.weather, seeds[uav]))
+        flown = simulate(SimulationJob(told, fleet.vehicle, fleet.conditions, seeds[uav]))
         samples.append(flown)
         away = flown.positions - told.reference.position[told.hover :][: len(flown.times)]
         errors.append(np.column_stack([np.hypot(away[:, 0], away[:, 1]), np.abs(away[:, 2])]))
-        obstacle = min(obstacle, _nearest_obstacle(fleet.world, flown, uav))
+        obstacle = _nearer(obstacle, _nearest_obstacle(fleet.world, flown, uav))
         if scenario.terrain is not None:
             heights = flown.positions[:, 2] - scenario.terrain.height(flown.positions[:, :2])
-            ground = min(ground, _least(heights, flown, uav))
+            ground = _nearer(ground, _least(heights, flown, uav))
         outside = max(outside, float(np.max(low - flown.positions)), float(np.max(flown.positions - high)))
     both = zip(fleet.still, samples, strict=True)
     places: list[Floats] = [np.asarray(still) if f is None else f.positions for still, f in both]
@@ -161,9 +154,13 @@ def fly_run(fleet: Fleet, seed: int) -> Run:
         squares = across + apart[:, 2] ** 2
         k = int(np.argmin(squares))
         between = np.linalg.norm(_between(apart, k), axis=1)
-        pair = min(pair, Nearest(float(between.min()), k / COMMAND_RATE, (i, j)))
+        pair = _nearer(pair, Nearest((i, j), k / COMMAND_RATE, float(between.min())))
         nearness = min(nearness, float(np.sqrt(np.min(across / level**2 + apart[:, 2] ** 2 / upright**2))))
     return Run(seed, tuple(samples), tuple(errors), obstacle, ground, pair, nearness, outside)
+
+
+def _nearer(one: Nearest, other: Nearest) -> Nearest:
+    return min(one, other, key=lambda near: (near.distance, near.time))
 
 
 def run_seeds(seed: int, uavs: int) -> list[int]:
@@ -176,7 +173,7 @@ def _nearest_obstacle(world: World, flown: Samples, uav: int) -> Nearest:
     distances = world.distance(flown.positions)
     k = int(np.argmin(distances))
     least = min(distances[k], world.distance(_between(flown.positions, k)).min())
-    return Nearest(float(least), float(flown.times[k]), (uav,) if np.isfinite(least) else ())
+    return Nearest((uav,) if np.isfinite(least) else (), float(flown.times[k]), float(least))
 
 
 def _between(positions: Floats, k: int) -> Floats:
@@ -188,7 +185,7 @@ def _between(positions: Floats, k: int) -> Floats:
 
 def _least(distances: Floats, flown: Samples, uav: int) -> Nearest:
     k = int(np.argmin(distances))
-    return Nearest(float(distances[k]), float(flown.times[k]), (uav,))
+    return Nearest((uav,), float(flown.times[k]), float(distances[k]))
 
 
 def _held(positions: Floats, first: int, count: int) -> Floats:
@@ -259,28 +256,30 @@ def summarise_run(fleet: Fleet, seed: int) -> tuple[RunSummary, dict[int, tuple[
     return summary, counts
 
 
-def first_touch(fleet: Fleet, number: int, run: RunSummary) -> Touch | None:
+def first_violation(fleet: Fleet, number: int, run: RunSummary) -> Violation | None:
     """Return the first thing that went wrong in a run, or nothing."""
     radius, names = fleet.vehicle.radius, [uav.name for uav in fleet.mission.scenario.uavs]
-    wrong = []
-    for nearest, reach, deed in (
-        (run.obstacle, radius, "touches an obstacle"),
-        (run.ground, radius, "touches the ground"),
-        (run.pair, 2 * radius, "touch each other"),
+    wrong: list[tuple[float, str, Fault, tuple[int, ...], str]] = []
+    for near, reach, deed, fault in (
+        (run.obstacle, radius, "touches an obstacle", Fault.TRAJECTORY_CLEARANCE),
+        (run.ground, radius, "touches the ground", Fault.TRAJECTORY_CLEARANCE),
+        (run.pair, 2 * radius, "touch each other", Fault.SEPARATION),
     ):
-        if nearest.distance <= reach:
-            wrong.append((nearest.time, f"{' and '.join(names[uav] for uav in nearest.uavs)} {deed}", ""))
+        if near.distance <= reach:
+            who = " and ".join(names[uav] for uav in near.uavs)
+            wrong.append((near.time, f"{who} {deed}", fault, near.uavs, ""))
     if run.lost is not None:
         time, uav = run.lost
         flown = fleet.mission.trajectories[uav]
         assert flown is not None
-        why = told_airspeeds(fleet.vehicle, flown, fleet.weather.wind)
-        wrong.append((time, f"{names[uav]} is lost, more than {LOST_DISTANCE:g} m off its trajectory,", why))
+        why = told_airspeeds(fleet.vehicle, flown, fleet.conditions.wind)
+        deed = f"{names[uav]} is lost, more than {LOST_DISTANCE:g} m off its trajectory,"
+        wrong.append((time, deed, Fault.TRAJECTORY_ENDS, (uav,), why))
     if not wrong:
         return None
-    time, deed, why = min(wrong)
-    seed = f" (seed {run.seed})" if fleet.weather.random else ""
-    return Touch(number, run.seed, time, f"{deed} {told_instant(time)} in run {number}{seed}{why}")
+    time, deed, fault, uavs, why = min(wrong)
+    seed = f" (seed {run.seed})" if fleet.conditions.random else ""
+    return Violation(fault, uavs, f"{deed} {told_instant(time)} in run {number}{seed}{why}", time)
 
 
 CROSS_CHECKED = 3

@@ -16,10 +16,11 @@ from scipy.integrate import OdeSolver
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.flight.commands import COMMAND_RATE, VERTICAL, Commands, Reference
-from skyverse.flight.disturbances import Drawn, Weather, draw
+from skyverse.flight.disturbances import draw
 from skyverse.flight.quadrotor import ATTITUDE, POSITION, ROTORS, STATE_SIZE, VELOCITY, quadrotor_of
 from skyverse.flight.tracking_control import LOST_DISTANCE, OBSERVER_BANDWIDTH, DrawnDisturbances, track
 from skyverse.flight.vehicle import Vehicle
+from skyverse.model.conditions import Conditions
 from skyverse.model.uav import GRAVITY
 
 
@@ -83,7 +84,7 @@ class ControlledUAV:
     ----------
     vehicle
         The one that the controller believes to fly.
-    drawn
+    flown, disturbed
         The one that flies, and what disturbs it, for as many samples as it will fly at most.
     place
         (3,) metres: where it hovers.
@@ -94,12 +95,12 @@ class ControlledUAV:
         Whether it has strayed so far from its reference that its simulation has ended.
     """
 
-    def __init__(self, vehicle: Vehicle, drawn: Drawn, place: Floats) -> None:
+    def __init__(self, vehicle: Vehicle, flown: Vehicle, disturbed: DrawnDisturbances, place: Floats) -> None:
         from rotorpy.controllers.quadrotor_control import SE3Control
         from rotorpy.vehicles.multirotor import Multirotor
 
         self.lost = False
-        self._vehicle, self._drawn = vehicle, drawn
+        self._vehicle, self._disturbed = vehicle, disturbed
         self._control = SE3Control(vehicle.parameters)
         hover = np.sqrt(vehicle.mass * GRAVITY / (vehicle.parameters["num_rotors"] * vehicle.parameters["k_eta"]))
         self._state: dict[str, Floats] = {
@@ -107,13 +108,13 @@ class ControlledUAV:
             "v": np.zeros(3),
             "q": np.array([0.0, 0.0, 0.0, 1.0]),
             "w": np.zeros(3),
-            "wind": drawn.wind[0],
+            "wind": disturbed.wind[0],
             "rotor_speeds": np.full(4, hover),
         }
         steps = {"method": RungeKutta, "max_step": vehicle.parameters["tau_m"]}
-        self._body = Multirotor(drawn.vehicle.parameters, self._state, integrator_kwargs=steps)
+        self._body = Multirotor(flown.parameters, self._state, integrator_kwargs=steps)
         self._observer = WindObserver(Multirotor(vehicle.parameters, self._state), vehicle)
-        self._states = np.empty((len(drawn.wind), STATE_SIZE))
+        self._states = np.empty((len(disturbed.wind), STATE_SIZE))
         self._flown = 0
 
     @property
@@ -140,14 +141,14 @@ class ControlledUAV:
 
     def _step(self, position: Floats, velocity: Floats, acceleration: Floats) -> None:
         """Fly from one sample to the next."""
-        k, state, drawn, dt = self._flown, self._state, self._drawn, 1.0 / COMMAND_RATE
+        k, state, disturbed, dt = self._flown, self._state, self._disturbed, 1.0 / COMMAND_RATE
         self._states[k] = (*state["x"], *state["v"], *state["q"], *state["w"], *state["rotor_speeds"])
         self._flown = k + 1
-        state["wind"] = drawn.wind[k]
-        late = self._states[max(0, k - drawn.delay)]
+        state["wind"] = disturbed.wind[k]
+        late = self._states[max(0, k - disturbed.delay)]
         measured = {
-            "x": late[POSITION:VELOCITY] + drawn.position_error[k],
-            "v": late[VELOCITY:ATTITUDE] + drawn.velocity_error[k],
+            "x": late[POSITION:VELOCITY] + disturbed.position_error[k],
+            "v": late[VELOCITY:ATTITUDE] + disturbed.velocity_error[k],
         }
         believed = state | measured
         wanted = acceleration - self._observer.push(believed, dt)
@@ -179,7 +180,7 @@ class SimulationJob:
 
     commands: Commands
     vehicle: Vehicle
-    weather: Weather
+    conditions: Conditions
     seed: int
 
 
@@ -220,9 +221,8 @@ def require_simulator() -> None:
 def simulate(job: SimulationJob) -> Samples:
     """Fly one UAV in the compiled simulator, from a hover until it has settled after its arrival or is lost."""
     told, known = job.commands, job.vehicle
-    drawn = draw(told, known, job.weather, job.seed)
-    disturbed = DrawnDisturbances(drawn.wind, drawn.position_error, drawn.velocity_error, drawn.delay)
-    real, believed = quadrotor_of(drawn.vehicle), quadrotor_of(known)
+    flown, disturbed = draw(told, known, job.conditions, job.seed)
+    real, believed = quadrotor_of(flown), quadrotor_of(known)
     position, velocity, acceleration = (np.ascontiguousarray(rows) for rows in told.reference)
     count, states = track(real, believed, position, velocity, acceleration, disturbed, 1.0 / COMMAND_RATE)
     return samples(told.times, states[:count], told.hover)
@@ -231,7 +231,8 @@ def simulate(job: SimulationJob) -> Samples:
 def simulate_in_rotorpy(job: SimulationJob) -> Samples:
     """Fly one UAV in rotorpy, as `simulate` does; see `ControlledUAV`."""
     told, kind = job.commands, job.vehicle
-    uav = ControlledUAV(kind, draw(told, kind, job.weather, job.seed), told.reference.position[0])
+    flown, disturbed = draw(told, kind, job.conditions, job.seed)
+    uav = ControlledUAV(kind, flown, disturbed, told.reference.position[0])
     uav.follow(told.reference)
     return samples(told.times, uav.states, told.hover)
 

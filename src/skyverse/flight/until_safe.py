@@ -1,22 +1,17 @@
-"""Makes a mission easier to fly: slower, or farther from obstacles and ground.
-
-Flies a mission repeatedly, made easier after each unsafe flight, until it is safe.
-
-Flies a mission many times, made easier until no run touches anything, or gives it up as too tight.
-"""
+"""Flies a mission, made easier until it is flown safely, or gives it up: slower, or farther from all else."""
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import overload
 
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
-from skyverse.errors import InputError
-from skyverse.flight.fly import Flights, OnFlown, OnRuns, fly
+from skyverse.errors import InputError, require_kind
+from skyverse.flight.fly import OnFlown, fly, fly_runs
 from skyverse.flight.judge import planned_close
 from skyverse.flight.vehicle import refuse_stand_in
 from skyverse.mission.plan_mission import plan_mission
-from skyverse.model.disturbances import Disturbances
+from skyverse.model.conditions import Conditions
 from skyverse.model.flight_record import Flight
 from skyverse.model.flight_runs import FlightRuns
 from skyverse.model.mission import Mission
@@ -30,7 +25,6 @@ from skyverse.planners.auto import Auto
 from skyverse.planners.base import Seed, seeded
 from skyverse.referee import certify, check
 from skyverse.summary import with_flight_summaries
-from skyverse.trajectory import Shape
 
 _SLOWED = "Slowed down with the whole mission, to be flown safely."
 
@@ -62,7 +56,7 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     )
 
 
-def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> Mission | None:
+def farther(mission: Mission, more: float, apart: float = 0.0) -> Mission | None:
     """Return a mission with the same starts and targets, planned by `Auto` with `more` metres of additional clearance.
 
     UAVs are planned with `apart` metres of additional separation. Where the paths of a fleet are apart in space, those
@@ -81,7 +75,7 @@ def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> 
     in_space = flying > 1 and not apart_by_timing_only(mission)
     resolve = in_space or mission.deconfliction is not None or apart > 0
     seed = mission.provenance.seed
-    plan = partial(plan_mission, planner=Auto(), rng=seed, shape=shape, keep_apart=resolve, apart_in_space=in_space)
+    plan = partial(plan_mission, planner=Auto(), rng=seed, keep_apart=resolve, apart_in_space=in_space)
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # keep the assignment
         changes["targets"] = tuple(scenario.targets[target] for target in sent)
@@ -114,195 +108,102 @@ def judged(mission: Mission) -> Mission:
     return replace(fresh, violations=tuple(check(fresh.scenario, fresh)))
 
 
-SLOWDOWN = 1.25
-"""The factor by which a mission takes longer after a round."""
+SLOWDOWN, SLOWDOWN_OF_MANY = 1.25, 1.5
+"""The factors by which a mission that is flown once, or many times, takes longer after a round."""
+ROUNDS, ROUNDS_OF_MANY = 5, 8
+"""How many rounds there are at most by default."""
+SPARE = 0.02
+"""Metres added to what was missing, since another flight may come nearer than the nearest that was flown."""
+
+
+@overload
+def fly_until_safe(
+    mission: Mission,
+    conditions: Conditions | None = None,
+    *,
+    runs: None = None,
+    rounds: int | None = None,
+    margin: float | None = None,
+    rng: Seed = None,
+    workers: int | None = None,
+    on_progress: OnFlown | None = None,
+) -> Flight: ...
+
+
+@overload
+def fly_until_safe(
+    mission: Mission,
+    conditions: Conditions | None = None,
+    *,
+    runs: int,
+    rounds: int | None = None,
+    rng: Seed = None,
+    workers: int | None = None,
+    on_progress: OnFlown | None = None,
+) -> FlightRuns: ...
 
 
 def fly_until_safe(
     mission: Mission,
+    conditions: Conditions | None = None,
     *,
-    rounds: int = 5,
-    shape: Shape = "minimum-time",
-    vehicle: str | None = None,
-    wind: Sequence[float] = (0.0, 0.0, 0.0),
-    noise: float = 0.0,
-    disturbances: Disturbances | None = None,
+    runs: int | None = None,
+    rounds: int | None = None,
     margin: float | None = None,
     rng: Seed = None,
-    workers: int = 1,
+    workers: int | None = None,
     on_progress: OnFlown | None = None,
-    on_round: Callable[[str], None] | None = None,
-) -> Flight:
-    """Fly a mission; while the flight is not safe, make the mission easier and fly it again.
+) -> Flight | FlightRuns:
+    """Fly a mission once or many times; while that is not safe, make the mission easier and fly it again.
 
-    A round makes the whole mission take a quarter longer, which keeps all that is proven of it. If that did not halve
-    the distance by which a UAV came too near to an obstacle, or is impossible because of an aeroplane, the next round
-    instead plans the mission again with `Auto`, with the missing distance added to the clearance, and as slow as
-    before.
+    A round makes the whole mission take longer, by a quarter for one flight and by half for many, which keeps all that
+    is proven of it. If that did not halve what was missing to obstacles, ground or, in many flights, to other UAVs, or
+    is impossible because of an aeroplane, the next round instead plans the mission again with `Auto`, with what was
+    missing added to clearance and separation, and as slow as before. A mission that is still not safe after all
+    rounds, or for which there is no way left, is refused.
 
     Parameters
     ----------
+    mission, conditions, runs, margin, rng, workers, on_progress
+        As for `fly`; every round flies with the same seed. Of many flights a round ends soon after something was
+        touched.
     rounds
-        The largest number of rounds.
-    shape
-        The shape of trajectories that are planned again; see `plan_mission`.
-    on_round
-        Called with a sentence about each round.
-
-    The other parameters are those of `fly`; every round flies with the same seed.
+        How many rounds there are at most; by default 5, or 8 with `runs`.
 
     Returns
     -------
-    Flight
-        The first safe flight, or else the last. Its `mission` is the one that was flown; its `rounds` describe what was
-        changed.
+    Flight or FlightRuns
+        What came of the first mission that is safe; or else of the last, with a `refusal`. Its `mission` is the one
+        that was flown; its `rounds` describe what was changed.
 
     Raises
     ------
     InputError
         As for `fly`, if `rounds` is not a whole number from 1 on, or if the vehicle is not the planned one.
     """
-    if isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1:
-        raise InputError(f"rounds is a whole number from 1 on, not {rounds!r}")
-    refuse_stand_in(vehicle or simulated_vehicle(mission.scenario.uavs), mission.scenario.uavs)
+    if rounds is not None and (isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1):
+        raise InputError(f"expected a whole number from 1 on, found {rounds!r}", field="rounds")
+    require_kind(mission, Mission, "mission")
+    conditions = Conditions() if conditions is None else conditions
+    refuse_stand_in(conditions.vehicle or simulated_vehicle(mission.scenario.uavs), mission.scenario.uavs)
+    factor = SLOWDOWN if runs is None else SLOWDOWN_OF_MANY
+    rounds = rounds or (ROUNDS if runs is None else ROUNDS_OF_MANY)
+    winged = any(uav.fixed_wing is not None for uav in mission.scenario.uavs)
     seed = rng if isinstance(rng, int) else int(seeded(rng)[0].integers(2**62))
-    said: list[str] = []
-    slowness, more, before = 1.0, 0.0, float("inf")
-    flown = partial(
-        fly,
-        vehicle=vehicle,
-        wind=wind,
-        noise=noise,
-        disturbances=disturbances,
-        margin=margin,
-        rng=seed,
-        workers=workers,
-        on_progress=on_progress,
-    )
 
-    def say(sentence: str) -> None:
-        said.append(sentence)
-        if on_round is not None:
-            on_round(sentence)
+    def again(one: Mission) -> Flight | FlightRuns:
+        if runs is None:
+            return fly(one, conditions, margin=margin, rng=seed, workers=workers, on_progress=on_progress)
+        return fly_runs(one, conditions, runs, seed, workers, on_progress, until_touch=True)
 
-    flight = flown(mission)
-    winged = any(uav.fixed_wing is not None for uav in mission.scenario.uavs)
-    for number in range(1, rounds + 1):
-        if flight.safe:
-            break
-        if pair := _planned_close(flight):
-            say(f"Round {number}: {pair} are planned too close, which no slower flight mends; ended.")
-            break
-        short = _shortfall(flight)
-        if short > 0 and (winged or short > before / 2):
-            more += 1.1 * short
-            anew = farther(mission, more, shape)
-            done = f"planned anew at a clearance of {mission.scenario.clearance + more:.3g} m"
-            if anew is None or not anew.complete:
-                say(f"Round {number}: {done}, which leaves no way; ended.")
-                break
-            easier, before = slowed(anew, slowness) if slowness > 1 else anew, float("inf")
-        elif winged:
-            say(f"Round {number}: nothing can be slowed down while an aeroplane keeps its airspeed.")
-            break
-        else:
-            slowness *= SLOWDOWN
-            easier, before = slowed(flight.mission, SLOWDOWN), short
-            done = f"slowed down to {1 / slowness:.0%} of its speed"
-        flight = flown(easier)
-        verdict = "safe" if flight.safe else f"not safe: {flight.violations[0].message}"
-        say(f"Round {number}: {done}; {verdict}.")
-    return replace(flight, rounds=tuple(said))
-
-
-def _planned_close(flight: Flight) -> str:
-    """Return the names of two UAVs whose planned trajectories also violate their separation, or an empty string."""
-    names = [uav.name for uav in flight.mission.scenario.uavs]
-    wrong = (violation.uavs for violation in flight.violations if violation.fault is Fault.SEPARATION)
-    return next((f"{names[i]} and {names[j]}" for i, j in wrong if planned_close(flight.mission, i, j)), "")
-
-
-def _shortfall(flight: Flight) -> float:
-    """Return the largest shortfall of clearance from obstacles and ground, metres; 0 where there is none."""
-    scenario, missing = flight.mission.scenario, [0.0]
-    near = {violation.uavs[0] for violation in flight.violations if violation.fault is Fault.TRAJECTORY_CLEARANCE}
-    for flown in flight.flown:
-        if flown is not None and flown.uav in near:
-            missing.append(scenario.clearance - flight.margin - flown.clearance)
-            if flown.above_ground is not None:
-                missing.append(scenario.ground_clearance - flight.margin - flown.above_ground)
-    return max(missing)
-
-
-RUNS_SLOWDOWN = 1.5
-"""The factor by which a mission takes longer after a round."""
-SPARE = 0.02
-"""Metres added to what was missing, since another run may come nearer than the nearest that was flown."""
-
-
-def fly_many_until_safe(
-    mission: Mission,
-    *,
-    rounds: int = 8,
-    shape: Shape = "minimum-time",
-    runs: int = 100,
-    vehicle: str | None = None,
-    wind: Sequence[float] = (0.0, 0.0, 0.0),
-    noise: float = 0.0,
-    disturbances: Disturbances | None = None,
-    rng: Seed = None,
-    workers: int | None = None,
-    on_progress: OnRuns | None = None,
-    on_round: Callable[[str], None] | None = None,
-) -> FlightRuns:
-    """Fly a mission many times; while any run touches something, make the mission easier and fly it again.
-
-    A round makes the whole mission take half as long again, which keeps all that is proven of it. If that did not halve
-    what was missing to the vehicle's radius, or is impossible because of an aeroplane, the next round instead plans the
-    mission again with `Auto`, with what was missing added to clearance and separation, and as slow as before. A round
-    ends soon after a run has touched something. A mission that is still not safe after all rounds, or for which there
-    is no way left, is refused.
-
-    Parameters
-    ----------
-    rounds
-        The largest number of rounds.
-    shape
-        The shape of trajectories that are planned again; see `plan_mission`.
-    on_round
-        Called with a sentence about each round.
-
-    The other parameters are those of `fly_many`; every round flies with the same seeds.
-
-    Returns
-    -------
-    FlightRuns
-        Those of the first mission of which no run touches anything; or else the last, with a `refusal`.
-
-    Raises
-    ------
-    InputError
-        As for `fly_many`, if `rounds` is not a whole number from 1 on, or if the vehicle is not the planned one.
-    """
-    if isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1:
-        raise InputError(f"rounds is a whole number from 1 on, not {rounds!r}")
-    vehicle = vehicle or simulated_vehicle(mission.scenario.uavs)
-    refuse_stand_in(vehicle, mission.scenario.uavs)
-    flights = Flights(runs, vehicle, wind, noise, disturbances, rng, workers)
-    winged = any(uav.fixed_wing is not None for uav in mission.scenario.uavs)
-    said: list[str] = []
+    flown, said, why = again(mission), list[str](), ""
     slowness, more, apart, before = 1.0, 0.0, 0.0, math.inf
-
-    def say(sentence: str) -> None:
-        said.append(sentence)
-        if on_round is not None:
-            on_round(sentence)
-
-    flown = flights.fly(mission, until_touch=True, on_progress=on_progress)
-    why = ""
-    while not flown.safe and not why:
+    while not flown.safe:
         if len(said) == rounds:
-            why = f"after {rounds} rounds, {flown.touches[0].sentence}"
+            why = f"after {rounds} rounds, {_first_wrong(flown)}"
+            break
+        if pair := _planned_close(flown):
+            why = f"{pair} are planned too close, which no slower flight mends"
             break
         near, close = _missing(flown)
         short = max(near, close)
@@ -310,7 +211,7 @@ def fly_many_until_safe(
             more += near + SPARE if near > 0 else 0.0
             apart += close + 2 * SPARE if close > 0 else 0.0
             done = f"planned anew with {more:.3g} m more clearance and {apart:.3g} m more separation"
-            anew = farther(mission, more, shape, apart)
+            anew = farther(mission, more, apart)
             if anew is None or not anew.complete or not _kept(mission, anew):
                 why = f"{done}, there is no way left"
                 break
@@ -319,32 +220,47 @@ def fly_many_until_safe(
             why = "an aeroplane keeps its airspeed, so that nothing can be slowed down"
             break
         else:
-            slowness *= RUNS_SLOWDOWN
-            easier, before = slowed(flown.mission, RUNS_SLOWDOWN), short if short > 0 else math.inf
+            slowness *= factor
+            easier, before = slowed(flown.mission, factor), short if short > 0 else math.inf
             done = f"slowed down to {1 / slowness:.0%} of its speed"
-        flown = flights.fly(easier, until_touch=True, on_progress=on_progress)
-        verdict = "safe" if flown.safe else flown.touches[0].sentence
-        say(f"Round {len(said) + 1}: {done}; {verdict}.")
+        flown = again(easier)
+        said.append(f"Round {len(said) + 1}: {done}; {'safe' if flown.safe else _first_wrong(flown)}.")
     if why:
         slow = f" at {1 / slowness:.0%} of its speed" if slowness > 1 else ""
-        why = f"Refused: {mission.scenario.name}{slow} is too tight for {_weather(flown)}: {why}."
+        why = f"Refused: {mission.scenario.name}{slow} is too tight for {flown.conditions.sentence}: {why}."
     return replace(flown, rounds=tuple(said), refusal=why)
 
 
-def _missing(flown: FlightRuns) -> tuple[float, float]:
-    """Return by how many metres obstacles or ground, and another UAV, came nearer than the vehicle's reach."""
-    return flown.radius - float(flown.clearance.min()), 2 * flown.radius - float(flown.separation.min())
+def _first_wrong(flown: Flight | FlightRuns) -> str:
+    """Return what went wrong first."""
+    wrong = flown.violations.values() if isinstance(flown, FlightRuns) else flown.violations
+    return next(iter(wrong)).message
+
+
+def _planned_close(flown: Flight | FlightRuns) -> str:
+    """Return the names of two UAVs whose planned trajectories also violate their separation, or an empty string."""
+    if isinstance(flown, FlightRuns):
+        return ""
+    names = [uav.name for uav in flown.mission.scenario.uavs]
+    wrong = (violation.uavs for violation in flown.violations if violation.fault is Fault.SEPARATION)
+    return next((f"{names[i]} and {names[j]}" for i, j in wrong if planned_close(flown.mission, i, j)), "")
+
+
+def _missing(flown: Flight | FlightRuns) -> tuple[float, float]:
+    """Return by how many metres obstacles or ground, and another UAV, came nearer than they may; 0 or less if not."""
+    if isinstance(flown, FlightRuns):
+        return flown.radius - float(flown.clearance.min()), 2 * flown.radius - float(flown.separation.min())
+    scenario, missing = flown.mission.scenario, [0.0]
+    near = {violation.uavs[0] for violation in flown.violations if violation.fault is Fault.TRAJECTORY_CLEARANCE}
+    for one in flown.flown:
+        if one is not None and one.uav in near:
+            missing.append(scenario.clearance - flown.margin - one.clearance)
+            if one.above_ground is not None:
+                missing.append(scenario.ground_clearance - flown.margin - one.above_ground)
+    return max(missing), 0.0
 
 
 def _kept(before: Mission, after: Mission) -> bool:
     """Tell whether a mission that was planned anew is no worse in the referee's eyes."""
     given = {violation.fault for violation in check(before.scenario, before)}  # a file may tell any of it
     return {violation.fault for violation in after.violations} <= given
-
-
-def _weather(flown: FlightRuns) -> str:
-    """Return what disturbs, in words."""
-    speed = math.hypot(*flown.wind)
-    noise = f"noise of {flown.noise:g} m" if flown.noise else ""
-    told = filter(None, [f"a wind of {speed:.3g} m/s" if speed else "", noise, flown.disturbances.sentence])
-    return ", ".join(told) or "still air"

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
-from skyverse.model.disturbances import Disturbances
+from skyverse.model.conditions import Conditions
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import Real, Whole
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_metres
-from skyverse.model.simulated_vehicle import is_stand_in, simulated_vehicle_sentence
+from skyverse.model.simulated_vehicle import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Violation
 from skyverse.model.what_is_proven import not_judged_as_flown
@@ -71,28 +71,31 @@ class Flown(ArrayRecord):
 
 
 @dataclass(frozen=True)
-class Passing:
-    """Two UAVs when they were nearest to each other, as flown.
+class Nearest:
+    """The least distance that something came to, as flown.
 
     Attributes
     ----------
     uavs
-        Their indices.
+        The indices of the UAVs that came there: one, or two that came near to each other; none where nothing did.
     time
         Seconds into the mission.
     distance
-        The distance between them then, metres.
-    nearness
-        How near they were then, as a share of the separation: 1 on the ellipsoid, 0 where both are at one place.
-    planned
-        The smallest nearness of their trajectories over the same times.
+        Metres then, from the middle of a UAV to what it came near to, or to the middle of another UAV; 0 or less is
+        contact.
+    mover
+        The index of the mover that a UAV came near to; ``None`` if it was none.
+    nearness, planned
+        For two UAVs that must keep a separation: the distance as a share of it, 1 on its ellipsoid, and the smallest
+        such share of their trajectories over the same times.
     """
 
-    uavs: tuple[Whole, Whole]
+    uavs: tuple[Whole, ...]
     time: Real
     distance: Real
-    nearness: Real
-    planned: Real
+    mover: Whole | None = None
+    nearness: Real | None = None
+    planned: Real | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +106,10 @@ class Flight(ArrayRecord):
     ----------
     mission
         The mission that was flown.
-    vehicle, wind, noise, seed
-        The vehicle's name, the velocity of the wind (m/s), the standard deviation of the noise of positions (m) and
-        velocities (m/s), and the seed of all that was drawn at random; ``None`` where nothing was, or where the
-        caller made the generator.
+    conditions
+        What flew, with the vehicle's name, and what disturbed it.
+    seed
+        That of all that was drawn at random; ``None`` where nothing was, or where the caller made the generator.
     margin
         How far a UAV may stray from where it should be, metres; see `fly`.
     flown
@@ -117,21 +120,19 @@ class Flight(ArrayRecord):
         What went wrong in the flight; empty if nothing did.
     rounds
         What `fly_until_safe` did, one sentence for each round.
-    disturbances
-        What disturbed the flight beside wind and white noise.
+    refusal
+        Why it gave the mission up, in one sentence; empty if it did not.
     """
 
     mission: Mission
-    vehicle: str
-    wind: tuple[Real, Real, Real]
-    noise: Real
+    conditions: Conditions
     seed: Whole | None
     margin: Real
     flown: tuple[Flown | None, ...]
-    passings: tuple[Passing, ...]
+    passings: tuple[Nearest, ...]
     violations: tuple[Violation, ...]
     rounds: tuple[str, ...] = ()
-    disturbances: Disturbances = field(default_factory=Disturbances)
+    refusal: str = ""
     format: str = field(default="skyverse/flight/1")
 
     def __repr__(self) -> str:
@@ -140,6 +141,11 @@ class Flight(ArrayRecord):
             self.vehicle_sentence,
             f"largest tracking error {told_metres(self.largest)}",
         )
+
+    @property
+    def vehicle(self) -> str:
+        """The name of the vehicle that was simulated."""
+        return self.conditions.vehicle or DEFAULT_VEHICLE
 
     @property
     def vehicle_sentence(self) -> str:
@@ -159,6 +165,8 @@ class Flight(ArrayRecord):
     @property
     def sentence(self) -> str:
         """The verdict in one sentence, with the thresholds that it used."""
+        if self.refusal:
+            return self.refusal
         scenario = self.mission.scenario
         wrong = f"{counted(len(self.violations), 'thing') if self.violations else 'nothing'} went wrong"
         if self.stands_in:

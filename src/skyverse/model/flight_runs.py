@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray
-from skyverse.model.disturbances import Disturbances
+from skyverse.model.conditions import Conditions
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import as_lines, counted
-from skyverse.model.simulated_vehicle import is_stand_in, simulated_vehicle_sentence
+from skyverse.model.simulated_vehicle import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
+from skyverse.model.verdict import Violation
 from skyverse.model.what_is_proven import not_judged_as_flown
 
 
@@ -45,28 +46,6 @@ class TrackingErrors:
     vertical: Distribution
 
 
-@dataclass(frozen=True)
-class Touch:
-    """A UAV that touches something, or is lost, in one run.
-
-    Attributes
-    ----------
-    run
-        The number of the run, from 0.
-    seed
-        The seed with which `fly` flies the same run alone.
-    time
-        Seconds into the mission.
-    sentence
-        Who touched what, when, and in which run.
-    """
-
-    run: int
-    seed: int
-    time: float
-    sentence: str
-
-
 @dataclass(frozen=True, eq=False)
 class FlightRuns(ArrayRecord):
     """A mission flown n times in simulation, each time with other disturbances.
@@ -75,11 +54,12 @@ class FlightRuns(ArrayRecord):
     ----------
     mission
         The mission that was flown.
-    vehicle, radius
-        The vehicle's name, and how far it reaches from its centre, metres.
-    wind, noise, disturbances, seed
-        What disturbed the runs; the seed of all runs is ``None`` where nothing was drawn at random, or where the
-        caller made the generator.
+    conditions
+        What flew, with the vehicle's name, and what disturbed the runs.
+    radius
+        How far the vehicle reaches from its centre, metres.
+    seed
+        That of all runs; ``None`` where nothing was drawn at random, or where the caller made the generator.
     seeds
         (n,) the seed of each run, with which `fly` flies it alone.
     errors
@@ -96,22 +76,19 @@ class FlightRuns(ArrayRecord):
         (n,) metres by which a UAV left the bounds at most.
     largest
         (n, number of UAVs, 2) metres: the largest horizontal and vertical error of each UAV in each run.
-    touches
-        What went wrong, at most one thing in a run.
+    violations
+        What went wrong first in each run in which anything did, by the number of the run, from 0.
     checks
         Whether the referee's code agrees with the least distances to obstacles, to the ground and to other UAVs.
     rounds
-        What `fly_many_until_safe` did, one sentence for each round.
+        What `fly_until_safe` did, one sentence for each round.
     refusal
         Why it gave the mission up, in one sentence; empty if it did not.
     """
 
     mission: Mission
-    vehicle: str
+    conditions: Conditions
     radius: float
-    wind: tuple[float, float, float]
-    noise: float
-    disturbances: Disturbances
     seed: int | None
     seeds: IntArray
     errors: tuple[TrackingErrors | None, ...]
@@ -121,7 +98,7 @@ class FlightRuns(ArrayRecord):
     nearness: FloatArray
     outside: FloatArray
     largest: FloatArray
-    touches: tuple[Touch, ...]
+    violations: dict[int, Violation]
     checks: tuple[str, ...] = ()
     rounds: tuple[str, ...] = ()
     refusal: str = ""
@@ -139,6 +116,11 @@ class FlightRuns(ArrayRecord):
         return len(self.seeds)
 
     @property
+    def vehicle(self) -> str:
+        """The name of the vehicle that was simulated."""
+        return self.conditions.vehicle or DEFAULT_VEHICLE
+
+    @property
     def vehicle_sentence(self) -> str:
         """Which vehicle was simulated, and for which other one the mission was planned, if it was."""
         return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
@@ -151,7 +133,7 @@ class FlightRuns(ArrayRecord):
     @property
     def safe(self) -> bool:
         """Whether no run touched anything and no UAV was lost, with the vehicle that was planned."""
-        return not self.touches and not self.refusal and not self.stands_in
+        return not self.violations and not self.refusal and not self.stands_in
 
     @property
     def held(self) -> tuple[bool, ...] | None:
@@ -178,10 +160,10 @@ class FlightRuns(ArrayRecord):
         """The verdict in one sentence."""
         if self.refusal:
             return self.refusal
-        wrong = f"something went wrong in {len(self.touches)} of {counted(self.runs, 'run')}"
+        wrong = f"something went wrong in {len(self.violations)} of {counted(self.runs, 'run')}"
         if self.stands_in:
             return f"No verdict: {self.vehicle} is not the vehicle that was planned; with it {wrong}."
-        if self.touches:
+        if self.violations:
             return f"Not safe: {wrong}."
         bound = 1.0 - 0.05 ** (1.0 / self.runs)
         return (

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from skyverse.model.arrays import ArrayRecord
-from skyverse.model.flight_record import Flight, Flown, Passing
+from skyverse.model.flight_record import Flight, Flown, Nearest
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt
 from skyverse.model.mover_motions import WaypointMotion
@@ -87,26 +87,6 @@ class ReplanStep(ArrayRecord):
     answers: tuple[ReplanAnswer, ...]
 
 
-@dataclass(frozen=True)
-class Approach:
-    """A UAV and a mover when they were nearest to each other, as flown.
-
-    Attributes
-    ----------
-    uav, mover
-        Their indices; that of the mover in the truth.
-    time
-        Seconds into the mission.
-    distance
-        From the middle of the UAV to the mover, metres; 0 or less is contact.
-    """
-
-    uav: Whole
-    mover: Whole
-    time: Real
-    distance: Real
-
-
 @dataclass(frozen=True, eq=False)
 class ReplannedFlight(ArrayRecord):
     """A mission that was replanned while it was flown in a simulator.
@@ -135,7 +115,7 @@ class ReplannedFlight(ArrayRecord):
     flight: Flight
     steps: tuple[ReplanStep, ...]
     arrivals: tuple[Real | None, ...]
-    approaches: tuple[Approach, ...]
+    approaches: tuple[Nearest, ...]
     lead: Real
     horizon: Real
     format: str = field(default=REPLANNED_FLIGHT_1)
@@ -164,7 +144,7 @@ class ReplannedFlight(ArrayRecord):
         return self.flight.flown
 
     @property
-    def passings(self) -> tuple[Passing, ...]:
+    def passings(self) -> tuple[Nearest, ...]:
         """All pairs of UAVs that must keep a separation."""
         return self.flight.passings
 
@@ -199,7 +179,7 @@ class ReplannedFlight(ArrayRecord):
         return sum(not answer.proven for step in self.steps for answer in step.answers)
 
     @property
-    def nearest(self) -> Approach | None:
+    def nearest(self) -> Nearest | None:
         """The least distance of a UAV from a mover; ``None`` where there are none."""
         return min(self.approaches, key=lambda one: one.distance, default=None)
 
@@ -221,7 +201,8 @@ class ReplannedFlight(ArrayRecord):
         nearest = self.nearest
         if nearest is None:
             return ""
-        who = f"{self.truth.uavs[nearest.uav].name} was {nearest.distance:.3f} m from mover"
+        assert nearest.mover is not None
+        who = f"{self.truth.uavs[nearest.uavs[0]].name} was {nearest.distance:.3f} m from mover"
         return f" At the nearest, {who} {self.truth.movers[nearest.mover].name!r}, at t = {nearest.time:.2f} s."
 
     @property
