@@ -2,7 +2,7 @@
 
 import pytest
 
-from skyverse.referee.blocks import blocks
+from skyverse.referee.overlaps import blocks
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,7 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee import certify, check
-from skyverse.referee.continuity import _rounding, ends_of_pieces
-from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.curve import PolynomialCurve, _rounding, ends_of_pieces
 
 PLACES = st.integers(-(10**6), 10**6).map(lambda number: 0.7 * number)
 CREEPING = {"max_speed": 0.01, "max_acceleration": 0.01, "max_jerk": 0.01}

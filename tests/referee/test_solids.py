@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from skyverse.referee.segments import distance_to_segment
-from skyverse.referee.solids import chords, distance_error, grown
+from skyverse.referee.solids import chords, distance_error, distance_to_segment, grown
 
 EPS = float(np.finfo(float).eps)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyverse.model.timed_path import TimedPath
-from skyverse.referee.segments import nearest_points
+from skyverse.referee.solids import nearest_points
 from skyverse.referee.timed_paths import KeptDistance, _needed, paths_apart, pieces_apart
 
 EPS = float(np.finfo(float).eps)

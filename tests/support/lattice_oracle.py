@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.referee.blocks import blocks
 from skyverse.referee.boxes import GrownBoxes
+from skyverse.referee.overlaps import blocks
 from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks

@@ -9,7 +9,7 @@ from skyverse._typing import Floats, Indices, Ints
 from skyverse.model.shapes import Box, Voxels
 from skyverse.model.uav import TrackingError
 from skyverse.referee.closed_above import SolidShapes
-from skyverse.referee.incursion import Incursion
+from skyverse.referee.judgement import Incursion
 from skyverse.referee.solids import GrownSolids, grown
 from skyverse.referee.tolerances import LET_PASS, TWO_ROUNDINGS
 from skyverse.referee.tube import EXACT, taller

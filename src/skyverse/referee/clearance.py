@@ -8,7 +8,7 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.referee.boxes import deepest_in_boxes
 from skyverse.referee.curve import PolynomialCurve
-from skyverse.referee.incursion import Incursion
+from skyverse.referee.judgement import Incursion
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import Peaks, find_peaks

@@ -9,7 +9,7 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
-from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER
+from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH

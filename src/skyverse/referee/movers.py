@@ -22,11 +22,10 @@ from skyverse.referee.boxes import grown_boxes
 from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import FleetMotion, fleet_motion, near_pairs, time_slices
-from skyverse.referee.judgement import Judgement
+from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.mover_motion import EnclosedMotion, enclosed_motion
 from skyverse.referee.outlines import outlines_of
 from skyverse.referee.polynomial import bernstein
-from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.round_solids import grown_cylinders, grown_ellipsoids, grown_spheres
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
@@ -55,7 +54,7 @@ class MovingFleet(NamedTuple):
     error: Floats
 
 
-class Rows(NamedTuple):
+class SharedIntervals(NamedTuple):
     """Intervals of time in which one UAV and one mover each move along one piece.
 
     Attributes
@@ -183,7 +182,7 @@ def _kinds(movers: list[Mover], clearance: float, error: TrackingError) -> Itera
             yield np.array(numbers), grown_ellipsoids([s for s in shapes if isinstance(s, Ellipsoid)], clearance, error)
 
 
-def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indices) -> Rows:
+def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indices) -> SharedIntervals:
     """Return the intervals in which the k-th UAV may be near movers number `which`."""
     motion = fleet.motion
     columns: list[tuple[Indices, Floats, Floats]] = []
@@ -199,7 +198,7 @@ def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indic
         inside = wanted[np.searchsorted(edges, cuts[:-1], side="right") - 1]
         columns.append((np.full(int(inside.sum()), place), cuts[:-1][inside], cuts[1:][inside]))
     if not columns:
-        return Rows(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0), np.zeros((0, 1, 8)), np.zeros(0))
+        return SharedIntervals(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0), np.zeros((0, 1, 8)), np.zeros(0))
     mover, begins, ends = (np.concatenate(column) for column in zip(*columns, strict=True))
     own = motion.piece(k, begins)
     theirs = np.concatenate(
@@ -227,7 +226,7 @@ def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indic
         b[seen, :, 4:7] = np.stack([part.b for part in position], axis=2) - last[:, None]
         instants = np.column_stack([begins, ends])[seen]
         b[seen, :, 7] = _linear(radius[:, None] + fastest[:, None] * (instants - since[:, None]), share)
-    return Rows(mover, begins, ends, b, error)
+    return SharedIntervals(mover, begins, ends, b, error)
 
 
 def _quadratic(values: ArrayLike, share: Floats) -> Floats:
@@ -246,7 +245,7 @@ def _linear(ends: ArrayLike, share: Floats) -> Floats:
 
 
 def _judge(
-    scenario: Scenario, uav: int, fleet: MovingFleet, k: int, which: Indices, rows: Rows, solids: GrownSolids
+    scenario: Scenario, uav: int, fleet: MovingFleet, k: int, which: Indices, rows: SharedIntervals, solids: GrownSolids
 ) -> Judgement:
     """Judge a UAV, number `k` in the motion, among movers of one kind."""
     if not len(rows.mover):

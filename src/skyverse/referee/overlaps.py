@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.referee.blocks import blocks
 
 CHILDREN = 8
 """Boxes that follow one another in the order of the tree, and that one larger box holds."""
@@ -164,3 +163,12 @@ def _ranks(values: Floats) -> Indices:
     ranks = np.empty(len(values), dtype=np.intp)
     ranks[np.argsort(values, kind="stable")] = np.arange(len(values))
     return ranks
+
+
+def blocks(count: int, most: int, size: int = 1) -> Iterator[slice]:
+    """Yield the slices of consecutive blocks of `count` items that take `size` numbers each.
+
+    A block takes `most` numbers, or less; one item may take more.
+    """
+    items = most // max(size, 1) or 1
+    return (slice(first, first + items) for first in range(0, count, items))

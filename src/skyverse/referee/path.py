@@ -9,7 +9,7 @@ from skyverse.model.result import Result
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.column import columns_of, parts_of_flight
-from skyverse.referee.positions import position_text, position_tuple
+from skyverse.referee.judgement import position_text, position_tuple
 from skyverse.referee.seams import find_seam
 from skyverse.referee.tolerances import COLUMN_SLACK, LET_PASS
 from skyverse.referee.tube import named

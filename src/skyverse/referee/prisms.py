@@ -11,8 +11,7 @@ from skyverse.model.shapes import Prism
 from skyverse.model.uav import TrackingError
 from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.outlines import Outlines
-from skyverse.referee.segments import distance_to_segment
-from skyverse.referee.solids import Chords, GrownSolids, chords, grown, vertical_depth
+from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_SEARCH
 from skyverse.referee.tube import EXACT, taller
 

@@ -8,8 +8,8 @@ from skyverse._typing import Floats
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.judgement import position_text
 from skyverse.referee.path import judge_ends, judge_moves, judge_safety
-from skyverse.referee.positions import position_text
 from skyverse.referee.untrusted import float_array
 from skyverse.referee.world import RefereeWorld
 

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
-from skyverse.referee.blocks import blocks
-from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER, obstacle_text
-from skyverse.referee.positions import position_text
+from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER, obstacle_text, position_text
+from skyverse.referee.overlaps import blocks
 from skyverse.referee.sealed import is_sealed
 from skyverse.referee.seam_parts import WIDENED, CurveParts, MovableParts, NearShapes, shapes_near
 from skyverse.referee.subdivision import MAX_DEPTH, MAX_UNDECIDED_PARTS

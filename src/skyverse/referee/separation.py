@@ -8,7 +8,6 @@ import numpy as np
 from skyverse._typing import Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.blocks import blocks
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import (
     FleetSeparation,
@@ -19,9 +18,9 @@ from skyverse.referee.fleet_motion import (
     fleet_separation,
     near_pairs,
 )
-from skyverse.referee.judgement import Judgement
+from skyverse.referee.judgement import Judgement, position_text, position_tuple
+from skyverse.referee.overlaps import blocks
 from skyverse.referee.polynomial import Polynomials, halve
-from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.subdivision import MAX_DEPTH, Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.model.timed_path import TimedPath
-from skyverse.referee.blocks import blocks
-from skyverse.referee.segments import nearest_points
+from skyverse.referee.overlaps import blocks
+from skyverse.referee.solids import nearest_points
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
 MAX_PARTS = 20_000

@@ -10,11 +10,10 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_curve
 from skyverse.referee.column import parts_of_flight
-from skyverse.referee.continuity import judge_continuity
-from skyverse.referee.curve import PolynomialCurve, curve_of
+from skyverse.referee.curve import PolynomialCurve, curve_of, judge_continuity
+from skyverse.referee.judgement import position_text, position_tuple
 from skyverse.referee.limits import FlightLimit, flight_limits, judge_heading
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
-from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.seams import find_seam
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS

@@ -23,9 +23,8 @@ from skyverse.referee.boxes import grown_boxes
 from skyverse.referee.closed_above import solid_shapes
 from skyverse.referee.curve import PolynomialCurve, derivative
 from skyverse.referee.fleet_motion import FleetMotion, fleet_motion
-from skyverse.referee.judgement import Judgement
+from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.polynomial import bernstein, squared
-from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.prisms import grown_prisms
 from skyverse.referee.round_solids import grown_cylinders, grown_spheres
 from skyverse.referee.solids import GrownSolids
