@@ -43,7 +43,7 @@ def random_case(seed):
         clearance=1.0,
         terrain=terrain,
         obstacles=boxes,
-        max_height=200.0,
+        max_height=300.0,
         lattice=sky.Lattice(step=(20, 20, 20)),
         uavs=[{"start": (0, 0, 350)}],
         targets=[{"position": (10, 0, 350)}],
@@ -63,7 +63,7 @@ def proven(scenario, error, above, radius, stops, lift=0.0):
 
 def least_lift(scenario, error, above, radius, stops):
     """The least metres, to a centimetre, by which a polyline can be raised so that it is proven."""
-    low, high = -12.0, 60.0
+    low, high = -12.0, 120.0
     assert proven(scenario, error, above, radius, stops, high)
     while high - low > 0.01:
         middle = (low + high) / 2

@@ -14,13 +14,18 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.corner_lines import is_straight, search_corner
-from skyverse.exports.followed_legs import FollowedLegs
 from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.ground_under_legs import ceiling_margin, greatest_height, lowered, steepest, swell
+from skyverse.exports.ground_under_legs import (
+    ceiling_margin,
+    greatest_height,
+    ground_under,
+    lowered,
+    steepest,
+)
 from skyverse.exports.leg_deviation import leg_deviation
 from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall, towards
 from skyverse.exports.obstacle_search import ObstacleSearch
-from skyverse.exports.terrain_following import TerrainFollowing
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
@@ -55,20 +60,12 @@ class LegChecker:
     columns: tuple[tuple[Floats, Floats], ...] = ()
     worlds: dict[TrackingError, World] = field(default_factory=dict)
     _known: dict[bytes, Checked] = field(default_factory=dict)
-    _apart: dict[bytes, float] = field(default_factory=dict)
+    _known_margins: dict[bytes, tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
     def search(self) -> ObstacleSearch:
         """What finds obstacles."""
         return ObstacleSearch(self.scenario, self.reference, self.error, self.worlds)
-
-    @cached_property
-    def _followed(self) -> FollowedLegs | None:
-        """What checks legs with altitudes above ground; ``None`` with others."""
-        if self.reference != "agl":
-            return None
-        assert self.scenario.terrain is not None
-        return FollowedLegs(self.search, TerrainFollowing(self.scenario.terrain, self.error))
 
     def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, Shortfall | Segments] | None:
         """Return the first fault of a polyline, (n, 3), whose corners are cut within a radius, or ``None``.
@@ -126,9 +123,67 @@ class LegChecker:
 
     def _straight(self, a: Floats, b: Floats, strays: bool, foot: Foot | None) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each, with or without the tracking error."""
-        if self._followed is not None:
-            return self._followed.leg(a, b, strays, foot)
-        return self.search.checked(a[None], b[None], self.apart(a, b), strays, foot)
+        if self.reference == "agl":
+            ends = np.stack([a, b])
+            fault = self._limits(ends, self._above(ends), strays, below=foot is None)
+            if fault is not None:
+                return Checked(fault)
+        beside, upright = self._margins(np.stack([a, b]), strays)
+        return self.search.checked(Segments(a[None], b[None], beside, strays, foot, upright))
+
+    def _limits(self, points: Floats, above: Floats, strays: bool, *, below: bool = True) -> Shortfall | None:
+        """Return where a UAV that follows the ground may be too low, or above the ceiling.
+
+        Parameters
+        ----------
+        points, above
+            (n, 3) metres and heights above ground, (n,): the ends of a leg, or more points around a cut corner. Between
+            any two the height above ground changes linearly.
+        strays, below
+            Whether the tracking error counts, and whether the ground does.
+        """
+        scenario, terrain = self.scenario, self.scenario.terrain
+        assert terrain is not None
+        aside = MAVLINK_ROUNDING + self._beside(points) + self.error.horizontal * strays
+        ground = ground_under(terrain, points, aside)
+        off = (ground.slope * self.error.horizontal + self.error.vertical) * strays
+        low, high = float(above.min()) - ground.lower, float(above.max()) + ground.lower
+        if len(points) == 2:
+            shift = ground_under(self._lower, points, aside).slope * aside
+            signs = np.array([1.0, -1.0])[:, None] * above
+            highest, lowest = (
+                float(greatest_height(np.column_stack([points[:, :2], z]), self._lower, -np.inf).max()) for z in signs
+            )
+            low, high = max(low, -lowest - shift), min(high, highest + shift)
+        lower = ground.lower
+        if _is_climb(points):
+            low, lower = float(above.min()), 0.0
+        needed, most = scenario.ground_clearance - LEG_ALLOWANCE / 2, scenario.max_height
+        if below and low - off < needed:
+            said = f"may be {low - off:.4g} m above ground, and {needed:.4g} m are required"
+            why = f", as the ground that its autopilot knows may be {lower:.3g} m lower (not with amsl)"
+            return Shortfall(said + (why if lower else ""), points[np.argmin(above)])
+        if most is not None and high + off + LEG_ALLOWANCE / 2 > most:
+            said = f"may be {high + off:.5g} m above ground, above the ceiling of {most:.5g} m"
+            return Shortfall(said, points[np.argmax(above)])
+        return None
+
+    @cached_property
+    def _lower(self) -> Terrain:
+        """How much lower the lowest ground is, as heights below 0."""
+        terrain = self.scenario.terrain
+        assert terrain is not None
+        return derived(terrain, heights=terrain.lowest_ground.heights - terrain.heights, lowest=None)
+
+    def _above(self, points: Floats) -> Floats:
+        """Return how high above ground points (n, 3) are, (n,) metres."""
+        assert self.scenario.terrain is not None
+        return np.asarray(points[:, 2] - self.scenario.terrain.height(points[:, :2]))
+
+    def _beside(self, points: Floats) -> float:
+        """Return how far beside straight legs between points, (n, 3), they may be flown, metres."""
+        longest = float(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1).max())
+        return float(leg_deviation(self.scenario, longest))
 
     def below_ceiling(self, points: Floats) -> Floats:
         """Return a curve's points (n, 3) metres, lowered where legs between them, or rounding, exceed the ceiling.
@@ -149,15 +204,10 @@ class LegChecker:
 
     @cached_property
     def _lowest(self) -> Terrain:
-        """The lowest ground, lowered by what it may fall, and the UAV rise, within the error.
-
-        Heights above ground are counted from `Terrain.heights`, and the UAV may follow any ground down to the lowest.
-        """
+        """The lowest ground, lowered by what it may fall, and the UAV rise, within the error."""
         terrain = self.scenario.terrain
         assert terrain is not None
-        if self._followed is None:
-            return lowered(terrain.lowest_ground, self.error)
-        return self._followed.below_ceiling(MAVLINK_ROUNDING)
+        return lowered(terrain.lowest_ground, self.error)
 
     @cached_property
     def _slope(self) -> float:
@@ -174,30 +224,54 @@ class LegChecker:
         stays between the leg and the straight line from where it turned to `after`. It comes from `before`, or from
         `entered` if it has cut the corner at `before`.
         """
-        if self._followed is not None:
-            return self._followed.corner(entered, before, at, after, radius)
         cut = np.stack([towards(before - at, radius), towards(entered - at, radius)])
         if is_straight(cut, after - at):
             return Checked(None)
-        apart = max(self.apart(before, at), self.apart(at, after))
-        return search_corner(
-            cut, at, after, radius, self._slope, lambda a, b, beside: self.search.checked(a, b, apart + beside)
-        )
+        corner = np.stack([entered, before, at, after])
+        if self.reference == "agl":
+            first, second, here, on = self._above(corner)
+            ends = [at + cut[0], at + cut[1], at, after]
+            shares = [min(radius / max(math.dist(one, at), SAME_PLACE), 1.0) for one in (before, entered)]
+            turns = [here + share * (high - here) for share, high in zip(shares, (second, first), strict=True)]
+            fault = self._limits(np.stack(ends), np.array([*turns, here, on]), strays=True)
+            if fault is not None:
+                return Checked(fault)
+        apart, upright = self._around(corner, cut)
+
+        def judge(starts: Floats, ends: Floats, beside: float) -> Checked:
+            return self.search.checked(Segments(starts, ends, apart + beside, True, None, upright))
+
+        return search_corner(cut, at, after, radius, self._slope, judge)
 
     def apart(self, a: Floats, b: Floats) -> float:
-        """Return by how many metres a flown leg can be nearer to something than the straight line in local metres.
+        """Return how many metres a leg, (3,) metres each, may be flown off the straight line in local metres."""
+        return math.hypot(*self._margins(np.stack([a, b]), strays=True))
 
-        Where the flown leg is to the side, the ground may be higher by its slope, and the ceiling lower.
+    def _margins(self, points: Floats, strays: bool) -> tuple[float, float]:
+        """Return what must be added to the clearance of legs between points, (n, 3) metres, and more up and down.
+
+        Where the flown leg is to the side, the ground may be higher by its slope, and the ceiling lower. With altitudes
+        above ground a leg follows the ground, but for a climb from where the UAV is.
         """
-        ends = np.stack([a, b])
-        asked = ends.tobytes()
-        if asked not in self._apart:
-            if self._followed is None:
-                beside = float(leg_deviation(self.scenario, math.hypot(*(b - a)[:2])))
-                self._apart[asked] = MAVLINK_ROUNDING + beside * (1 + self._slope)
-            else:
-                self._apart[asked] = self._followed.apart(a, b)
-        return self._apart[asked]
+        asked = points.tobytes() + bytes([strays])
+        if asked not in self._known_margins:
+            beside, upright = self._beside(points), 0.0
+            if self.reference == "agl" and not _is_climb(points):
+                assert self.scenario.terrain is not None
+                aside = MAVLINK_ROUNDING + beside + self.error.horizontal * strays
+                ground = ground_under(self.scenario.terrain, points, aside)
+                upright = ground.slope * aside + ground.lower + (ground.bend if beside else 0.0)
+            self._known_margins[asked] = MAVLINK_ROUNDING + beside * (1 + self._slope), upright
+        return self._known_margins[asked]
+
+    def _around(self, corner: Floats, cut: Floats) -> tuple[float, float]:
+        """Return the same for what is flown around a corner, (4, 3) metres, from within its `cut`, (2, 3), on.
+
+        Where a UAV that follows the ground turns, it may be as far off the straight leg before as it is there.
+        """
+        before, here = self._margins(corner[1:3], strays=True), np.concatenate([corner[2] + cut, corner[2:]])
+        after = self._margins(here, strays=True)
+        return max(before[0], after[0]), before[1] + after[1]
 
     def deviations(self, points: Floats, radius: float, stops: Floats) -> Floats:
         """Return how far each leg of a polyline, as in `trouble`, may be off the straight line, (n - 1,) metres.
@@ -205,10 +279,10 @@ class LegChecker:
         With altitudes above ground that also holds for what is flown after a cut corner.
         """
         found = np.array([self.apart(a, b) for a, b in pairwise(points)])
-        if self._followed is None or radius <= 0:
-            return found
-        for k, corner in cut_corners(points, radius, stops):
-            found[k] = max(found[k], self._followed.apart_after(corner, radius))
+        if self.reference == "agl" and radius > 0:
+            for k, corner in cut_corners(points, radius, stops):
+                cut = np.stack([towards(place - corner[2], radius) for place in corner[:2]])
+                found[k] = max(found[k], math.hypot(*self._around(corner, cut)) + float(np.abs(cut[:, 2]).max()))
         return found
 
     def swell(self, a: Floats, b: Floats) -> float:
@@ -216,7 +290,12 @@ class LegChecker:
         if self.reference != "agl":
             return self.apart(a, b)
         assert self.scenario.terrain is not None
-        return swell(self.scenario.terrain, a, b)
+        return ground_under(self.scenario.terrain, np.stack([a, b]), 0.0).bend
+
+
+def _is_climb(points: Floats) -> bool:
+    """Tell whether points, (n, 3), lead straight up from where the UAV is, whatever ground its autopilot knows."""
+    return bool(np.abs(points - points[0])[:, :2].max() <= SAME_PLACE and points[-1, 2] > points[0, 2])
 
 
 def cut_corners(points: Floats, radius: float, stops: Floats) -> Iterator[tuple[int, Floats]]:

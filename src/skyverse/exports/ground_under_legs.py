@@ -1,6 +1,7 @@
 """The ground under straight legs: how steep it is, how far it is off a straight line, and how far below a ceiling."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,13 +63,52 @@ def steepest(terrain: Terrain) -> float:
     return float(np.hypot(east, north))
 
 
-def swell(terrain: Terrain, a: Floats, b: Floats) -> float:
-    """Return how many metres the ground under a leg deviates from the straight line between its heights at the ends."""
-    at = breaks(terrain, a, b)
-    level = terrain.height(a[:2] + at[:, None] * (b - a)[:2])
-    off = level - (level[0] + at * (level[-1] - level[0]))
-    size = np.abs(off)
-    return float(np.max(np.maximum(np.maximum(size[:-2:2], size[1:-1:2]), size[2::2]) + second_differences(off) / 2))
+class GroundUnder(NamedTuple):
+    """What a leg that follows the ground has to allow for: metres, metres, and metres for each metre aside.
+
+    Attributes
+    ----------
+    bend
+        How far the ground is off a straight line between any two places, at most.
+    lower
+        How much lower the ground may be that the autopilot knows: it is taken for any between a terrain's `lowest` and
+        its `heights`. Nothing else is allowed for how an autopilot's terrain may differ from the scenario's.
+    slope
+        How steep the ground is at most, and the lowest ground.
+    """
+
+    bend: float
+    lower: float
+    slope: float
+
+
+def ground_under(terrain: Terrain, points: Floats, near: float) -> GroundUnder:
+    """Return what the ground is within `near` metres of the rectangle around some points, (n, 3) metres.
+
+    Bilinear ground is as far off a plane, and as steep, as it is at the corners of its cells at most.
+    """
+    east, north = (_corners(terrain, axis, points[:, axis], near) for axis in range(2))
+    places = np.stack(np.meshgrid(east, north, indexing="ij"), axis=-1)
+    heights, lowest = (surface.height(places) for surface in (terrain, terrain.lowest_ground))
+    x, y = (east - east.mean())[:, None], (north - north.mean())[None]
+    plane = x * (np.sum(x * heights) / (np.sum(x**2) * len(north)))
+    plane = plane + y * (np.sum(y * heights) / (np.sum(y**2) * len(east))) + heights.mean()
+    slope = max(
+        math.hypot(
+            float(np.abs(np.diff(one, axis=0) / np.diff(east)[:, None]).max()),
+            float(np.abs(np.diff(one, axis=1) / np.diff(north)[None]).max()),
+        )
+        for one in (heights, lowest)
+    )
+    return GroundUnder(2 * float(np.abs(heights - plane).max()), float((heights - lowest).max()), slope)
+
+
+def _corners(terrain: Terrain, axis: int, values: Floats, near: float) -> Floats:
+    """Return the coordinates along an axis at which a rectangle begins and ends, and those of cells between."""
+    low, high = float(values.min()) - max(near, MAVLINK_ROUNDING), float(values.max()) + max(near, MAVLINK_ROUNDING)
+    origin, step = terrain.origin[axis], terrain.step[axis]
+    lines = origin + step * np.arange(math.floor((low - origin) / step) + 1, math.ceil((high - origin) / step))
+    return np.concatenate([[low], lines[(lines > low) & (lines < high)], [high]])
 
 
 def breaks(terrain: Terrain, a: Floats, b: Floats) -> Floats:

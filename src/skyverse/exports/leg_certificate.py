@@ -21,7 +21,6 @@ from skyverse.referee.column import without_below
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import named
 from skyverse.referee.world import RefereeWorld, referee_world
-from skyverse.space.tube import NO_ERROR
 
 SEGMENTS_AT_ONCE = 20_000
 """Segments that the referee judges together, which bounds the memory."""
@@ -44,14 +43,14 @@ class LegCertificate:
 
     def refused(self, polylines: Sequence[Polyline]) -> set[int]:
         """Return the numbers of polylines that are not proven; the checker then knows which of their parts are not."""
-        wanted: dict[tuple[float, bool, Foot | None], list[tuple[int, bytes, Segments]]] = defaultdict(list)
+        wanted: dict[tuple[float, bool, Foot | None, float], list[tuple[int, bytes, Segments]]] = defaultdict(list)
         for number, polyline in enumerate(polylines):
             for _, checked, key in self.legs.parts(*polyline):
                 for segments in checked.clear:
                     wanted[segments[2:]].append((number, key, segments))
         found = set()
-        for (growth, strays, foot), parts in wanted.items():
-            world = self._world(growth, strays, foot)
+        for asked, parts in wanted.items():
+            world = self._world(*asked)
             for batch in _batches(parts):
                 found |= self._refused(world, batch)
         return found
@@ -76,15 +75,15 @@ class LegCertificate:
         """Return a fault in words, with the place."""
         if isinstance(fault, Shortfall):
             return f"it {fault.said}, at {place_text(fault.place)}"
-        world = self._world(fault.growth, fault.strays, fault.foot)
+        world = self._world(*fault[2:])
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:
             ends = " and ".join(place_text(end) for end in (fault.starts[0], fault.ends[0]))
             return f"whether it keeps the clearance could not be decided between {ends}"
         return incursion.sentence(world.scenario, named("it", world.error), "there").rstrip(".")
 
-    def _world(self, growth: float, strays: bool, foot: Foot | None) -> RefereeWorld:
-        key = growth, self.legs.error if strays else NO_ERROR
+    def _world(self, growth: float, strays: bool, foot: Foot | None, upright: float = 0.0) -> RefereeWorld:
+        key = growth, self.legs.search.stray(strays, upright)
         if key not in self.worlds:
             shapes = next((world.shapes for world in self.worlds.values()), None)
             self.worlds[key] = referee_world(self.legs.search.grown(growth), key[1], shapes=shapes)

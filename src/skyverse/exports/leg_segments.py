@@ -22,6 +22,8 @@ class Segments(NamedTuple):
         without the error, and with it among all but what lies below.
     foot
         In the latter case, x, y and z of the foot of that column, metres.
+    upright
+        Metres by which the UAV may be above or below them besides.
     """
 
     starts: Floats
@@ -29,6 +31,7 @@ class Segments(NamedTuple):
     growth: float
     strays: bool = True
     foot: Foot | None = None
+    upright: float = 0.0
 
 
 class Shortfall(NamedTuple):

@@ -1,11 +1,10 @@
 """Searches segments for obstacles with the planners' world, which is fast; the referee proves what is exported."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skyverse._typing import Floats
 from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.ground_under_legs import ground_allowance, steepest
 from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall
@@ -16,15 +15,12 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GR
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
 
-AT_ONCE = 64
-"""Segments that are searched for the first that is blocked: what comes after it is searched again."""
-
 
 @dataclass(frozen=True, eq=False)
 class ObstacleSearch:
     """Tells which segments meet obstacles or leave the bounds, in one scenario.
 
-    With altitudes above ground it knows neither the ground nor the ceiling above it: `FollowedLegs` judges these.
+    With altitudes above ground it knows neither the ground nor the ceiling above it: `LegChecker` judges these.
 
     Attributes
     ----------
@@ -36,63 +32,41 @@ class ObstacleSearch:
     reference: AltitudeReference
     error: TrackingError
     worlds: dict[TrackingError, World]
-    _beside: dict[Foot, World] = field(default_factory=dict)
+    _beside: dict[tuple[TrackingError, Foot], World] = field(default_factory=dict)
 
-    def world(self, strays: bool, foot: Foot | None = None) -> World:
-        """Return the planners' world of `grown`, with the tracking error or without it, perhaps that of a column."""
+    def stray(self, strays: bool, upright: float) -> TrackingError:
+        """Return the tracking error or none, with some metres more up and down."""
         error = self.error if strays else NO_ERROR
+        return derived(error, vertical=error.vertical + upright) if upright else error
+
+    def world(self, error: TrackingError, foot: Foot | None = None) -> World:
+        """Return the planners' world of `grown` with an error, perhaps that of a column."""
         if error not in self.worlds:
             self.worlds[error] = World(self.grown(0.0), error)
         if foot is None:
             return self.worlds[error]
-        if foot not in self._beside:
-            self._beside[foot] = self.worlds[error].beside(foot, self.roof(foot) + SURFACE_DEPTH)
-        return self._beside[foot]
+        if (error, foot) not in self._beside:
+            self._beside[error, foot] = self.worlds[error].beside(foot, self.roof(foot) + SURFACE_DEPTH)
+        return self._beside[error, foot]
 
     def roof(self, foot: Foot) -> float:
         """Return z of the highest roof that is exempt from the error in a column, metres."""
         return foot[2] - self.scenario.clearance
 
-    def checked(
-        self, starts: Floats, ends: Floats, extra: float | Floats, strays: bool = True, foot: Foot | None = None
-    ) -> Checked:
-        """Return what is found of segments from `starts` to `ends`, (n, 3) each, grown by `extra` metres, (n,) or all.
-
-        They are all grown by the largest, but for the bounds.
-        """
-        world, growth = self.world(strays, foot), growth_of(float(np.max(extra)))
-        room = self._room(world, starts, ends)
-        least = int(np.argmin(room - extra))
-        beyond = np.broadcast_to(extra, room.shape)[least]
-        if room[least] < _least_room(beyond):
-            outside = starts[least] if _room_of(world, starts[least]) < _room_of(world, ends[least]) else ends[least]
-            return Checked(Shortfall(f"may be {beyond - room[least]:.3g} m out of bounds", outside))
-        met = world.first_crossing(starts, ends, growth)
+    def checked(self, given: Segments) -> Checked:
+        """Return what is found of segments; their growth is rounded up, since a world is made for each."""
+        starts, ends, extra, strays, foot, upright = given
+        given = given._replace(growth=growth_of(extra), upright=growth_of(upright) if upright else 0.0)
+        world = self.world(self.stray(strays, given.upright), foot)
+        places = np.concatenate([starts, ends])
+        room = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
+        least = int(np.argmin(room))
+        if room[least] < max(extra - LEG_ALLOWANCE, -SURFACE_DEPTH):
+            return Checked(Shortfall(f"may be {extra - room[least]:.3g} m out of bounds", places[least]))
+        met = world.first_crossing(starts, ends, given.growth)
         if met is not None:
-            return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth, strays, foot))
-        return Checked(None, (Segments(starts, ends, growth, strays, foot),))
-
-    def blocked(
-        self, starts: Floats, ends: Floats, extra: Floats, strays: bool, foot: Foot | None
-    ) -> NDArray[np.bool_]:
-        """Tell of each segment, grown by `extra`, (n,), whether it meets an obstacle or leaves the bounds, (n,)."""
-        world = self.world(strays, foot)
-        found = self._room(world, starts, ends) < _least_room(extra)
-        growths = growths_of(extra)
-        for growth in np.unique(growths):
-            every = np.flatnonzero((growths == growth) & ~found)
-            for some in np.split(every, range(AT_ONCE, len(every), AT_ONCE)):
-                k, a, b = 0, starts[some], ends[some]
-                while k < len(some):
-                    met = world.first_crossing(a[k:], b[k:], float(growth))
-                    if met is None:
-                        break
-                    found[some[k + met]] = True
-                    k += met + 1
-        return found
-
-    def _room(self, world: World, starts: Floats, ends: Floats) -> Floats:
-        return np.minimum(_room_of(world, starts), _room_of(world, ends))
+            return Checked(given._replace(starts=starts[met : met + 1], ends=ends[met : met + 1]))
+        return Checked(None, (given,))
 
     def grown(self, extra: float) -> Scenario:
         """Return the scenario with clearances less the allowance plus `extra` metres, and a ceiling as much lower."""
@@ -109,20 +83,6 @@ class ObstacleSearch:
         return derived(self.scenario, clearance=clearance, terrain=terrain, max_height=most)
 
 
-def growths_of(extra: Floats) -> Floats:
-    """Return the least `MIN_GROWTH` times powers of two that are not below `extra`, metres: few worlds are needed."""
-    return np.asarray(MIN_GROWTH * 2.0 ** np.maximum(np.ceil(np.log2(extra / MIN_GROWTH)), 0.0))
-
-
 def growth_of(extra: float) -> float:
-    """Return that of one number."""
-    return float(growths_of(np.array(extra)))
-
-
-def _room_of(world: World, points: Floats) -> Floats:
-    """Return how many metres points, (..., 3), are within the bounds, (...)."""
-    return np.asarray(np.minimum(points - world.space.low, world.space.high - points).min(axis=-1))
-
-
-def _least_room(extra: float | Floats) -> Floats:
-    return np.maximum(np.asarray(extra) - LEG_ALLOWANCE, -SURFACE_DEPTH)
+    """Return the least `MIN_GROWTH` times a power of two that is not below `extra`, metres: few worlds are needed."""
+    return float(MIN_GROWTH * 2.0 ** max(math.ceil(math.log2(extra / MIN_GROWTH)), 0))

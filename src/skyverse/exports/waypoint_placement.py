@@ -16,7 +16,7 @@ MAX_REPAIRS = 400
 """The largest number of attempts to mend a route."""
 MAX_PUSH = 2.0
 """The largest distance by which a waypoint is moved outwards, as a multiple of the radius."""
-MAX_SWELL = 10.0
+MAX_SWELL = 2.0
 """Metres: the largest deviation of a leg from the trajectory by the rise and fall of the ground below."""
 
 
