@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class Written:
+class StudyOutput:
     """What is written of a study.
 
     Parameters
@@ -45,7 +45,7 @@ class Written:
     paper: bool = False
 
 
-_NOTHING_ASKED, _AS_USUAL = StudyOptions(), Written()
+_NOTHING_ASKED, _AS_USUAL = StudyOptions(), StudyOutput()
 
 
 def compare(
@@ -53,7 +53,7 @@ def compare(
     /,
     *,
     asked: StudyOptions = _NOTHING_ASKED,
-    written: Written = _AS_USUAL,
+    written: StudyOutput = _AS_USUAL,
     workers: Whole = None,
     dask: str | None = None,
     as_json: AsJson = False,

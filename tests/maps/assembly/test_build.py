@@ -24,7 +24,8 @@ from skyverse.cli import main  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps.assembly.build import build_scenario  # noqa: E402
 from skyverse.maps.assembly.obstacles import ROUNDING, LocalFeatures, prisms  # noqa: E402
-from skyverse.maps.georeference.reading import Feature, Raster  # noqa: E402
+from skyverse.maps.georeference.feature import Feature  # noqa: E402
+from skyverse.maps.georeference.reading import Raster  # noqa: E402
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
 from skyverse.space.mission_cautions import mission_cautions  # noqa: E402
 

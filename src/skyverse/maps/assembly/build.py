@@ -28,7 +28,8 @@ from skyverse.maps.assembly.places import (
     refuse_swapped,
 )
 from skyverse.maps.assembly.terrain import level_ground, read_terrain
-from skyverse.maps.georeference.reading import Raster, Rectangle
+from skyverse.maps.georeference.feature import Rectangle
+from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.caution import NO_UNIT, Caution, stands_out

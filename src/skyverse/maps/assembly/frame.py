@@ -10,8 +10,8 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.options import GlobalPlace
 from skyverse.maps.assembly.places import flat_points
+from skyverse.maps.georeference.feature import MAX_WIDTH, Rectangle, intersection
 from skyverse.maps.georeference.fields import SWAPPED
-from skyverse.maps.georeference.reading import MAX_WIDTH, Rectangle, intersection
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.frame import Origin, require_true_lengths

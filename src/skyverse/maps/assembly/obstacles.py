@@ -13,7 +13,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.maps.assembly.bad_points import BadPoint
 from skyverse.maps.assembly.terrain import GIVE_GROUND, ground_range
-from skyverse.maps.georeference.reading import Feature, Rectangle
+from skyverse.maps.georeference.feature import Feature, Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local

@@ -11,8 +11,8 @@ from skyverse.errors import InputError, Remedy, is_number
 from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
 from skyverse.maps.assembly.terrain import GIVE_GROUND
+from skyverse.maps.georeference.feature import MAX_WIDTH, Feature, Rectangle, contains
 from skyverse.maps.georeference.fields import SWAPPED, require_on_globe
-from skyverse.maps.georeference.reading import MAX_WIDTH, Feature, Rectangle, contains
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.frame import Origin

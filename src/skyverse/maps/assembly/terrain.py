@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.surface_excess import greatest_around_nodes, surface_excess
-from skyverse.maps.georeference.reading import Raster, Rectangle
+from skyverse.maps.georeference.feature import Rectangle
+from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
 from skyverse.maps.readers.raster_tiles import Tile, pixel_size, tiles
 from skyverse.model.frame import Origin

@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.maps.georeference.reading import Feature
+from skyverse.maps.georeference.feature import Feature
 
 UNAMBIGUOUS_EDGE = 179.0
 """Degrees of longitude; an edge up to this long is read as it stands."""

@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from skyverse.errors import InputError, Remedy, Sentence, require_file, require_libraries
-from skyverse.maps.georeference.reading import Choices, Feature
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.reading import Choices
 from skyverse.model.caution import Caution
 
 _GDAL_SUFFIXES = (".shp", ".gpkg", ".fgb")

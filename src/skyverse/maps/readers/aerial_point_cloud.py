@@ -15,7 +15,8 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError, Remedy, require_file, require_libraries
-from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices, Rectangle
+from skyverse.maps.georeference.feature import Rectangle
+from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.readers import point_cloud, voxel_grid
 from skyverse.maps.readers.point_cloud import POINTS_AT_A_TIME
 from skyverse.maps.readers.raster_tiles import GIVE_GEOID

@@ -22,8 +22,9 @@ from skyverse.errors import InputError, Remedy, Sentence, printable, shown
 from skyverse.maps.georeference import datum
 from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT
 from skyverse.maps.georeference.coordinate_systems import named_crs, to_globe
+from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.fields import Fields, are_numbers, require_type
-from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices, Feature
+from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.readers.dimensions import building_limits
 from skyverse.maps.readers.polygons import filled, polygons
 from skyverse.model.altitude import AboveSea, Altitude

@@ -15,7 +15,8 @@ from shapely.geometry.base import BaseGeometry
 from skyverse.documents.xml import read_tree
 from skyverse.errors import InputError, printable, unreadable
 from skyverse.maps.georeference.coordinate_systems import WGS84
-from skyverse.maps.georeference.reading import Choices, Feature
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.geojson import polygon
 from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 

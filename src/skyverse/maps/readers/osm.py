@@ -20,7 +20,8 @@ from skyverse._typing import Floats
 from skyverse.documents.xml import parse
 from skyverse.errors import InputError, printable, unreadable
 from skyverse.maps.georeference.coordinate_systems import WGS84
-from skyverse.maps.georeference.reading import Choices, Feature
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.polygons import filled
 from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
-from skyverse.maps.georeference.reading import Rectangle
+from skyverse.maps.georeference.feature import Rectangle
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.maps.readers.undeclared_nodata import extremes_of_blocks, refuse_undeclared_nodata
 from skyverse.model.frame import Origin

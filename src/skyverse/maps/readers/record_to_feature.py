@@ -19,8 +19,9 @@ from skyverse.maps.georeference.altitude_limits import (
     from_the_ground,
 )
 from skyverse.maps.georeference.coordinate_systems import to_globe
+from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.fields import Fields, is_empty, number_of, plain
-from skyverse.maps.georeference.reading import Choices, Feature
+from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude

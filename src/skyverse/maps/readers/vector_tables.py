@@ -12,7 +12,8 @@ from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError, printable
 from skyverse.maps.georeference.coordinate_systems import named_crs
-from skyverse.maps.georeference.reading import GIVE_CRS, Choices, Feature
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.reading import GIVE_CRS, Choices
 from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 
 _FIRST_BYTES = {".shp": b"\x00\x00\x27\x0a", ".gpkg": b"SQLite format 3\x00", ".fgb": b"fgb\x03fgb"}
