@@ -16,7 +16,7 @@ from machine import describe, table
 import skyverse as sky
 from skyverse.files import BUILTIN_NAMES
 from skyverse.flight import commands
-from skyverse.flight.commands import Reference
+from skyverse.flight.commands import CommandedMotion
 from skyverse.flight.simulate import WindObserver
 from skyverse.numerics.cores import cores
 
@@ -56,7 +56,7 @@ def main() -> None:
     few = stock or "--maps" in words
     vehicles = [word for word in words if not word.startswith("--")] or ["thesis"]
     if stock:
-        commands.reference = lambda trajectory, kind, times, hold: Reference(*trajectory.at(times))
+        commands.reference = lambda trajectory, kind, times, hold: CommandedMotion(*trajectory.at(times))
         WindObserver.push = lambda *_: 0.0
     print(describe("rotorpy"))
     print()

@@ -61,11 +61,11 @@ def test_a_straight_flight_arrives_on_time_and_stays_within_15_mm(vehicle):
 
 def test_without_being_told_of_drag_and_lag_it_flies_far_worse(monkeypatch):
     from skyverse.flight import commands
-    from skyverse.flight.commands import Reference
+    from skyverse.flight.commands import CommandedMotion
 
     flown = mission(straight((0, 0, 2), (2, 0, 2), 1.6))
     told = sky.fly(flown).largest
-    monkeypatch.setattr(commands, "reference", lambda t, *_: Reference(*t.at(_[1])))
+    monkeypatch.setattr(commands, "reference", lambda t, *_: CommandedMotion(*t.at(_[1])))
     assert sky.fly(flown).largest > 5 * told
 
 

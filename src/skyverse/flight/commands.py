@@ -27,7 +27,7 @@ _DIFFERENCE_STEP = 0.005
 """Seconds between the attitudes of which differences give the body rates."""
 
 
-class Reference(NamedTuple):
+class CommandedMotion(NamedTuple):
     """What is commanded at some instants, (m, 3) each.
 
     `acceleration` is not that of the trajectory, but the command that produces it.
@@ -38,7 +38,7 @@ class Reference(NamedTuple):
     acceleration: Floats
 
 
-def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: float) -> Reference:
+def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: float) -> CommandedMotion:
     """Return the commands at `times`, (m,) seconds, each of which is held for `hold` seconds.
 
     The controller's angular acceleration is -kp * (attitude error) - kd * (rate), with the rate itself instead of its
@@ -64,7 +64,7 @@ def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: flo
     ahead *= np.minimum(1.0, _MAX_LEAD_SINE / np.maximum(reach, 1e-12))
     level = np.sqrt(1.0 - np.minimum(reach, _MAX_LEAD_SINE) ** 2)
     wanted = (now * level + ahead) * (thrust[:, None] / level)  # the controller projects the thrust on `now`
-    return Reference(motion.position, motion.velocity, wanted / vehicle.mass - GRAVITY * VERTICAL)
+    return CommandedMotion(motion.position, motion.velocity, wanted / vehicle.mass - GRAVITY * VERTICAL)
 
 
 _MAX_LEAD_SINE = 0.5
@@ -124,7 +124,7 @@ class Commands:
     """
 
     times: Floats
-    reference: Reference
+    reference: CommandedMotion
     height: Floats
     hover: int
 

@@ -15,7 +15,7 @@ from skyverse.flight.commands import commands
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.runs import (
     ErrorCounts,
-    RunSummary,
+    SimulatedRun,
     cross_check_nearest,
     first_violation,
     prepare,
@@ -227,7 +227,7 @@ def fly_runs(
     seeds = generator.integers(2**31, size=runs)
     flown = _flying(mission, kind, conditions)
     fleet = prepare(mission, kind, conditions)
-    done: list[RunSummary] = []
+    done: list[SimulatedRun] = []
     by_uav = {uav: (ErrorCounts(), ErrorCounts()) for uav in flown}
     with ThreadPoolExecutor(workers or cores()) as pool:
         for part in _parts(seeds):

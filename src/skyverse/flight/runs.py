@@ -63,7 +63,7 @@ class Fleet:
     pairs: tuple[tuple[int, int, float, float], ...]
 
 
-class Run(NamedTuple):
+class SimulatedRun(NamedTuple):
     """What came of one run.
 
     Attributes
@@ -80,6 +80,10 @@ class Run(NamedTuple):
         The least distance of any two as a share of their separation.
     outside
         Metres by which the bounds were left at most.
+    largest
+        (number of UAVs, 2) metres: the largest horizontal and vertical error of each.
+    lost
+        The instant, seconds, at which the first UAV was lost, and which one that was, if any was.
     """
 
     seed: int
@@ -90,6 +94,8 @@ class Run(NamedTuple):
     pair: Nearest
     nearness: float
     outside: float
+    largest: Floats
+    lost: tuple[float, int] | None
 
 
 BETWEEN_SAMPLES = 11
@@ -120,7 +126,7 @@ def prepare(mission: Mission, vehicle: Vehicle, conditions: Conditions) -> Fleet
     return Fleet(mission, vehicle, conditions, told, world, tuple(still), tuple(pairs))
 
 
-def fly_run(fleet: Fleet, seed: int) -> Run:
+def fly_run(fleet: Fleet, seed: int) -> SimulatedRun:
     """Fly every UAV of a mission once; the same seed flies the same."""
     scenario = fleet.mission.scenario
     seeds = run_seeds(seed, len(scenario.uavs))
@@ -156,7 +162,20 @@ def fly_run(fleet: Fleet, seed: int) -> Run:
         between = np.linalg.norm(_between(apart, k), axis=1)
         pair = _nearer(pair, Nearest((i, j), k / COMMAND_RATE, float(between.min())))
         nearness = min(nearness, float(np.sqrt(np.min(across / level**2 + apart[:, 2] ** 2 / upright**2))))
-    return Run(seed, tuple(samples), tuple(errors), obstacle, ground, pair, nearness, outside)
+    largest = np.array([np.zeros(2) if one is None else one.max(axis=0) for one in errors])
+    lost = [(float(s.times[-1]), uav) for uav, s in enumerate(samples) if s is not None and s.lost]
+    return SimulatedRun(
+        seed,
+        tuple(samples),
+        tuple(errors),
+        obstacle,
+        ground,
+        pair,
+        nearness,
+        outside,
+        largest,
+        min(lost, default=None),
+    )
 
 
 def _nearer(one: Nearest, other: Nearest) -> Nearest:
@@ -199,19 +218,6 @@ MILLIMETRES = 1000.0
 """The resolution of the distributions of errors, bins a metre."""
 
 
-class RunSummary(NamedTuple):
-    """What is kept of a run: see `Run`; `lost` holds the instant, seconds, and the UAV that was lost first."""
-
-    seed: int
-    obstacle: Nearest
-    ground: Nearest
-    pair: Nearest
-    nearness: float
-    outside: float
-    largest: Floats
-    lost: tuple[float, int] | None
-
-
 class ErrorCounts:
     """How many errors there are of each millimetre, rounded up."""
 
@@ -239,24 +245,18 @@ def total(each: Iterable[ErrorCounts]) -> ErrorCounts:
     return together
 
 
-def summarise_run(fleet: Fleet, seed: int) -> tuple[RunSummary, dict[int, tuple[Ints, Ints]]]:
-    """Fly once; return what is kept, and each UAV's counts of horizontal and vertical errors."""
+def summarise_run(fleet: Fleet, seed: int) -> tuple[SimulatedRun, dict[int, tuple[Ints, Ints]]]:
+    """Fly once; return what is kept, without samples and errors, and each UAV's counts of errors on both axes."""
     run = fly_run(fleet, seed)
-    largest = np.zeros((len(run.errors), 2))
     counts = {}
     for uav, errors in enumerate(run.errors):
         if errors is not None:
-            largest[uav] = errors.max(axis=0)
             bins = np.ceil(errors * MILLIMETRES).astype(np.int64)
             counts[uav] = (np.bincount(bins[:, 0]), np.bincount(bins[:, 1]))
-    lost = [(float(s.times[-1]), uav) for uav, s in enumerate(run.samples) if s is not None and s.lost]
-    summary = RunSummary(
-        seed, run.obstacle, run.ground, run.pair, run.nearness, run.outside, largest, min(lost, default=None)
-    )
-    return summary, counts
+    return run._replace(samples=(), errors=()), counts
 
 
-def first_violation(fleet: Fleet, number: int, run: RunSummary) -> Violation | None:
+def first_violation(fleet: Fleet, number: int, run: SimulatedRun) -> Violation | None:
     """Return the first thing that went wrong in a run, or nothing."""
     radius, names = fleet.vehicle.radius, [uav.name for uav in fleet.mission.scenario.uavs]
     wrong: list[tuple[float, str, Fault, tuple[int, ...], str]] = []
@@ -290,7 +290,7 @@ MORE = 0.001
 """Metres added to a measured distance, at which the referee must find something."""
 
 
-def cross_check_nearest(fleet: Fleet, done: Sequence[RunSummary]) -> tuple[str, ...]:
+def cross_check_nearest(fleet: Fleet, done: Sequence[SimulatedRun]) -> tuple[str, ...]:
     """Return one sentence each about the runs that came nearest to obstacles, to the ground, and to other UAVs."""
     said = []
     for kind, noun in (("obstacle", "an obstacle"), ("ground", "the ground"), ("pair", "another UAV")):
@@ -305,7 +305,7 @@ def cross_check_nearest(fleet: Fleet, done: Sequence[RunSummary]) -> tuple[str, 
     return tuple(said)
 
 
-def _agrees(fleet: Fleet, run: Run, kind: str, nearest: Nearest) -> bool:
+def _agrees(fleet: Fleet, run: SimulatedRun, kind: str, nearest: Nearest) -> bool:
     """Tell whether the referee finds what was nearest at its distance, and nothing at a smaller one."""
     times, places = _around(fleet, run, nearest)
     if not _hit(fleet, kind, nearest, times, places, max(nearest.distance, 0.0) + MORE):
@@ -315,7 +315,7 @@ def _agrees(fleet: Fleet, run: Run, kind: str, nearest: Nearest) -> bool:
     return less <= 0 or not _hit(fleet, kind, nearest, times, places, less)
 
 
-def _around(fleet: Fleet, run: Run, nearest: Nearest) -> tuple[Floats, list[Floats]]:
+def _around(fleet: Fleet, run: SimulatedRun, nearest: Nearest) -> tuple[Floats, list[Floats]]:
     """Return the samples around the nearest instant, (m,) seconds, and where each of its UAVs is then, (m, 3)."""
     first, last = nearest.time - SECONDS_AROUND, nearest.time + SECONDS_AROUND
     times = np.arange(np.floor(first * COMMAND_RATE), np.ceil(last * COMMAND_RATE) + 1) / COMMAND_RATE

@@ -15,7 +15,7 @@ from scipy.integrate import OdeSolver
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.flight.commands import COMMAND_RATE, VERTICAL, Commands, Reference
+from skyverse.flight.commands import COMMAND_RATE, VERTICAL, CommandedMotion, Commands
 from skyverse.flight.disturbances import draw
 from skyverse.flight.quadrotor import ATTITUDE, POSITION, ROTORS, STATE_SIZE, VELOCITY, quadrotor_of
 from skyverse.flight.tracking_control import LOST_DISTANCE, OBSERVER_BANDWIDTH, DrawnDisturbances, track
@@ -132,7 +132,7 @@ class ControlledUAV:
         """Its velocity, (3,) m/s."""
         return self._state["v"]
 
-    def follow(self, asked: Reference) -> None:
+    def follow(self, asked: CommandedMotion) -> None:
         """Fly the next samples of a reference, unless the UAV is lost."""
         for position, velocity, acceleration in zip(*asked, strict=True):
             if self.lost:

@@ -75,7 +75,7 @@ def track(
     real, known
         The quadrotor that flies, and the one that the controller believes to fly.
     position, velocity, acceleration
-        (m, 3) commands; see `feedforward.Reference`.
+        (m, 3) commands; see `feedforward.CommandedMotion`.
     disturbed
         Wind, errors of measurement and delay.
     period

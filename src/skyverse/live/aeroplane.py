@@ -29,7 +29,7 @@ from skyverse.live.guidance import path_from
 from skyverse.live.pilot import Pilot
 from skyverse.live.policies.policy import Found
 from skyverse.live.replan import Choice, Span
-from skyverse.live.search import Budget
+from skyverse.live.search import SearchBudget
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -207,7 +207,9 @@ class Aeroplane(Pilot):
             return True
         return self.course.leaves < now and now - self.planned >= self.seconds_of_way_out(self.uav)
 
-    def choose(self, around: Surroundings, span: Span, budget: Budget, answer: Found | None) -> tuple[Self, Choice]:
+    def choose(
+        self, around: Surroundings, span: Span, budget: SearchBudget, answer: Found | None
+    ) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen; policies are not asked."""
         pilot = self._at(span)
         if pilot.course.stands:

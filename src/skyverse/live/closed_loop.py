@@ -15,7 +15,7 @@ from skyverse.errors import InputError
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.live.tracks import Sighting
-from skyverse.model.mover import Ellipsoid, Mover, MoverShape
+from skyverse.model.mover import Mover, MoverShape
 from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.quantities import MAX_INSTANT, derived
 from skyverse.model.scenario import Scenario
@@ -105,12 +105,7 @@ def _distances(shape: MoverShape, places: Floats) -> Floats:
     """Return how far places (n, 3) in a mover's frame are from its shape, or from the box around it, (n,) metres."""
     if isinstance(shape, Sphere):
         return np.maximum(np.linalg.norm(places - np.array(shape.centre), axis=1) - shape.radius, 0.0)
-    if isinstance(shape, Ellipsoid):
-        size = np.array((shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z))
-        low, high = np.array(shape.centre) - size, np.array(shape.centre) + size
-    else:
-        low, high = extent(shape)
-    return np.asarray(np.linalg.norm(places - np.clip(places, low, high), axis=1))
+    return np.asarray(np.linalg.norm(places - np.clip(places, *extent(shape)), axis=1))
 
 
 class HiddenObstacles:

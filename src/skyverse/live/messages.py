@@ -236,7 +236,7 @@ class Answer(Model):
     forgotten: tuple[str, ...] = ()
 
 
-class Fault(Model):
+class LineFault(Model):
     """Why a line was not taken: its number from 1 on, the field that is wrong if it is one, and a sentence."""
 
     line: int
@@ -247,7 +247,7 @@ class Fault(Model):
 class Refusal(Model):
     """What is answered to a line that cannot be taken; nothing has changed."""
 
-    error: Fault
+    error: LineFault
 
 
 def live_schema() -> dict[str, Any]:

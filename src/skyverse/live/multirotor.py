@@ -14,7 +14,7 @@ from skyverse.live.multirotor_search import MultirotorSearch
 from skyverse.live.pilot import LOST, SPARE, Pilot
 from skyverse.live.policies.policy import Found, PolicySearch
 from skyverse.live.replan import Choice, Span
-from skyverse.live.search import Budget
+from skyverse.live.search import SearchBudget
 from skyverse.live.steered_heading import steered_heading, still
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
@@ -178,7 +178,9 @@ class Multirotor(Pilot):
         barred = new and not world.segments_free(ahead[:-1], ahead[1:]).all()
         return barred or (now - self.planned >= LOST and not sees_its_way(world, self.turning_place(join), way, mark))
 
-    def choose(self, around: Surroundings, span: Span, budget: Budget, answer: Found | None) -> tuple[Self, Choice]:
+    def choose(
+        self, around: Surroundings, span: Span, budget: SearchBudget, answer: Found | None
+    ) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen, along the way that a policy has found if it was asked."""
         now = self.course.since(span.now)
         before, pointing = self.pointing.parted(now.motion.start)

@@ -14,8 +14,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.live.course import STAY, Course, Planned, motions_along, stop_or_stay
 from skyverse.live.guidance import AT_REST, GATE_SHARES, SHARES, Way, escapes, gates, ways_ahead
-from skyverse.live.replan import Choice, Contact, Span
-from skyverse.live.search import BLOCKED, KEEP_ON, Budget, Search, Step
+from skyverse.live.replan import Choice, Meeting, Span
+from skyverse.live.search import BLOCKED, KEEP_ON, Search, SearchBudget, Step
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings, barred, seconds_lost, way_back
 from skyverse.model.trajectory import Trajectory
@@ -68,13 +68,13 @@ class MultirotorSearch(Search[Course, Branch]):
         planned: Planned | None,
         around: Surroundings,
         span: Span,
-        budget: Budget,
+        budget: SearchBudget,
     ) -> None:
         super().__init__(around, span, budget)
         self.course, self.guidance, self.planned = course, guidance, planned
         self.widened = False
         self.states: dict[float, Floats] = {}
-        self.before: dict[float, Contact] = {}
+        self.before: dict[float, Meeting] = {}
         self.clear_before: dict[float, bool] = {}
         self.fastest = math.hypot(*self.state(span.now)[1])  # of a UAV that was found too fast, and brakes
         self.hold = Branch(span.join, np.zeros(0), np.zeros(0), course.way, course.passed)
@@ -213,7 +213,7 @@ class MultirotorSearch(Search[Course, Branch]):
         """Return what is flown from now on, to rest."""
         return self.flown(found).motion
 
-    def contact(self, found: Branch) -> Contact:
+    def contact(self, found: Branch) -> Meeting:
         """Return the mover that a motion first comes too near to, counted from now."""
         motion, now, begin, apart = self.course.motion, self.span.now, found.begin, self.span.apart
         if found.kept:
@@ -254,7 +254,7 @@ class MultirotorSearch(Search[Course, Branch]):
             self.widen(found, contact)
         return None
 
-    def widen(self, found: Branch, contact: Contact) -> None:
+    def widen(self, found: Branch, contact: Meeting) -> None:
         """Push ways past the place where a motion meets a mover, and away from where the UAV is."""
         place = self.state(found.begin)[0]
         limits, left = self.around.limits, self.span.until - found.begin
@@ -336,14 +336,14 @@ class MultirotorSearch(Search[Course, Branch]):
         seconds = seconds_left(self.around.limits, place, velocity, onwards.points)
         return self.span.join + seconds < self.span.until
 
-    def first_meeting(self, found: Branch, contact: Contact) -> Contact:
+    def first_meeting(self, found: Branch, contact: Meeting) -> Meeting:
         """Return what a motion meets first, of movers and of what stands still."""
-        return min(contact, Contact(self.barred(found)), key=lambda one: one.instant)
+        return min(contact, Meeting(self.barred(found)), key=lambda one: one.instant)
 
-    def nearest_to_clear(self, ranked: list[tuple[Contact, Branch]]) -> tuple[Contact, Branch]:
+    def nearest_to_clear(self, ranked: list[tuple[Meeting, Branch]]) -> tuple[Meeting, Branch]:
         """Return the motion that leads soonest to where it is clear, or else nearest to there; or to keep on."""
 
-        def lacks(met: tuple[Contact, Branch]) -> tuple[float, float]:
+        def lacks(met: tuple[Meeting, Branch]) -> tuple[float, float]:
             durations, rows = met[1].durations, met[1].rows
             if met[1].kept:
                 durations, rows = self.course.part(self.span.join, max(self.course.motion.end, self.span.until))

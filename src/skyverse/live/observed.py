@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number
 from skyverse.model.quantities import MAX_INSTANT, derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
@@ -32,14 +32,9 @@ MAX_OBSTACLES, MAX_ZONES = 10_000, 1_000
 
 def require_seconds(name: str, value: object, least: float, most: float = MAX_INSTANT) -> None:
     """Raise `InputError` if a setting is not a number of seconds above a least one, and at most some."""
-    if not is_number(value) or not least < float(value) <= most:  # type: ignore[arg-type]
-        at_most = f", and at most {most:g}" if is_number(value) and float(value) > most else ""  # type: ignore[arg-type]
+    if not is_number(value) or not least < float(value) <= most:
+        at_most = f", and at most {most:g}" if is_number(value) and float(value) > most else ""
         raise InputError(f"expected more than {least:g} seconds{at_most}, but it is {value!r}", field=name)
-
-
-def is_number(value: object) -> bool:
-    """Tell whether a value is a number, of Python or of numpy."""
-    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int) -> dict[int, Floats]:

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, require_kind
+from skyverse.errors import InputError, is_number, require_kind
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
-from skyverse.live.observed import Known, checked_states, is_number, require_seconds, strays, with_seen, with_targets
+from skyverse.live.observed import Known, checked_states, require_seconds, strays, with_seen, with_targets
 from skyverse.live.pilot import SPARE, Pilot
 from skyverse.live.policies.policy import Found, Policy, Situation, all_about
 from skyverse.live.replan import Choice, Replan, Span, in_turns
-from skyverse.live.search import Budget
+from skyverse.live.search import SearchBudget
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
 from skyverse.live.tracks import Sighting, Tracks, checked_sightings
 from skyverse.model.mission import Mission
@@ -315,7 +315,7 @@ class Replanner:
         )
         pilot = self._pilots[uav]
         answer = self._asked(pilot, around, span) if isinstance(pilot, Multirotor) else None
-        pilot, choice = pilot.choose(around, span, Budget(self.candidates, deadline), answer)
+        pilot, choice = pilot.choose(around, span, SearchBudget(self.candidates, deadline), answer)
         self._pilots[uav] = pilot
         self.effort += answer.effort if answer is not None else Effort(0, 0, choice.tried)
         out = _out_of_bounds(pilot.state(self.now)[0], self.scenario)

@@ -17,7 +17,7 @@ from typing import BinaryIO, NamedTuple
 
 from skyverse.errors import InputError
 from skyverse.interrupt import on_interrupt
-from skyverse.live.messages import MAX_LINE, Answer, Fault, Hello, LineSplitter, Refusal, read_json
+from skyverse.live.messages import MAX_LINE, Answer, Hello, LineFault, LineSplitter, Refusal, read_json
 from skyverse.live.session import LiveSession
 from skyverse.model.quantities import derived
 
@@ -199,7 +199,7 @@ class _Server:
         with suppress(ConnectionError, asyncio.CancelledError):
             sent_away = await self.answer_all(reader, writer)
             if sent_away:
-                writer.write(message_line(Refusal(error=Fault(line=1, field=None, message=sent_away))))
+                writer.write(message_line(Refusal(error=LineFault(line=1, field=None, message=sent_away))))
         self.connected -= 1
         self.clients.discard(writer)
         writer.close()

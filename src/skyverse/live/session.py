@@ -11,8 +11,8 @@ from skyverse.errors import InputError, did_you_mean, printable
 from skyverse.live.messages import (
     AnnouncedUAV,
     Answer,
-    Fault,
     Hello,
+    LineFault,
     MotionMessage,
     Refusal,
     Setpoints,
@@ -119,7 +119,7 @@ class LiveSession:
             )
         except InputError as error:
             self.refused += 1
-            return Refusal(error=Fault(line=number, field=error.sentence.field, message=str(error)))
+            return Refusal(error=LineFault(line=number, field=error.sentence.field, message=str(error)))
         uavs, forgotten = tuple(map(self._uav_answer, replans)), replans[0].forgotten
         answer = Answer(line=number, t=self.replanner.now, uavs=uavs, forgotten=forgotten)
         self.answered += 1

@@ -19,12 +19,12 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.replan import Contact, Span
+from skyverse.live.replan import Meeting, Span
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
-from skyverse.model.mover import Doubt, Ellipsoid, Mover
+from skyverse.model.mover import Doubt, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere, Voxels
+from skyverse.model.shapes import Shape, Voxels
 from skyverse.model.temporary_zones import told_zone
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
@@ -79,16 +79,16 @@ class Surroundings(NamedTuple):
     moving: Moving
     uavs: int
 
-    def contact(self, knots: Floats, rows: Floats, begin: float, until: float, fastest: float = 0.0) -> Contact:
+    def contact(self, knots: Floats, rows: Floats, begin: float, until: float, fastest: float = 0.0) -> Meeting:
         """Return what moves that a motion first comes too near to between two instants; see `first_contact`.
 
         `fastest` is the greatest speed of one that breaks the limits, m/s.
         """
         if begin > until:
-            return Contact()
+            return Meeting()
         fastest = max(self.limits.speed * (1.0 + LIMIT_EASE), fastest)
         mover, instant = first_contact(self.moving.shapes, knots.copy(), rows.copy(), fastest, begin, until)
-        return Contact(instant, mover)
+        return Meeting(instant, mover)
 
 
 def all_moving(
@@ -175,12 +175,8 @@ def _parts(obstacle: Shape) -> tuple[Shape, ...]:
 
 def _need(one: TimedShape, t: float) -> float:
     """Return about how far from the middle of a shape a UAV must be at an instant, metres."""
-    shape, size = one.shape, 0.0
-    if isinstance(shape, Ellipsoid):
-        size = max(shape.semi_axis_xy, shape.semi_axis_z)
-    elif isinstance(shape, Box | Cylinder | Sphere | Prism):
-        low, high = extent(shape)
-        size = 0.5 * float((high - low).max())
+    low, high = extent(one.shape)
+    size = 0.5 * float((high - low).max())
     return size + one.keep + float(one.doubt.at(t)[0])
 
 

@@ -19,11 +19,11 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.guidance import Way, guidance
 from skyverse.live.policies.policy import Found, Policy, Situation, require_positive
-from skyverse.model.mover import Doubt, Ellipsoid, Mover
+from skyverse.model.mover import Doubt, Mover
 from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Box, Shape
+from skyverse.model.shapes import Box
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
 from skyverse.planners.hybrid import HybridMVO
@@ -58,7 +58,7 @@ def swept_boxes(
     edges = np.linspace(begin, end, SLICES + 1)
     found = []
     for mover in movers:
-        low, high = _corners(mover.shape)
+        low, high = extent(mover.shape)
         more = mover.keep - clearance
         for early, late in pairwise(edges):
             least, most = _places(mover, float(early), float(late))
@@ -81,14 +81,6 @@ def _places(mover: TimedShape, early: float, late: float) -> tuple[Floats, Float
         seen, far = mover.motion.at([doubt.since])[0], doubt.radius + doubt.top_speed * (late - doubt.since)
         low, high = np.maximum(low, seen - far), np.minimum(high, seen + far)
     return low, high
-
-
-def _corners(shape: Shape) -> tuple[Floats, Floats]:
-    """Return the corners of the box around a mover's shape, metres from its moving point."""
-    if isinstance(shape, Ellipsoid):
-        size = np.array([shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z])
-        return np.array(shape.centre) - size, np.array(shape.centre) + size
-    return extent(shape)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,7 @@ from skyverse.live.course import Course
 from skyverse.live.guidance import SHARES, Way
 from skyverse.live.multirotor_search import AT_END, Branch, MultirotorSearch, Outcome
 from skyverse.live.replan import Span
-from skyverse.live.search import KEEP_ON, Budget, Step
+from skyverse.live.search import KEEP_ON, SearchBudget, Step
 from skyverse.live.steered_motion import seconds_left
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
@@ -161,7 +161,7 @@ class PolicySearch(MultirotorSearch):
         guidance: Way,
         around: Surroundings,
         span: Span,
-        budget: Budget,
+        budget: SearchBudget,
         found: Found,
     ) -> None:
         super().__init__(course, guidance, None, around, span, budget)

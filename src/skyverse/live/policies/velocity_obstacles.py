@@ -144,7 +144,7 @@ def _radius(shape: Shape) -> float:
         return math.hypot(*shape.centre) + max(shape.semi_axis_xy, shape.semi_axis_z)
     if hasattr(shape, "radius") and hasattr(shape, "centre") and len(shape.centre) == 3:
         return math.hypot(*shape.centre) + float(shape.radius)
-    low, high = extent(shape)  # type: ignore[arg-type]
+    low, high = extent(shape)
     return math.hypot(*np.maximum(np.abs(low), np.abs(high)))
 
 
