@@ -18,10 +18,9 @@ from skyverse.cli.export import export
 from skyverse.cli.fly import fly
 from skyverse.cli.live import live
 from skyverse.cli.missions import check, show
-from skyverse.cli.option_names import for_command_line, running
+from skyverse.cli.option_names import for_command_line, refusal, running
 from skyverse.cli.outputs import settle_folders
 from skyverse.cli.plan import plan
-from skyverse.cli.refused_words import refusal
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.scenarios import scenarios

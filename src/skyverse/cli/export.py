@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from skyverse.cli.judgement import judging_scenario
+from skyverse.cli.given_scenario import judging_scenario
 from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import FLAG, SIGNED, GivenMission, GivenScenario
 from skyverse.cli.outputs import refuse_output

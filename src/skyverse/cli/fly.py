@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from skyverse.cli.exit_codes import FOUND_WRONG, NO_VERDICT
 from skyverse.cli.fly_replanned import FlightOptions, ReplanOptions, fly_replanned, refuse_mixed, report_replanned
 from skyverse.cli.fly_runs import report_runs
-from skyverse.cli.judgement import tell_not_proven
+from skyverse.cli.given_scenario import tell_not_proven
 from skyverse.cli.option_types import FLAG, SIGNED, AsJson, GivenMission, GivenScenario, Output
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import share_of, wind_of

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
-from skyverse.cli.given_scenario import tell_unknown, without_way
-from skyverse.cli.judgement import judging_scenario
+from skyverse.cli.given_scenario import judging_scenario, tell_unknown, without_way
 from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import FLAG, AsJson, GivenMission, GivenScenario, Output
 from skyverse.cli.outputs import DEFAULT_FOLDER, make_folder, refuse_output

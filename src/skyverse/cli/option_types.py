@@ -1,15 +1,17 @@
-"""The types of options that several verbs have."""
+"""The types of options that several verbs have, and what the shell completes them with."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter, Token
 
-from skyverse.cli.completion import files, scenarios_and_files
 from skyverse.errors import shown
 from skyverse.planners import PLANNER_NAMES
+
+if TYPE_CHECKING:
+    from cyclopts.completion import CompletionContext
 
 
 def _whole_number(_: object, tokens: Sequence[Token]) -> int:
@@ -31,6 +33,40 @@ AsJson = Annotated[bool, Parameter(name="--json"), FLAG]
 WHOLE = Parameter(converter=_whole_number)
 Whole = Annotated[int | None, WHOLE]
 PLANNER = Parameter(choices=PLANNER_NAMES)
+
+
+def scenarios_and_files(context: "CompletionContext") -> Iterator[str]:
+    """Yield the names of the built-in scenarios, and the files that begin with what is typed."""
+    from skyverse.files import BUILTIN_NAMES
+
+    yield from BUILTIN_NAMES
+    yield from files(context)
+
+
+def files(context: "CompletionContext") -> Iterator[str]:
+    """Yield the files and folders that begin with what is typed; of a single folder also what is in it.
+
+    The shell would end the word after a folder that is the only answer.
+    """
+    typed = context.incomplete
+    found = list(_beginning_with(typed))
+    yield from found
+    if len(found) == 1 and found[0].endswith("/"):
+        yield from _beginning_with(found[0])
+
+
+def _beginning_with(typed: str) -> Iterator[str]:
+    """Yield the paths that begin with what is typed, folders with a slash; hidden ones only where a dot is typed."""
+    folder, slash, start = typed.rpartition("/")
+    try:
+        entries = sorted(Path(folder + slash or ".").iterdir())
+    except OSError:
+        return
+    for entry in entries:
+        if entry.name.startswith(start) and (start or not entry.name.startswith(".")):
+            yield f"{folder}{slash}{entry.name}{'/' if entry.is_dir() else ''}"
+
+
 SCENARIO = Parameter(completer=scenarios_and_files)
 GivenScenario = Annotated[str, SCENARIO]
 GivenMission = Annotated[str, Parameter(completer=files)]

@@ -5,7 +5,6 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from skyverse.cli.apart_by_timing import tell_apart_by_timing
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import (
     limited,
@@ -20,7 +19,7 @@ from skyverse.cli.given_scenario import (
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, AsJson, GivenScenario, Output, Whole
 from skyverse.cli.outputs import mission_file, refuse_output, source_from
 from skyverse.cli.places import tracking_error_of
-from skyverse.cli.report import report
+from skyverse.cli.report import report, tell_apart_by_timing
 from skyverse.cli.settings import planner_of
 from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
 from skyverse.errors import InputError

@@ -5,14 +5,14 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
 from cyclopts import App, Group, Parameter
+from pydantic import TypeAdapter, ValidationError
 
-from skyverse.cli.build_again import given_again, kept_words
 from skyverse.cli.option_names import for_command_line, option_of
 from skyverse.cli.option_types import OUTPUT, AsJson
 from skyverse.cli.outputs import refuse_output
@@ -30,6 +30,7 @@ from skyverse.cli.watch import console
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import MapDetail, MapFiles, MapRegion, documentation
 from skyverse.maps.georeference.reading import Raster, Reading
+from skyverse.model.built_with import Words
 from skyverse.model.caution import stands_out
 from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.short_lines import TIMES, counted, listed
@@ -37,6 +38,7 @@ from skyverse.model.short_lines import TIMES, counted, listed
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note
     from skyverse.model.scenario import Scenario
+
 
 app = App(name="scenario", help="Make scenarios of maps.")
 
@@ -332,3 +334,26 @@ def _kept(scenario: "Scenario") -> str:
     ground = "" if scenario.terrain is None else f" and {scenario.ground_clearance:g} m above ground"
     most = "" if scenario.max_height is None else f", at most {scenario.max_height:g} m above it"
     return f"UAVs keep {scenario.clearance:g} m from obstacles{ground}{most}"
+
+
+def kept_words(given: Mapping[str, Any]) -> Words:
+    """Return options as words."""
+    return tuple(
+        (name, *map(str, value if isinstance(value, list | tuple) else [value])) for name, value in given.items()
+    )
+
+
+def given_again(source: str, words: Words, options: Mapping[str, inspect.Parameter]) -> dict[str, Any]:
+    """Return the options that a scenario's file keeps, as the command line gives them."""
+    given: dict[str, Any] = {}
+    for name, *told in words:
+        if name not in options or not told:
+            raise InputError(f"{source}: built_with: expected options of scenario build, found {name!r:.60}")
+        kind = options[name].annotation
+        kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+        several = any(get_origin(one) is list for one in (kind, *get_args(kind)))
+        try:
+            given[name] = TypeAdapter(kind).validate_python(told if several else told[0])
+        except ValidationError:
+            raise InputError(f"{source}: built_with: {name}: found {told!r:.100}, which it does not take") from None
+    return given

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw import landings
-from skyverse.draw.margin_traces import MIN_DEVIATION
+from skyverse.draw.margin_traces import MIN_DEVIATION, landings_on_map
 from skyverse.draw.mover_traces import ways_on_map
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, round_step, trace
@@ -45,7 +44,7 @@ def from_above(scene: Scene) -> dict[str, Any]:
             *ways_on_map(scene),
             *tubes,
             *tracks,
-            *landings.on_map(scene),
+            *landings_on_map(scene),
             _ends(scene),
             _findings(scene),
         ],
