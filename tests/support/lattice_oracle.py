@@ -66,7 +66,7 @@ def soft_price(world: RefereeWorld, leg: Floats, by_nodes: bool, strict: bool) -
     objective = world.scenario.objective
     total = objective.fuel * (1.0 if by_nodes else math.dist(leg[1], leg[0]))
     if objective.altitude is not None:
-        total += objective.altitude.weight * altitude_term(objective.altitude, leg, world.ground)
+        total += objective.altitude.weight * altitude_term(objective.altitude, leg)
     if objective.climb is not None:
         total += objective.climb.weight * climb_term(objective.climb, leg)
     if world.scenario.risky_zones:

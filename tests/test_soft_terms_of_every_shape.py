@@ -1,4 +1,4 @@
-"""The oracle of soft terms, over zones of every shape and above ground, against dense sampling."""
+"""Soft terms over zones of every shape and above ground, against dense sampling and an oracle."""
 
 from itertools import pairwise
 
@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from depths import above, inside
+from skyverse import cost
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.referee.ground import grown_ground
-from soft_terms import altitude_term, climb_term, risk_term
+from soft_terms import climb_term, risk_term
 
 SQUARE = ((2.0, 2.0), (7.0, 2.0), (7.0, 7.0), (2.0, 7.0))
 HOLE = ((3.0, 3.0), (6.0, 3.5), (5.0, 6.0), (3.5, 5.5))
@@ -40,6 +40,10 @@ def world(*zones, terrain=None, band=None):
     )
 
 
+def terms(scenario, path):
+    return cost.terms_of_legs(scenario, cost.make_rates(scenario), path, path[-1])
+
+
 def middles(a, b):
     return a + ((np.arange(COUNT) + 0.5) / COUNT)[:, None] * (b - a)
 
@@ -48,7 +52,7 @@ def middles(a, b):
 @given(points=anywhere)
 def test_metres_inside_a_zone_are_what_sampling_says(zone, points):
     path = np.array(points)
-    with np.errstate(all="ignore"):  # as `judge` does
+    with np.errstate(all="ignore"):
         stands, least, most = risk_term(world(zone), path)
     seen = sum(
         zone.risk * np.linalg.norm(b - a) * np.mean(inside(zone, 0.0, middles(a, b)) > 0) for a, b in pairwise(path)
@@ -57,6 +61,7 @@ def test_metres_inside_a_zone_are_what_sampling_says(zone, points):
     room = 40 * zone.risk * length / COUNT  # a sample at each crossing
     assert least - room <= seen <= most + room
     assert least <= stands <= most
+    assert least - 1e-6 <= terms(world(zone), path)["risk"] <= most + 1e-6
 
 
 def test_a_chord_of_a_sphere_and_a_leg_across_a_courtyard_are_known():
@@ -86,27 +91,26 @@ def test_metres_outside_a_band_above_ground_are_what_sampling_says(points, seed,
         height = at[:, 2] - above(terrain, at[:, :2])
         outside = np.maximum(0, np.maximum(band.low - height, height - band.high))
         seen += float(np.linalg.norm(b - a) * outside.mean())
-    with np.errstate(all="ignore"):  # as `judge` does
-        assert altitude_term(band, path, grown_ground(scenario)) == pytest.approx(seen, abs=1e-4)
+    assert terms(scenario, path)["altitude"] == pytest.approx(seen, abs=1e-4)
 
 
 @pytest.mark.parametrize("ground", [False, True])
 def test_a_climb_through_a_band_above_sea_pays_a_triangle_below_it_and_one_above_it(ground):
-    band = sky.AltitudeBand(low=2, high=6, weight=1)
-    terrain = Terrain(origin=(0, 0), step=(10, 10), heights=np.full((2, 2), 1.0))
-    below = grown_ground(world(terrain=terrain)) if ground else None
+    band = sky.AltitudeBand(low=2, high=6, weight=1, above="zero" if ground else None)
+    terrain = Terrain(origin=(0, 0), step=(10, 10), heights=np.full((2, 2), 1.0)) if ground else None
+    scenario = world(terrain=terrain, band=band)
     climb = np.array([(0, 0, 0), (6, 0, 8)], float)  # 10 m of way, of which 2.5 m are below and 2.5 m above the band
-    assert altitude_term(band, climb, below) == pytest.approx(2.5 * 2 / 2 + 2.5 * 2 / 2)
+    assert terms(scenario, climb)["altitude"] == pytest.approx(2.5 * 2 / 2 + 2.5 * 2 / 2)
     level = np.array([(0, 0, 9), (4, 0, 9), (4, 0, 5), (0, 0, 5)], float)
-    assert altitude_term(band, level, below) == pytest.approx(4 * 3 + 3 * 3 / 2)
+    assert terms(scenario, level)["altitude"] == pytest.approx(4 * 3 + 3 * 3 / 2)
 
 
 def test_a_level_leg_over_a_slope_pays_a_triangle():
     terrain = Terrain(origin=(0, 0), step=(5, 10), heights=[[0, 0], [5, 5], [10, 10]])
-    band = sky.AltitudeBand(low=2, high=100, weight=1, above="ground")
+    scenario = world(terrain=terrain, band=sky.AltitudeBand(low=2, high=100, weight=1, above="ground"))
     leg = np.array([(0, 3, 10), (10, 3, 10)], float)  # above ground 10 at first, 0 at last: below 2 over the last 2 m
-    assert altitude_term(band, leg, grown_ground(world(terrain=terrain, band=band))) == pytest.approx(2.0)
-    assert altitude_term(band, leg[::-1], grown_ground(world(terrain=terrain, band=band))) == pytest.approx(2.0)
+    assert terms(scenario, leg)["altitude"] == pytest.approx(2.0)
+    assert terms(scenario, leg[::-1])["altitude"] == pytest.approx(2.0)
 
 
 def test_of_a_climb_what_is_steeper_than_the_limit_is_paid_upwards_and_downwards():
