@@ -1,4 +1,4 @@
-"""What is stated of a flight is what many samples of it say, and what the referee finds."""
+"""What is stated of a flight is what many samples of it say."""
 
 import numpy as np
 import pytest

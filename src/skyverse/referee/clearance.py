@@ -15,29 +15,29 @@ from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.world import RefereeWorld
 
 
-class JudgedClearance(NamedTuple):
+class Deepest(NamedTuple):
     """The bounds on depths over all pieces, one question; and the deepest place, if anything is too close."""
 
     peaks: Peaks
     incursion: Incursion | None
 
 
-def judge_curve(world: RefereeWorld, curve: PolynomialCurve, position: list[Polynomials]) -> JudgedClearance:
+def judge_curve(world: RefereeWorld, curve: PolynomialCurve, position: list[Polynomials]) -> Deepest:
     """Judge the clearance of a curve at every instant; `position` holds its x, y, z as polynomials."""
     b = np.stack([part.b for part in position], axis=2)
     error = np.max([part.error for part in position], axis=0)
     return _combined(world, [_judge_kind(kind, b, error, curve) for kind in (world.boxes, *world.others)])
 
 
-def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> JudgedClearance:
+def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> Deepest:
     """Judge the clearance of segments between starts and ends, (n, 3) metres, as pieces of degree 1."""
     b, exact = np.stack([starts, ends], axis=1), np.zeros(len(starts))
     curve = PolynomialCurve(np.arange(len(starts) + 1.0), np.stack([starts, ends - starts], axis=1))
-    in_boxes = JudgedClearance(_combined_peaks([]), deepest_in_boxes(world.boxes, starts, ends))
+    in_boxes = Deepest(_combined_peaks([]), deepest_in_boxes(world.boxes, starts, ends))
     return _combined(world, [in_boxes, *(_judge_kind(kind, b, exact, curve) for kind in world.others)])
 
 
-def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve) -> JudgedClearance:
+def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve) -> Deepest:
     """Judge all pieces of a curve, (n, degree + 1, 3) with errors (n,), against all shapes of one kind."""
     wrong = kind.error(b, error)
     if b.shape[1] == 2:
@@ -46,7 +46,7 @@ def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCu
         pairs = kind.tree.overlapping(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None])
     piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
     if not len(piece):
-        return JudgedClearance(_combined_peaks([]), None)
+        return Deepest(_combined_peaks([]), None)
 
     def depth(part: Floats, pair: Indices) -> Floats:
         return kind.depth(part, shape[pair])
@@ -62,10 +62,10 @@ def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCu
             incursion = Incursion(gap, kind.clearance, number, k, share, position)
     # callers ask which piece it was, not which pair of a piece and a shape
     stuck = np.where(peaks.stuck >= 0, piece[peaks.stuck], peaks.stuck)
-    return JudgedClearance(peaks._replace(piece=piece[peaks.piece], stuck=stuck), incursion)
+    return Deepest(peaks._replace(piece=piece[peaks.piece], stuck=stuck), incursion)
 
 
-def _combined(world: RefereeWorld, judged: list[JudgedClearance]) -> JudgedClearance:
+def _combined(world: RefereeWorld, judged: list[Deepest]) -> Deepest:
     """Return the judgements of all kinds of shapes as one, with the deepest place of them all.
 
     What is said of that place counts the tracking error as a part of the gap, and not of the clearance.
@@ -75,7 +75,7 @@ def _combined(world: RefereeWorld, judged: list[JudgedClearance]) -> JudgedClear
     if deepest is not None and deepest.obstacle >= 0 and world.error.horizontal:
         aside = world.error.horizontal
         deepest = replace(deepest, gap=deepest.gap - aside, required=deepest.required - aside)
-    return JudgedClearance(_combined_peaks([one.peaks for one in judged]), deepest)
+    return Deepest(_combined_peaks([one.peaks for one in judged]), deepest)
 
 
 def _combined_peaks(each: list[Peaks]) -> Peaks:

@@ -18,7 +18,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.column import Columns, columns_of
-from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.movers import judge_movers
 from skyverse.referee.result import judge_result
@@ -56,16 +56,11 @@ class Certificates(NamedTuple):
 
 
 class JudgedFleet(NamedTuple):
-    """The certificates, and what is behind them.
-
-    The violations of each UAV's trajectory, those of the fleet's separation, and each UAV's curve, ``None`` where it
-    has none.
-    """
+    """The certificates, and what is behind them: the violations of each UAV's trajectory, and of the separation."""
 
     certificates: Certificates
-    trajectories: tuple[list[Violation], ...]
+    trajectories: list[list[Violation]]
     apart: list[Violation]
-    curves: tuple[PolynomialCurve | None, ...]
 
 
 def certify(scenario: Scenario, mission: Mission) -> Certificates:
@@ -107,9 +102,12 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
         trajectory = entry(mission.trajectories, uav)
         if not isinstance(trajectory, Trajectory):
             continue
-        violations[uav], halvings[uav], curves[uav] = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
-        if curves[uav] is None:
+        violations[uav], halvings[uav] = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
+        curve = curve_of(trajectory)
+        if isinstance(curve, str):
             unknown.add(uav)
+        else:
+            curves[uav] = curve
     in_time = [judge(scenario, curves, unknown) for judge in (judge_movers, judge_closed_zones)]
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
@@ -128,9 +126,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
         apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.", scenario=digest)
-    return JudgedFleet(
-        Certificates(tuple(certificates), apart), tuple(violations), separation.violations, tuple(curves)
-    )
+    return JudgedFleet(Certificates(tuple(certificates), apart), violations, separation.violations)
 
 
 def _proven_sentence(

@@ -11,7 +11,7 @@ from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_curve
 from skyverse.referee.column import parts_of_flight
 from skyverse.referee.curve import PolynomialCurve, curve_of, judge_continuity
-from skyverse.referee.judgement import position_text, position_tuple
+from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.limits import FlightLimit, flight_limits, judge_heading
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.seams import find_seam
@@ -20,14 +20,6 @@ from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, named
 from skyverse.referee.world import RefereeWorld
 from skyverse.referee.zones import judge_zone_speed
-
-
-class JudgedTrajectory(NamedTuple):
-    """A trajectory's violations, how often pieces were cut in two, and its curve unless it is malformed."""
-
-    violations: list[Violation]
-    halvings: int
-    curve: PolynomialCurve | None
 
 
 class _Answer(NamedTuple):
@@ -39,14 +31,14 @@ class _Answer(NamedTuple):
     curve: PolynomialCurve
 
 
-def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajectory: Trajectory) -> JudgedTrajectory:
+def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajectory: Trajectory) -> Judgement:
     """Judge UAV number `uav`'s trajectory to its target, if it has one; what is not proven is a violation."""
     vehicle = world.scenario.uavs[uav]
     name = vehicle.name
     curve = curve_of(trajectory)
     if isinstance(curve, str):
         malformed = Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s trajectory {curve}.")
-        return JudgedTrajectory([malformed], 0, None)
+        return Judgement([malformed])
     violations = [*_judge_ends(world, uav, target, curve), *judge_continuity(vehicle, uav, curve)]
     parts = _parts(world, uav, target, curve)
     positions = [bernstein(part.pieces, part.durations) for _, part in parts]
@@ -71,7 +63,7 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
         ]
         violations += [seam for seam in seams[:1] if not undecided or seam.fault is not Fault.UNDECIDED]
     halvings = in_zones.halvings + sum(int(answer.peaks.halvings[0]) for answer in answers)
-    return JudgedTrajectory(violations, halvings, curve)
+    return Judgement(violations, halvings)
 
 
 def _parts(
