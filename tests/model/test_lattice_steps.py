@@ -8,13 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.lattice_steps import (
-    MAX_BELOW_CEILING,
-    MAX_DEFAULT_NODES,
-    round_steps,
-    upright_step,
-    with_fitting_lattice,
-)
+from skyverse.model.lattice_steps import upright_step, with_fitting_lattice
+from skyverse.model.round_steps import MAX_BELOW_CEILING, MAX_DEFAULT_NODES, round_steps
 
 
 def nodes(bounds, lattice):

@@ -12,7 +12,7 @@ from skyverse.exports.timing import circle_reach
 from skyverse.exports.way_home import WayHome
 from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import told_seconds
+from skyverse.model.seconds import told_seconds
 
 MAX_GAPS = 2
 """Times without a way home that a line of the table tells; of more it says only how many."""

@@ -29,7 +29,7 @@ from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.flight_runs import FlightRuns, TrackingErrors
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
-from skyverse.model.vehicle_profiles import simulated_vehicle
+from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.numerics.cores import cores
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World

@@ -17,9 +17,9 @@ from skyverse.model.flight_runs import FlightRuns
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.result import Result, Status
+from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
-from skyverse.model.vehicle_profiles import simulated_vehicle
 from skyverse.model.verdict import Fault
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import Seed, seeded

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from skyverse.errors import InputError
+from skyverse.model.simulated_vehicle import is_stand_in
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
-from skyverse.model.vehicle_profiles import is_stand_in
 
 THESIS_ARM, HUMMINGBIRD_ARM, CRAZYFLIE_ARM = 0.086, 0.17, 0.043
 HUMMINGBIRD_PROPELLER, CRAZYFLIE_PROPELLER = 0.10, 0.0225

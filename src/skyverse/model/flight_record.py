@@ -8,9 +8,10 @@ from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
 from skyverse.model.conditions import Conditions
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import Real, Whole
-from skyverse.model.short_lines import as_lines, counted, told_metres, told_seconds
+from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import as_lines, counted, told_metres
+from skyverse.model.simulated_vehicle import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
 from skyverse.model.uav import TrackingError
-from skyverse.model.vehicle_profiles import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
 from skyverse.model.verdict import Violation
 from skyverse.model.what_is_proven import not_judged_as_flown
 

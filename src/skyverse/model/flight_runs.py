@@ -8,7 +8,7 @@ from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray
 from skyverse.model.conditions import Conditions
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import as_lines, counted
-from skyverse.model.vehicle_profiles import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
+from skyverse.model.simulated_vehicle import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
 from skyverse.model.verdict import Violation
 from skyverse.model.what_is_proven import not_judged_as_flown
 

@@ -14,9 +14,9 @@ from skyverse.errors import shown
 from skyverse.model.built_with import BuiltWith
 from skyverse.model.digest import digest_of
 from skyverse.model.frame import Frame, require_true_lengths
-from skyverse.model.lattice_steps import round_steps
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived
+from skyverse.model.round_steps import round_steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV

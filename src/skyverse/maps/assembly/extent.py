@@ -11,7 +11,7 @@ from skyverse.maps.assembly.obstacles import LocalFeatures
 from skyverse.maps.assembly.terrain import GIVE_GROUND
 from skyverse.model.altitude import AboveGround, AboveHome, Altitude
 from skyverse.model.frame import Origin
-from skyverse.model.lattice_steps import round_steps
+from skyverse.model.round_steps import round_steps
 from skyverse.model.scenario import AltitudeBand, Bounds
 from skyverse.model.shapes import Terrain, Voxels
 
