@@ -18,7 +18,7 @@ import skyverse as sky
 import skyverse.lab.code_digest as code_digest_module
 from own_planner import MODULE
 from skyverse.cli import main
-from skyverse.cli.study import study_of
+from skyverse.cli.study import StudyOptions, study_of
 from skyverse.lab.code_digest import code_digest, refuse_edited, settings_of, versions
 from skyverse.lab.plan_job import plan_job
 from skyverse.lab.rows import Rows
@@ -244,7 +244,7 @@ def test_a_study_finds_the_module_beside_it_wherever_it_is_called(tmp_path, monk
     monkeypatch.chdir(tmp_path / called_in)
     for front in ([], [""], [str(tmp_path / called_in)]):  # as the command and python -m have it
         monkeypatch.setattr(sys, "path", front + sys.path)
-        study = study_of([os.path.relpath(tmp_path / "sub" / "s.yaml")], {})
+        study = study_of([os.path.relpath(tmp_path / "sub" / "s.yaml")], StudyOptions())
         assert study.planners[0].make().size == 2
         sys.modules.pop("whose")
 
