@@ -11,7 +11,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.draw.mission_page import banner
-from skyverse.exports import export_page
+from skyverse.exports import flight_verdicts
 from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 
@@ -32,8 +32,8 @@ def up_a_slope():
 
 def test_the_page_shows_every_home_and_all_that_is_said(tmp_path, monkeypatch):
     drawn, notes, seen = [], [], []
-    page = export_page.page
-    monkeypatch.setattr(export_page, "page", lambda scene: drawn.append(scene) or page(scene))
+    page = flight_verdicts.page
+    monkeypatch.setattr(flight_verdicts, "page", lambda scene: drawn.append(scene) or page(scene))
     files = sky.export(
         up_a_slope(), tmp_path / "m.plan", page=tmp_path / "m.html", on_note=notes.append, on_certificate=seen.append
     )
@@ -57,8 +57,8 @@ def test_the_name_of_a_uav_is_no_warning(tmp_path, monkeypatch):
     uavs = tuple(uav.model_copy(update={"name": "NOTUS"}) for uav in made.scenario.uavs)
     made = replace(made, scenario=made.scenario.model_copy(update={"uavs": uavs}))
     drawn = []
-    page = export_page.page
-    monkeypatch.setattr(export_page, "page", lambda scene: drawn.append(scene) or page(scene))
+    page = flight_verdicts.page
+    monkeypatch.setattr(flight_verdicts, "page", lambda scene: drawn.append(scene) or page(scene))
     sky.export(made, tmp_path / "m.plan", page=tmp_path / "m.html")
     (scene,) = (replace(one, export_notes=("It flies.",)) for one in drawn)
     assert any("NOTUS" in row for row in scene.export_verdicts)

@@ -11,7 +11,7 @@ import pytest
 import skyverse as sky
 from patience import PATIENCE_S, wait_until
 from proj_map import proj_local
-from skyverse.exports.qgc_plan import geofence
+from skyverse.exports.mavlink_formats import geofence
 from skyverse.model.frame import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.exports.grouped_sentences import grouped
+from skyverse.exports.waypoint_notes import grouped
 
 
 @given(st.lists(st.sampled_from(["it stays.", "it returns.", "it lands."]), min_size=1, max_size=9), st.integers(0, 2))

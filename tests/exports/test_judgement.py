@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.exports import judgement
-from skyverse.exports.file_names import EXPORT_SUFFIXES
+from skyverse.exports import requirements
+from skyverse.exports.requirements import EXPORT_SUFFIXES
 from skyverse.model.verdict import Fault, Violation
 
 ORIGIN = sky.Origin(latitude=40.7, longitude=-74.0, altitude=5.0, geoid=-33.0)
@@ -73,7 +73,7 @@ def test_a_mission_is_judged_by_the_scenario_that_is_given(planned, tmp_path):
 
 def test_what_is_not_decided_is_exported_and_told(planned, tmp_path, monkeypatch):
     doubt = Violation(Fault.UNDECIDED, (0,), "Whether uav-1 keeps the clearance could not be decided.")
-    monkeypatch.setattr(judgement, "judge", lambda *_: ([doubt], ((), None)))
+    monkeypatch.setattr(requirements, "judge", lambda *_: ([doubt], ((), None)))
     notes = []
     assert sky.export(planned, tmp_path / "m.csv", on_note=notes.append)
     assert notes == [f"NOT proven by the referee: {doubt.message}"]

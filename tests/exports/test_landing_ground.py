@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.exports.landing_ground import why_not_clear, why_not_level
+from skyverse.exports.landing import why_not_clear, why_not_level
 from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 

@@ -9,7 +9,7 @@ import pytest
 import skyverse as sky
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.leg_certificate import LegCertificate
-from skyverse.exports.leg_segments import Segments
+from skyverse.exports.leg_geometry import Segments
 from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain
 from skyverse.space.world import World

@@ -11,7 +11,7 @@ from replayed_autopilot import fly
 
 import skyverse as sky
 from skyverse.exports.flight_parts import flown_legs
-from skyverse.exports.timing import USUAL_TOLERANCE, timed_path
+from skyverse.exports.separation import USUAL_TOLERANCE, timed_path
 from skyverse.exports.way_home import WAYS
 from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain

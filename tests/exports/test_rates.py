@@ -111,7 +111,7 @@ def test_the_tolerance_of_the_timing_contains_what_the_schedule_promises(tmp_pat
     from skyverse.exports.autopilots import autopilot_for
     from skyverse.exports.flight_plan import flight_plans
     from skyverse.exports.routes import routes
-    from skyverse.exports.timing import timed_path, tolerance_for
+    from skyverse.exports.separation import timed_path, tolerance_for
 
     mission = handmade.mission([handmade.along(CORNERS, 10.0)], origin=ORIGIN)
     vehicle = mission.scenario.uavs[0].model_copy(update=limits)

@@ -19,7 +19,7 @@ def no_judge(monkeypatch):
     def judged(scenario, mission):
         raise AssertionError("judged before what cannot be exported was refused")
 
-    monkeypatch.setattr("skyverse.exports.judgement.judge", judged)
+    monkeypatch.setattr("skyverse.exports.requirements.judge", judged)
 
 
 def straight(home=None, terrain=None, wing=None, origin=BARE):

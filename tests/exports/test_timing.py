@@ -15,7 +15,7 @@ from replayed_autopilot import STEP, fly
 
 import skyverse as sky
 from skyverse.exports.autopilots import AUTOPILOTS, rates_of
-from skyverse.exports.timing import USUAL_TOLERANCE, takeoff_lag, timed_path
+from skyverse.exports.separation import USUAL_TOLERANCE, takeoff_lag, timed_path
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import UAV
 

@@ -13,18 +13,23 @@ from itertools import pairwise
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.corner_lines import is_straight, search_corner
 from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.ground_under_legs import (
+from skyverse.exports.leg_geometry import (
+    Checked,
+    Foot,
+    ObstacleSearch,
+    Segments,
+    Shortfall,
     ceiling_margin,
     greatest_height,
     ground_under,
+    is_straight,
+    leg_deviation,
     lowered,
+    search_corner,
     steepest,
+    towards,
 )
-from skyverse.exports.leg_deviation import leg_deviation
-from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall, towards
-from skyverse.exports.obstacle_search import ObstacleSearch
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number
 from skyverse.exports.global_positions import AltitudeReference
 from skyverse.model.uav import UAV
 
@@ -56,6 +56,11 @@ class Acceptance(NamedTuple):
     altitude: float
 
 
+ACCEPTANCE = {"px4": Acceptance(1.0, 0.5), "ardupilot": Acceptance(0.0, 0.0), "dji": Acceptance(0.0, 0.0)}
+"""On a return: `NAV_ACC_RAD` and at most `NAV_MC_ALT_RAD` of PX4's parameter file; the others come to a stop first."""
+RETURN_ALTITUDES = {"px4": (2 * ACCEPTANCE["px4"].radius, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
+"""Metres above home: the least and the greatest return altitude that an autopilot keeps to: PX4 1.14 climbs at least to
+twice its acceptance radius; the others are what files can name, `RTL_ALT` and `globalRTHHeight`."""
 MIN_ACCEPTANCE_RADIUS = 0.1
 """Metres: PX4 takes no smaller one for the level distance and the altitude together."""
 PX4_TAKEOFF_RAMP = 3.0
@@ -227,3 +232,14 @@ def stop_acceptance(autopilot: Autopilot, rates: Rates, radius: float, speed: fl
     if autopilot.name != "px4":
         return usual
     return min(usual, max(min(speed, rates.acceleration) * SECONDS_TO_STOP, MIN_ACCEPTANCE_RADIUS))
+
+
+def require_return_altitude(autopilot: Autopilot, altitude: float) -> None:
+    """Raise `InputError` for a return altitude, metres above home, that an autopilot does not keep to."""
+    least, most = RETURN_ALTITUDES[autopilot.name]
+    if not (is_number(altitude) and least <= altitude <= most):
+        until = f"to {most:g}" if most < math.inf else "on"
+        raise InputError(
+            f"expected metres above home from {least:g} {until} for {autopilot.title}, found {altitude!r}",
+            field="return_altitude",
+        )

@@ -1,14 +1,17 @@
 """Writes missions that the referee does not refute as files for other software; the suffix tells the format."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from skyverse.atomic import write_text
 from skyverse.errors import InputError, require_kind
 from skyverse.exports.autopilots import AutopilotName
-from skyverse.exports.export_page import write_export_page
-from skyverse.exports.file_names import (
+from skyverse.exports.flight_verdicts import write_export_page
+from skyverse.exports.global_positions import AltitudeReference, with_origin
+from skyverse.exports.map_formats import MAP_TEXTS
+from skyverse.exports.mavlink_formats import End
+from skyverse.exports.requirements import (
     ALTITUDE_REFERENCES,
     OWN_SUFFIXES,
     ROBOT_SUFFIXES,
@@ -17,20 +20,14 @@ from skyverse.exports.file_names import (
     export_suffix,
     file_for_each,
     file_stems,
+    require_format,
+    require_no_movers,
+    require_not_refuted,
+    require_radius_and_takeoff,
+    with_zones_always_active,
     write_zip,
 )
-from skyverse.exports.geo_csv import geo_csv_text
-from skyverse.exports.geojson import geojson_text
-from skyverse.exports.global_positions import AltitudeReference, with_origin
-from skyverse.exports.gpx import gpx_text
-from skyverse.exports.judgement import require_not_refuted
-from skyverse.exports.kml import kml_text
-from skyverse.exports.mavlink_items import End
-from skyverse.exports.requirements import require_format, require_no_movers, require_radius_and_takeoff
-from skyverse.exports.ros import as_text, path_message, trajectory_message
-from skyverse.exports.sampling import sample_trajectories
-from skyverse.exports.skybrush import show_csv
-from skyverse.exports.temporary_zones import with_zones_always_active
+from skyverse.exports.sampled_formats import as_text, path_message, sample_trajectories, show_csv, trajectory_message
 from skyverse.exports.waypoint_files import ExportCertificate, WaypointOptions, export_waypoints
 from skyverse.files import write
 from skyverse.model.frame import Origin
@@ -167,11 +164,19 @@ def export(
             allow_close=allow_close,
             return_altitude=return_altitude,
         )
-        in_space = with_origin(flown, origin, str(path))
+        said, proven = list(notes), list[ExportCertificate]()
+        files = export_waypoints(
+            flown, with_origin(flown, origin, str(path)), path, suffix, options, said.append, proven.append
+        )
+        for certificate in proven:
+            on_certificate(certificate)
+        for note in said[len(notes) :]:
+            on_note(note)
         if page is None:
-            return export_waypoints(flown, in_space, path, suffix, options, on_note, on_certificate)
+            return files
         drawn = replace(judged, scenario=placed)
-        return _with_page(drawn, flown, in_space, path, suffix, options, Path(page), notes, on_note, on_certificate)
+        write_export_page(Path(page), drawn, proven[0].flights, proven[0].returns, said)
+        return [*files, Path(page)]
     flights = sample_trajectories(mission, SAMPLE_RATES.get(suffix, 10.0) if rate is None else rate)
     if not flights:
         raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
@@ -187,43 +192,10 @@ def export(
         for file, flight in zip(files, flights, strict=True):
             write_text(file, as_text(message(flight), file.suffix))
         return files
-    texts: dict[str, Callable[[], str]] = {
-        ".geojson": lambda: geojson_text(placed, flights, str(path)),
-        ".gpx": lambda: gpx_text(placed, flights),
-        ".geo.csv": lambda: geo_csv_text(placed, flights, altitude),
-    }
-    text = texts.get(suffix, lambda: kml_text(placed, flights, altitude))()
+    text = MAP_TEXTS[suffix](placed, flights, altitude)
     if suffix == ".kmz":
         on_note(f"{path.name} is for Google Earth; aircraft of DJI fly files that end in .wpml.kmz.")
         write_zip(path, {"doc.kml": text})
     else:
         write_text(path, text)
     return [path]
-
-
-def _with_page(
-    drawn: Mission,
-    mission: Mission,
-    scenario: Scenario,
-    path: Path,
-    suffix: str,
-    options: WaypointOptions,
-    page: Path,
-    said: Sequence[str],
-    on_note: Callable[[str], object],
-    on_certificate: Callable[[ExportCertificate], object],
-) -> list[Path]:
-    """Write waypoints of a mission, and a page of it as it is drawn, with what is said of the waypoints."""
-    notes, proven = list(said), list[ExportCertificate]()
-
-    def tell(note: str) -> None:
-        notes.append(note)
-        on_note(note)
-
-    def keep(certificate: ExportCertificate) -> None:
-        proven.append(certificate)
-        on_certificate(certificate)
-
-    files = export_waypoints(mission, scenario, path, suffix, options, tell, keep)
-    write_export_page(page, drawn, proven[0], notes)
-    return [*files, page]

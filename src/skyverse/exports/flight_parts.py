@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.leg_deviation import leg_deviation
-from skyverse.exports.leg_segments import towards
+from skyverse.exports.leg_geometry import leg_deviation, towards
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.autopilots import Autopilot, Rates, rates_of, takeoff_cut
-from skyverse.exports.leg_segments import towards
+from skyverse.exports.leg_geometry import towards
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory

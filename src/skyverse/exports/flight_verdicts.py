@@ -2,15 +2,21 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
+from skyverse.atomic import write_text
+from skyverse.draw.mission_page import page
+from skyverse.draw.scene import LandingPlace, scene
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.grouped_sentences import few
-from skyverse.exports.mavlink_items import End
-from skyverse.exports.separation import Apart, FleetApart
-from skyverse.exports.timing import circle_reach
+from skyverse.exports.global_positions import origin_of
+from skyverse.exports.mavlink_formats import End
+from skyverse.exports.separation import Apart, FleetApart, circle_reach
 from skyverse.exports.way_home import WayHome
+from skyverse.exports.waypoint_notes import few
 from skyverse.model.caution import Caution
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 
@@ -160,3 +166,40 @@ def _fleet_row(flights: Sequence[FlightVerdict]) -> tuple[str, ...]:
         share(sum(flight.has_way_home for flight in flights), "at every instant", f"{Caution.NOT} at every instant"),
         KEPT[max(kinds, key=list(Apart).index)],
     )
+
+
+def write_export_page(
+    path: Path,
+    mission: Mission,
+    flights: Sequence[FlightVerdict],
+    returns: Sequence[WayHome | None],
+    notes: Sequence[str],
+) -> None:
+    """Write the page of an export.
+
+    Parameters
+    ----------
+    path
+        The file.
+    mission
+        The mission with the referee's verdict, in a scenario with an origin.
+    flights, returns
+        The verdict on each UAV that flies, and its way home.
+    notes
+        What the export says, in sentences.
+    """
+    landings = tuple(_home(mission.scenario, back) for back in returns if back is not None)
+    head, rows = verdict_table(flights)
+    told = replace(scene(mission), landings=landings, export_notes=tuple(notes), export_verdicts=(head, *rows))
+    write_text(path, page(told))
+
+
+def _home(scenario: Scenario, back: WayHome) -> LandingPlace:
+    """Return where a UAV lands when it returns, as it is drawn."""
+    uav, (x, y, _) = back.plan.route.uav, back.plan.route.points[0].tolist()
+    latitude, longitude, ground = to_wgs84(origin_of(scenario), back.plan.home[None])[0].tolist()
+    words = (
+        f"{scenario.uavs[uav].name}: home, {latitude:.6f}, {longitude:.6f}, {ground:z.1f} m above mean sea level; it "
+        f"returns there {back.altitude:.4g} m above it, or higher"
+    )
+    return LandingPlace(uav, words, (x, y, float(back.plan.home[2])), back.level)

@@ -12,7 +12,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.global_positions import home
-from skyverse.exports.leg_segments import Foot, Segments, Shortfall, place_text
+from skyverse.exports.leg_geometry import Foot, Segments, Shortfall, place_text
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from skyverse.atomic import write_text
-from skyverse.exports.autopilots import PX4_TAKEOFF_RAMP, corner_acceptance
+from skyverse.exports.autopilots import ACCEPTANCE, PX4_TAKEOFF_RAMP, corner_acceptance
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.way_home import ACCEPTANCE, WayHome
+from skyverse.exports.way_home import WayHome
 
 SUFFIXES = {"px4": ".params", "ardupilot": ".param"}
 REAL, WHOLE = 9, 6

@@ -1,13 +1,72 @@
-"""What a format needs of a mission, which is asked before anything is judged or searched."""
+"""Which formats there are, and what each needs of a mission: the referee must not refute it, whatever the format."""
 
 import math
+import re
+import zipfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
-from skyverse.errors import InputError, is_number
+from skyverse.atomic import whole_file
+from skyverse.errors import InputError, Remedy, is_number
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
-from skyverse.exports.file_names import ALTITUDE_REFERENCES, ROUTE_SUFFIXES
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, require_reference
+from skyverse.model.caution import Caution
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import listed
+from skyverse.model.temporary_zones import temporary_zones, told_zone, with_zones_active
+from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
+from skyverse.referee import certify, judge
+
+ROUTE_SUFFIXES = (".plan", ".waypoints", ".wpml.kmz")
+MAP_SUFFIXES = (".kml", ".kmz", ".geojson", ".gpx", ".geo.csv")
+ROBOT_SUFFIXES = (".path.json", ".path.yaml", ".trajectory.json", ".trajectory.yaml")
+SHOW_SUFFIX = ".skybrush.zip"
+OWN_SUFFIXES = (".waypoints.csv", ".csv", ".json")
+EXPORT_SUFFIXES = (*ROUTE_SUFFIXES, *MAP_SUFFIXES, *ROBOT_SUFFIXES, SHOW_SUFFIX, *OWN_SUFFIXES)
+ALTITUDE_REFERENCES: dict[str, tuple[AltitudeReference, ...]] = {
+    **dict.fromkeys(ROUTE_SUFFIXES, ("amsl", "home", "agl")),
+    **dict.fromkeys(MAP_SUFFIXES, ("amsl",)),
+    **dict.fromkeys((".kml", ".kmz"), ("amsl", "agl")),
+    ".geo.csv": ("amsl", "home", "agl"),
+}
+
+
+def export_suffix(path: Path) -> str:
+    """Return which of `EXPORT_SUFFIXES` a path has, or raise `InputError`."""
+    name = path.name.lower()
+    for suffix in sorted(EXPORT_SUFFIXES, key=len, reverse=True):
+        if name.endswith(suffix) and len(name) > len(suffix):
+            return suffix
+    found = path.suffix or "no suffix"
+    raise InputError(f"{path}: a mission is written as {', '.join(EXPORT_SUFFIXES)}, not as {found!r}")
+
+
+def file_for_each(path: Path, suffix: str, names: list[str]) -> list[Path]:
+    """Return a path for each of the named UAVs: `path` itself where there is only one."""
+    if len(names) == 1:
+        return [path]
+    stem, ending = path.name[: -len(suffix)], path.name[-len(suffix) :]
+    return [path.with_name(f"{stem}-{name}{ending}") for name in file_stems(names)]
+
+
+def file_stems(names: list[str]) -> list[str]:
+    """Return a file name for each UAV, without suffix; all are different, and valid on every system."""
+    made: list[str] = []
+    for number, name in enumerate(names, 1):
+        safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip("._-")[:60] or f"uav-{number}"
+        taken = {one.lower() for one in made}
+        made.append(safe if safe.lower() not in taken else f"{safe}-{number}")
+    return made
+
+
+def write_zip(path: Path, parts: dict[str, str]) -> None:
+    """Write an archive of texts, given by their names in it; equal texts give equal bytes."""
+    with whole_file(path) as beside, zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in parts.items():
+            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
+
 
 HOME_TOLERANCE = 0.1
 """Metres: a home may be so much lower than any ground that the scenario knows, as files and grids round both."""
@@ -83,3 +142,96 @@ def require_no_movers(scenario: Scenario, what: str) -> None:
             f"{what}: scenario {scenario.name!r} has movers, and no autopilot keeps a schedule exactly enough to be "
             "proven clear of them; formats that keep the times of the flight hold it, such as .csv, .geojson and ROS's"
         )
+
+
+TOO_CLOSE = (Fault.SEPARATION, Fault.GIVEN)
+"""What is wrong between two UAVs, which a caller may allow."""
+
+
+def require_not_refuted(
+    mission: Mission, scenario: Scenario, path: Path, *, allow_close: bool
+) -> tuple[list[str], Mission]:
+    """Let the referee judge a mission; return in sentences what it has not proven, and the mission with its verdict.
+
+    Parameters
+    ----------
+    mission
+        What is to be exported. The certificates and violations that it carries are not believed.
+    scenario
+        What it is judged by.
+    path
+        The file to write, which messages name.
+    allow_close
+        Whether UAVs may come too close to each other.
+
+    Raises
+    ------
+    InputError
+        If the referee refutes the mission.
+    """
+    violations, (certificates, apart) = judge(scenario, mission)
+    close = [one for one in violations if one.fault in TOO_CLOSE]
+    doubtful = [one for one in violations if one.fault is Fault.UNDECIDED]
+    wrong = [one for one in violations if one.fault not in (*TOO_CLOSE, Fault.UNDECIDED)]
+    if wrong or (close and not allow_close):
+        remedy = Remedy("allow_close", True, "to export it all the same")
+        said = f"{path}: the referee refutes this mission: {_told(wrong + close)}; skyverse check tells all of it"
+        raise InputError(said, give=[] if wrong else [remedy])
+    notes = [f"{Caution.NOT} apart, as the referee finds: {_told(close)}."] if close else []
+    notes += [f"{Caution.NOT} proven by the referee: {_told(doubtful)}."] if doubtful else []
+    return notes, replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
+
+
+def _told(violations: Sequence[Violation]) -> str:
+    """Return the message of the first violation, without its full stop, and how many more there are."""
+    more = f" (and {len(violations) - 1} more)" if len(violations) > 1 else ""
+    return violations[0].message.removesuffix(".") + more
+
+
+def with_zones_always_active(
+    mission: Mission, what: str, certificates: Sequence[Certificate | None] | None = None
+) -> Mission:
+    """Return a mission in whose scenario all zones are active at all times, to prove legs and returns in.
+
+    The zones of that scenario have other numbers, or are obstacles: what is said of the mission as given is said first.
+
+    Parameters
+    ----------
+    mission
+        The mission as given.
+    what
+        What would be made of it.
+    certificates
+        What the referee proves of each UAV's trajectory as given, if it has been asked; the mission's own are not
+        believed.
+
+    Raises
+    ------
+    InputError
+        If a flight keeps clear of a zone, or to its speed limit, by its schedule alone.
+    """
+    given = mission.scenario
+    numbers = temporary_zones(given)
+    if not numbers:
+        return mission
+    lasting = replace(mission, scenario=with_zones_active(given, numbers))
+    now = certify(given, mission).trajectories if certificates is None else certificates
+    always = certify(lasting.scenario, lasting)
+    for uav, (before, after) in enumerate(zip(now, always.trajectories, strict=True)):
+        if before is None or after is None or before.verdict is not Verdict.PROVEN:
+            continue
+        if after.verdict is not Verdict.PROVEN:
+            zones = listed([told_zone(given, number) for number in numbers if not _keeps_to(mission, uav, number)])
+            raise InputError(
+                f"{what}: {given.uavs[uav].name} keeps to the rules of {zones} by its schedule alone, and no autopilot "
+                "keeps a schedule exactly enough; formats that keep the times of the flight hold it, such as .csv, "
+                ".geojson and ROS's"
+            )
+    return replace(lasting, certificates=always.trajectories, apart=always.apart)
+
+
+def _keeps_to(mission: Mission, uav: int, zone: int) -> bool:
+    """Tell whether it is proven that a UAV would keep to the rules of a zone if that were always active."""
+    scenario = with_zones_active(mission.scenario, {zone})
+    certificate = certify(scenario, replace(mission, scenario=scenario)).trajectories[uav]
+    return certificate is not None and certificate.verdict is Verdict.PROVEN

@@ -10,8 +10,8 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, takeoff_cut
-from skyverse.exports.ground_under_legs import ground_allowance
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
+from skyverse.exports.leg_geometry import ground_allowance
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted

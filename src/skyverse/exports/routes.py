@@ -12,11 +12,15 @@ from skyverse.exports.flight_plan import flight_plans
 from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.landing import stand
 from skyverse.exports.leg_certificate import LegCertificate, require_homes
-from skyverse.exports.requirements import require_no_movers, require_plausible_homes, require_radius_and_takeoff
+from skyverse.exports.requirements import (
+    require_no_movers,
+    require_plausible_homes,
+    require_radius_and_takeoff,
+    with_zones_always_active,
+)
 from skyverse.exports.route import Route, Takeoff, route
 from skyverse.exports.separation import fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds, with_waypoints_at_zones
-from skyverse.exports.temporary_zones import with_zones_always_active
 from skyverse.model.frame import Origin
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario

@@ -6,7 +6,6 @@ descent are asked for, grown by the part's size, so that they hold for all insta
 halved. The UAV may be off its path by its tracking error when it is called back, and by as much again on its return.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
-from skyverse.errors import InputError, is_number
-from skyverse.exports.autopilots import Acceptance, Autopilot
+from skyverse.exports.autopilots import ACCEPTANCE, RETURN_ALTITUDES
 from skyverse.exports.flight_parts import Parts, flown_legs, joined_parts
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.leg_deviation import leg_deviation
+from skyverse.exports.leg_geometry import leg_deviation
 from skyverse.exports.return_space import Asked, Lines, ReturnSpace, rounded_up, strayed
 from skyverse.exports.separation import kept_distance
 from skyverse.model.scenario import Scenario
@@ -28,11 +26,6 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SURFACE_DEPTH
 from skyverse.space.tube import NO_ERROR, is_wall_within
 
-ACCEPTANCE = {"px4": Acceptance(1.0, 0.5), "ardupilot": Acceptance(0.0, 0.0), "dji": Acceptance(0.0, 0.0)}
-"""On a return: `NAV_ACC_RAD` and at most `NAV_MC_ALT_RAD` of PX4's parameter file; the others come to a stop first."""
-RETURN_ALTITUDES = {"px4": (2 * ACCEPTANCE["px4"].radius, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
-"""Metres above home: the least and the greatest return altitude that an autopilot keeps to: PX4 1.14 climbs at least to
-twice its acceptance radius; the others are what files can name, `RTL_ALT` and `globalRTHHeight`."""
 UNPROVEN_NEAR_HOME = {"px4": 0.0, "ardupilot": 0.0, "dji": 50.0}
 """Metres from home within which no return is proven: a DJI aircraft returns there without a climb."""
 USUAL_ALTITUDE = 30.0
@@ -366,31 +359,18 @@ def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float |
         found.append(returns.best(taken) if altitude is None else returns.at(altitude))
     if space.proven([line for one in found if one is not None for line in one.lines]):
         return found
-    return [one if one is None or space.proven(one.lines) else _unproven(one) for one in found]
+    return [one if one is None or space.proven(one.lines) else replace(one, gaps=_all_of(one.plan)) for one in found]
 
 
-def _unproven(way: WayHome) -> WayHome:
-    """Return a way home of which nothing is proven."""
-    return replace(
-        way, gaps=(Gap(0.0, float(way.plan.arrivals[-1]), "the referee does not prove it", way.plan.waypoints[0]),)
-    )
+def _all_of(plan: FlightPlan) -> tuple[Gap]:
+    """Return the whole flight as a gap."""
+    return (Gap(0.0, float(plan.arrivals[-1]), "the referee does not prove it", plan.waypoints[0]),)
 
 
 def layer(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> float:
     """Return how many metres the heights at which two UAVs return must be apart to keep their separation."""
     keep = kept_distance(scenario, first.route.uav, second.route.uav)
     return keep.above + keep.error_above + ACCEPTANCE[first.autopilot.name].altitude
-
-
-def require_return_altitude(autopilot: Autopilot, altitude: float) -> None:
-    """Raise `InputError` for a return altitude, metres above home, that an autopilot does not keep to."""
-    least, most = RETURN_ALTITUDES[autopilot.name]
-    if not (is_number(altitude) and least <= altitude <= most):
-        until = f"to {most:g}" if most < math.inf else "on"
-        raise InputError(
-            f"expected metres above home from {least:g} {until} for {autopilot.title}, found {altitude!r}",
-            field="return_altitude",
-        )
 
 
 def _at(places: Floats, z: Floats) -> Floats:

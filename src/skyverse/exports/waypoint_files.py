@@ -9,26 +9,31 @@ import numpy as np
 from skyverse.atomic import write_text
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, Remedy
-from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
-from skyverse.exports.file_names import file_for_each, write_zip
+from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for, require_return_altitude
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.flight_verdicts import FlightVerdict, flight_verdicts
 from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.grouped_sentences import few
-from skyverse.exports.landing import landing_place, require_landings, stand
-from skyverse.exports.landing_ground import ground_notes, require_clear_landings, require_level_landings
-from skyverse.exports.mavlink_items import End
+from skyverse.exports.landing import (
+    ground_notes,
+    landing_place,
+    require_clear_landings,
+    require_landings,
+    require_level_landings,
+    stand,
+)
+from skyverse.exports.mavlink_formats import End, geofence, plan_text, waypoints_text
 from skyverse.exports.parameters import write_parameters
-from skyverse.exports.qgc_plan import geofence, plan_text
+from skyverse.exports.requirements import file_for_each, write_zip
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
 from skyverse.exports.speed_limits import return_warnings, speed_notes, with_limited_speeds
-from skyverse.exports.way_home import WayHome, require_return_altitude, ways_home
+from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.exports.waypoint_notes import (
     AS_PLANNED,
     MAX_TOLD,
     OTHER_ENDS,
+    few,
     lowered_takeoffs,
     made_for,
     not_apart_when_returning,
@@ -39,7 +44,6 @@ from skyverse.exports.waypoint_notes import (
     schedule_note,
     start_together,
 )
-from skyverse.exports.wpl import waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.caution import Caution
 from skyverse.model.mission import Mission

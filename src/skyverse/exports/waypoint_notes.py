@@ -8,10 +8,8 @@ from pathlib import Path
 from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
-from skyverse.exports.grouped_sentences import few, grouped
 from skyverse.exports.return_space import CLEARANCE_SHARE
-from skyverse.exports.separation import Apart, FleetApart, fleet_apart, named_pairs
-from skyverse.exports.timing import circle_reach
+from skyverse.exports.separation import Apart, FleetApart, circle_reach, fleet_apart, named_pairs
 from skyverse.exports.way_home import Gap, WayHome, layer
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
@@ -20,6 +18,33 @@ from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import counted
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.space.tube import NO_ERROR
+
+
+def few(words: Sequence[str], most: int) -> str:
+    """Return at most so many words, and how many more there are."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more
+
+
+def grouped(said: Sequence[tuple[str, str]], fleet: int) -> Iterator[str]:
+    """Yield sentences, those that are the same of several UAVs once, in the order in which they first occur.
+
+    Parameters
+    ----------
+    said
+        The name of a UAV, and what is said of it, for some or all of the fleet.
+    fleet
+        How many UAVs there are in all.
+    """
+    holders: dict[str, list[str]] = {}
+    for name, text in said:
+        holders.setdefault(text, []).append(name)
+    for text, names in holders.items():
+        if len(names) == 1:
+            yield f"{names[0]}: {text}"
+        else:
+            yield f"Each of {f'the {fleet} UAVs' if len(names) == fleet else ', '.join(names)}: {text}"
+
 
 MAX_TOLD = 6
 """UAVs that one sentence names; of more it says only how many."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.autopilot_leg_clearance import LegChecker
-from skyverse.exports.leg_segments import Segments, Shortfall, place_text
+from skyverse.exports.leg_geometry import Segments, Shortfall, place_text
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, STRAIGHT_ON
 
 MAX_WAYPOINTS = 700

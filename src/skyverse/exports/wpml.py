@@ -8,10 +8,9 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
-from skyverse.exports.kml import KML
-from skyverse.exports.mavlink_items import End
+from skyverse.exports.map_formats import KML, add_texts, document_text
+from skyverse.exports.mavlink_formats import End
 from skyverse.exports.way_home import WayHome
-from skyverse.exports.xml_text import add_texts, document_text
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 

@@ -1,0 +1,368 @@
+"""Straight legs: how flown ones differ from them, and whether they and cut corners are clear in the planners' world."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse._typing import Floats
+from skyverse.exports.autopilots import PX4_ALTITUDE_RADII
+from skyverse.exports.global_positions import AltitudeReference
+from skyverse.model.geodesy import LEAST_RADIUS
+from skyverse.model.quantities import derived
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Terrain
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SURFACE_DEPTH
+from skyverse.space.tube import NO_ERROR, raised
+from skyverse.space.world import World
+
+Foot = tuple[float, float, float]
+
+
+class Segments(NamedTuple):
+    """Straight segments that keep clear of all obstacles by the clearance.
+
+    Attributes
+    ----------
+    starts, ends
+        (n, 3) metres.
+    growth
+        Metres beside the clearance less `LEG_ALLOWANCE`.
+    strays
+        Whether the tracking error counts. In a column over the UAV's own start or target, segments are asked for twice:
+        without the error, and with it among all but what lies below.
+    foot
+        In the latter case, x, y and z of the foot of that column, metres.
+    upright
+        Metres by which the UAV may be above or below them besides.
+    """
+
+    starts: Floats
+    ends: Floats
+    growth: float
+    strays: bool = True
+    foot: Foot | None = None
+    upright: float = 0.0
+
+
+class Shortfall(NamedTuple):
+    """What is wrong at a place, (3,) metres, in words that follow "it"."""
+
+    said: str
+    place: Floats
+
+
+class Checked(NamedTuple):
+    """What the search found of a leg or of a corner.
+
+    Attributes
+    ----------
+    fault
+        What is wrong, in words or as segments that meet something; ``None`` if nothing is.
+    clear
+        The segments that make it clear, which the referee has yet to prove.
+    """
+
+    fault: Shortfall | Segments | None
+    clear: tuple[Segments, ...] = ()
+
+
+def towards(way: Floats, radius: float) -> Floats:
+    """Return a vector, (3,), cut to the length `radius`."""
+    length = math.hypot(*way)
+    return way * min(radius / length, 1.0) if length else way
+
+
+def place_text(place: Floats) -> str:
+    """Write a place, (3,) metres, to the centimetre."""
+    return f"({', '.join(f'{value:.2f}' for value in place)})"
+
+
+NEAR_POLE = math.radians(89.4)
+"""The latitude, radians, up to which ArduPilot scales longitudes as they are."""
+MARGIN = 1.1
+"""By what a deviation that is reckoned on a sphere is multiplied."""
+
+
+def leg_deviation(scenario: Scenario, lengths: ArrayLike) -> Floats:
+    """Return how many metres legs (...) metres long may be flown beside straight lines, (...).
+
+    PX4 flies straight on an azimuthal map about its home, ArduPilot in degrees that are scaled to metres, and DJI along
+    geodesics. A leg of length d is off another line by d^2 / 8 times the difference of their curvatures. Between a
+    geodesic and a straight line in degrees that is 1.16 tan(latitude) / R at most, what is off along the leg included,
+    and between a geodesic and a straight line on a map r / R^2, where r is the distance from the map's origin, and R
+    the Earth's radius. Altitudes change linearly along all of these lines.
+    """
+    origin, corners = scenario.frame.origin, np.abs([scenario.bounds.min, scenario.bounds.max])
+    assert origin is not None
+    far = math.hypot(*corners[:, :2].max(axis=0).tolist())
+    latitude = math.radians(abs(origin.latitude)) + far / LEAST_RADIUS
+    latitude = latitude if latitude < NEAR_POLE else math.pi / 2  # where nothing is known of legs
+    # home, in the bounds as the leg is, is up to twice as far from it as the origin
+    curvature = (1.16 * math.tan(latitude) + 3 * far / LEAST_RADIUS) / LEAST_RADIUS
+    return np.asarray(MARGIN * curvature / 8 * np.asarray(lengths, dtype=np.float64) ** 2)
+
+
+def ceiling_margin(scenario: Scenario) -> float:
+    """Return how many metres below the ceiling above ground waypoints are, so that flown legs do not exceed it."""
+    slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain.lowest_ground)
+    return LEG_ALLOWANCE * (1 + slope)
+
+
+def ground_allowance(scenario: Scenario) -> float:
+    """Return by how many metres an exported leg may come nearer to the ground than its clearance.
+
+    That is what rounding takes of the altitude, and sideways where the ground is steepest: starts and targets may lie
+    on their limits.
+    """
+    slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain)
+    return LEG_ALLOWANCE + MAVLINK_ROUNDING * slope
+
+
+def lowered(terrain: Terrain, error: TrackingError) -> Terrain:
+    """Return a terrain that is at each place at least as low as the lowest one within an error, and half its height."""
+    higher = raised(derived(terrain, heights=-terrain.heights), error)
+    assert higher is not None
+    return derived(higher, heights=-higher.heights)
+
+
+def greatest_height(points: Floats, terrain: Terrain, least: float) -> Floats:
+    """Return how high above a terrain a polyline (n, 3) is at most, on both legs at each vertex; (n,) metres.
+
+    Where that is no more than `least`, the height of the legs' ends may be returned.
+    """
+    above = points[:, 2] - terrain.height(points[:, :2])
+    if len(points) < 2:
+        return above
+    ends = np.stack([points[:-1], points[1:]], axis=1)
+    rise = steepest(terrain) * np.linalg.norm(ends[:, 1, :2] - ends[:, 0, :2], axis=1)
+    legs = np.maximum(above[:-1], above[1:])
+    for k in np.flatnonzero((rise > 0) & (legs + rise > least)):
+        at = breaks(terrain, *ends[k])
+        places = ends[k, 0] + at[:, None] * (ends[k, 1] - ends[k, 0])
+        height = places[:, 2] - terrain.height(places[:, :2])
+        legs[k] = height.max() + second_differences(height).max() / 8
+    return np.maximum(np.r_[legs, -np.inf], np.r_[-np.inf, legs])
+
+
+def steepest(terrain: Terrain) -> float:
+    """Return a bound of the ground's slope, from the slopes along the edges of its bilinear cells."""
+    east = np.abs(np.diff(terrain.heights, axis=0)).max() / terrain.step[0]
+    north = np.abs(np.diff(terrain.heights, axis=1)).max() / terrain.step[1]
+    return float(np.hypot(east, north))
+
+
+class GroundUnder(NamedTuple):
+    """What a leg that follows the ground has to allow for: metres, metres, and metres for each metre aside.
+
+    Attributes
+    ----------
+    bend
+        How far the ground is off a straight line between any two places, at most.
+    lower
+        How much lower the ground may be that the autopilot knows: it is taken for any between a terrain's `lowest` and
+        its `heights`. Nothing else is allowed for how an autopilot's terrain may differ from the scenario's.
+    slope
+        How steep the ground is at most, and the lowest ground.
+    """
+
+    bend: float
+    lower: float
+    slope: float
+
+
+def ground_under(terrain: Terrain, points: Floats, near: float) -> GroundUnder:
+    """Return what the ground is within `near` metres of the rectangle around some points, (n, 3) metres.
+
+    Bilinear ground is as far off a plane, and as steep, as it is at the corners of its cells at most.
+    """
+    east, north = (_corners(terrain, axis, points[:, axis], near) for axis in range(2))
+    places = np.stack(np.meshgrid(east, north, indexing="ij"), axis=-1)
+    heights, lowest = (surface.height(places) for surface in (terrain, terrain.lowest_ground))
+    x, y = (east - east.mean())[:, None], (north - north.mean())[None]
+    plane = x * (np.sum(x * heights) / (np.sum(x**2) * len(north)))
+    plane = plane + y * (np.sum(y * heights) / (np.sum(y**2) * len(east))) + heights.mean()
+    slope = max(
+        math.hypot(
+            float(np.abs(np.diff(one, axis=0) / np.diff(east)[:, None]).max()),
+            float(np.abs(np.diff(one, axis=1) / np.diff(north)[None]).max()),
+        )
+        for one in (heights, lowest)
+    )
+    return GroundUnder(2 * float(np.abs(heights - plane).max()), float((heights - lowest).max()), slope)
+
+
+def _corners(terrain: Terrain, axis: int, values: Floats, near: float) -> Floats:
+    """Return the coordinates along an axis at which a rectangle begins and ends, and those of cells between."""
+    low, high = float(values.min()) - max(near, MAVLINK_ROUNDING), float(values.max()) + max(near, MAVLINK_ROUNDING)
+    origin, step = terrain.origin[axis], terrain.step[axis]
+    lines = origin + step * np.arange(math.floor((low - origin) / step) + 1, math.ceil((high - origin) / step))
+    return np.concatenate([[low], lines[(lines > low) & (lines < high)], [high]])
+
+
+def breaks(terrain: Terrain, a: Floats, b: Floats) -> Floats:
+    """Return where a leg crosses the lines of a terrain's grid, and the middles between them, as shares, (2n + 1,)."""
+    shares = [0.0, 1.0]
+    for axis in range(2):
+        if a[axis] != b[axis]:
+            lines = (np.array([a[axis], b[axis]]) - terrain.origin[axis]) / terrain.step[axis]
+            whole = np.arange(math.ceil(lines.min()), math.floor(lines.max()) + 1)
+            shares += list((whole - lines[0]) / (lines[1] - lines[0]))
+    at = np.unique(np.clip(shares, 0.0, 1.0))
+    return np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
+
+
+def second_differences(values: Floats) -> Floats:
+    """Return the second differences, (n,), of what is quadratic between `breaks`: it exceeds them by 1/8 at most."""
+    return np.abs(values[:-2:2] - 2 * values[1:-1:2] + values[2::2])
+
+
+@dataclass(frozen=True, eq=False)
+class ObstacleSearch:
+    """Tells which segments meet obstacles or leave the bounds, in one scenario.
+
+    With altitudes above ground it knows neither the ground nor the ceiling above it: `LegChecker` judges these.
+
+    Attributes
+    ----------
+    scenario, reference, error, worlds
+        As those of `LegChecker`.
+    """
+
+    scenario: Scenario
+    reference: AltitudeReference
+    error: TrackingError
+    worlds: dict[TrackingError, World]
+    _beside: dict[tuple[TrackingError, Foot], World] = field(default_factory=dict)
+
+    def stray(self, strays: bool, upright: float) -> TrackingError:
+        """Return the tracking error or none, with some metres more up and down."""
+        error = self.error if strays else NO_ERROR
+        return derived(error, vertical=error.vertical + upright) if upright else error
+
+    def world(self, error: TrackingError, foot: Foot | None = None) -> World:
+        """Return the planners' world of `grown` with an error, perhaps that of a column."""
+        if error not in self.worlds:
+            self.worlds[error] = World(self.grown(0.0), error)
+        if foot is None:
+            return self.worlds[error]
+        if (error, foot) not in self._beside:
+            self._beside[error, foot] = self.worlds[error].beside(foot, self.roof(foot) + SURFACE_DEPTH)
+        return self._beside[error, foot]
+
+    def roof(self, foot: Foot) -> float:
+        """Return z of the highest roof that is exempt from the error in a column, metres."""
+        return foot[2] - self.scenario.clearance
+
+    def checked(self, given: Segments) -> Checked:
+        """Return what is found of segments; their growth is rounded up, since a world is made for each."""
+        starts, ends, extra, strays, foot, upright = given
+        given = given._replace(growth=growth_of(extra), upright=growth_of(upright) if upright else 0.0)
+        world = self.world(self.stray(strays, given.upright), foot)
+        places = np.concatenate([starts, ends])
+        room = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
+        least = int(np.argmin(room))
+        if room[least] < max(extra - LEG_ALLOWANCE, -SURFACE_DEPTH):
+            return Checked(Shortfall(f"may be {extra - room[least]:.3g} m out of bounds", places[least]))
+        met = world.first_crossing(starts, ends, given.growth)
+        if met is not None:
+            return Checked(given._replace(starts=starts[met : met + 1], ends=ends[met : met + 1]))
+        return Checked(None, (given,))
+
+    def grown(self, extra: float) -> Scenario:
+        """Return the scenario with clearances less the allowance plus `extra` metres, and a ceiling as much lower."""
+        clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
+        terrain, most = self.scenario.terrain, self.scenario.max_height
+        if self.reference == "agl":
+            terrain = most = None
+        if terrain is not None:
+            steep = extra + MAVLINK_ROUNDING * steepest(terrain)
+            above = max(self.scenario.ground_clearance - ground_allowance(self.scenario), 0.0) + steep
+            if most is not None:
+                most -= extra + MAVLINK_ROUNDING * steepest(terrain.lowest_ground)
+            terrain = derived(terrain, clearance=above)
+        return derived(self.scenario, clearance=clearance, terrain=terrain, max_height=most)
+
+
+def growth_of(extra: float) -> float:
+    """Return the least `MIN_GROWTH` times a power of two that is not below `extra`, metres: few worlds are needed."""
+    return float(MIN_GROWTH * 2.0 ** max(math.ceil(math.log2(extra / MIN_GROWTH)), 0))
+
+
+LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
+"""Metres: half the distance between the lines by which a cut corner is judged, tried from coarse to fine.
+
+With an acceptance radius above `WIDE_CORNER` they grow in proportion, so that a large corner takes no more lines.
+"""
+WIDE_CORNER = 2.0
+"""Metres."""
+CLIMB_HALF_WIDTH = 0.001
+"""Metres: the same at last where PX4 cuts the end of a climb; with the rounding it is less than legs are allowed."""
+LATE_SHARE = 1 / 8
+"""The last share of those lines, judged by itself, because the lines converge there."""
+
+
+def is_straight(cut: Floats, on: Floats) -> bool:
+    """Tell whether there is no corner between the ways that may be cut, (2, 3), and the way on, (3,) metres each."""
+    long = math.hypot(*on)
+    return long == 0 or float(np.linalg.norm(np.cross(cut, on), axis=1).max()) / long < MIN_GROWTH / 10
+
+
+def search_corner(
+    cut: Floats,
+    at: Floats,
+    after: Floats,
+    radius: float,
+    slope: float,
+    judge: Callable[[Floats, Floats, float], Checked],
+) -> Checked:
+    """Return what is found of all ways on from a corner that is cut.
+
+    Parameters
+    ----------
+    cut
+        (2, 3) metres: from the corner to where the UAV turns at the earliest, on the leg before, and on the way there
+        from where it turned to that.
+    at, after
+        (3,) metres: the corner, and the next waypoint.
+    radius
+        The acceptance radius, metres.
+    slope
+        How many metres higher obstacles may be, at most, for each metre beside a line.
+    judge
+        Judges lines between (n, 3) and (n, 3) metres, beside which a UAV may be by some metres.
+    """
+    p, q = cut
+    found = Checked(None)
+    widths = (np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER)).tolist()
+    upright = not cut[:, :2].any()
+    if upright and np.abs(cut[:, 2]).max() <= min(PX4_ALTITUDE_RADII[1], radius - SAME_PLACE):
+        widths.append(CLIMB_HALF_WIDTH)
+    for width in widths:
+        deep = _middles(max(math.hypot(*p), math.hypot(*q)), width)
+        wide = _middles(math.dist(p, q), width)
+        sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
+        starts = at + sides.reshape(-1, 3)
+        # every possible way is at most this far from one of the lines to `after`, and nearer towards the end
+        between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 if upright else 1 + slope)
+        whole = np.broadcast_to(after, starts.shape)
+        hopeless = judge(starts, whole, 0.0)
+        if hopeless.fault is not None:
+            return hopeless  # the line itself meets something, so finer lines would, too
+        late = starts + (1 - LATE_SHARE) * (after - starts)
+        early_half = judge(starts, late, between)
+        late_half = judge(late, whole, LATE_SHARE * between)
+        if early_half.fault is None and late_half.fault is None:
+            return Checked(None, (*early_half.clear, *late_half.clear))
+        found = early_half if early_half.fault is not None else late_half
+    return found
+
+
+def _middles(length: float, half: float) -> Floats:
+    """Return the midpoints, as shares of a length, of the fewest equal parts that are at most 2 * `half` long."""
+    count = max(math.ceil(length / (2 * half)), 1)
+    return (np.arange(count) + 0.5) / count
