@@ -5,7 +5,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, certified, hall
-from skyverse.live.closed_loop import HiddenObstacles, out_of_reach, seen_movers
+from skyverse.live.closed_loop import FleetSensors, out_of_reach, seen_movers
 from skyverse.model.mover import Doubt
 
 CROSSING = sky.Mover(
@@ -73,11 +73,13 @@ def test_a_mover_that_has_left_the_range_is_in_no_ones_way():
 
 
 def test_a_hidden_obstacle_is_seen_once():
-    hidden = HiddenObstacles(hall(), [WALL])
-    sensor = sky.Sensor(range=2.0)
-    assert hidden.seen(sensor, np.array([(7.9, 5.0, 1.0)])) == []
-    assert hidden.seen(sensor, np.array([(8.1, 5.0, 1.0)])) == [WALL]
-    assert hidden.seen(sensor, np.array([(8.1, 5.0, 1.0)])) == []
+    flight, rng = sky.Replanner(sky.plan_mission(hall())), np.random.default_rng(0)
+    sensors = FleetSensors(flight, among(hall(), obstacles=[WALL]), sky.Sensor(range=2.0, delay=0.05), rng)
+    for t, x in ((0.0, 7.9), (0.1, 8.1), (0.2, 8.1)):
+        sensors.look(t, np.array([(x, 5.0, 1.0)]), {})
+    assert sensors.next_arrival == 0.05
+    assert [one.obstacles for one in sensors.arrived(0.2)] == [(), (WALL,)]
+    assert [one.obstacles for one in sensors.arrived(0.25)] == [()]
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.05])

@@ -4,10 +4,8 @@ Flies a mission in rotorpy that is replanned in flight, among what sensors see, 
 """
 
 import math
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -20,10 +18,9 @@ from skyverse.flight.fly import chosen_vehicle
 from skyverse.flight.judge import approaches, measure, passings, strayed, too_near
 from skyverse.flight.simulate import ControlledUAV, Samples, require_simulator, samples
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
-from skyverse.live.closed_loop import HiddenObstacles, out_of_reach, seen_movers
+from skyverse.live.closed_loop import FleetSensors, Observation
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
-from skyverse.live.tracks import Sighting
 from skyverse.model.conditions import Conditions
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
@@ -33,7 +30,6 @@ from skyverse.model.quantities import derived
 from skyverse.model.replanned_flight import Prediction, ReplanAnswer, ReplannedFlight, ReplanStep
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
-from skyverse.model.shapes import Shape
 from skyverse.model.temporary_zones import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
@@ -63,16 +59,6 @@ def true_scenario(known: Scenario, truth: Scenario) -> Scenario:
         return Scenario.model_validate({**dict(known), "movers": certain, "obstacles": obstacles})
     except ValidationError as error:
         raise InputError(complaint(error.errors()[0]), field="truth") from None
-
-
-class _Look(NamedTuple):
-    """What the sensors of a fleet saw at an instant, where the UAVs were then, and the sample at which it arrives."""
-
-    time: float
-    arrives: int
-    movers: tuple[Sighting, ...]
-    obstacles: tuple[Shape, ...]
-    states: dict[int, tuple[Floats, Floats]]
 
 
 class ReplannedFleet:
@@ -117,10 +103,9 @@ class ReplannedFleet:
         known = replanner.mission.scenario
         self.truth, self.ended = truth, 0.0
         self.arrivals: tuple[float | None, ...] = (None,) * len(known.uavs)
-        self._replanner, self._sensor, self._vehicle, self._margin, self._rng = replanner, sensor, vehicle, margin, rng
-        self._unknown = truth.movers[len(known.movers) :]
+        self._replanner, self._vehicle, self._margin = replanner, vehicle, margin
+        self._sensors = FleetSensors(replanner, truth, sensor, rng)
         self._numbers = {mover.name: number for number, mover in enumerate(truth.movers)}
-        self._hidden = HiddenObstacles(known, truth.obstacles[len(known.obstacles) :])
         self._last = math.ceil(longest * COMMAND_RATE)
         seeds = rng.integers(2**62, size=len(known.uavs)).tolist()
         self._uavs = []
@@ -132,20 +117,20 @@ class ReplannedFleet:
     def fly(self, on_progress: Callable[[int, int], None] | None) -> Iterator[ReplanStep]:
         """Fly until all UAVs have arrived and settled, or for the longest time; yield what was observed."""
         self._follow(-HOVER, 0)
-        waiting: deque[_Look] = deque()
         k, looks, first = 0, 0, True
         while True:
             if k == self._sample_of(looks):
-                waiting.append(self._look(k))
+                self._look(k)
                 looks += 1
-            while waiting and waiting[0].arrives <= k:
-                yield self._observe(waiting.popleft(), k, first)
+            for one in self._sensors.arrived(k / COMMAND_RATE):
+                yield self._observe(one, k, first)
                 first = False
                 if on_progress is not None:
                     on_progress(int(k / COMMAND_RATE), math.ceil(self._last / COMMAND_RATE))
             if k >= self._last or self._all_settled(k):
                 break
-            stop = min(self._sample_of(looks), self._last, waiting[0].arrives if waiting else self._last)
+            arrives = min(self._sensors.next_arrival * COMMAND_RATE, self._last)
+            stop = min(self._sample_of(looks), self._last, math.ceil(arrives - 1e-9))
             self._follow(k, stop)
             k = stop
         self.ended = k / COMMAND_RATE
@@ -159,7 +144,7 @@ class ReplannedFleet:
 
     def _sample_of(self, look: int) -> int:
         """Return the sample at which sensors look for the given time, counted from 0."""
-        return math.ceil(look * COMMAND_RATE / self._sensor.rate - 1e-9)
+        return math.ceil(look * COMMAND_RATE / self._sensors.sensor.rate - 1e-9)
 
     def _follow(self, first: int, stop: int) -> None:
         """Let all UAVs fly the samples from one up to another one, by what the replanner last answered."""
@@ -167,15 +152,12 @@ class ReplannedFleet:
         for number, uav in enumerate(self._uavs):
             uav.follow(reference(self._replanner.flown(number), self._vehicle, times, 1.0 / COMMAND_RATE))
 
-    def _look(self, k: int) -> _Look:
-        """Return what the sensors see at a sample."""
-        t, places = k / COMMAND_RATE, np.array([uav.place for uav in self._uavs])
-        seen = seen_movers(self._sensor, self._unknown, t, places, self._rng)
+    def _look(self, k: int) -> None:
+        """Let the sensors look at a sample."""
         states = {n: (uav.place.copy(), uav.velocity.copy()) for n, uav in enumerate(self._uavs) if not uav.lost}
-        arrives = k + math.ceil(self._sensor.delay * COMMAND_RATE - 1e-9)
-        return _Look(t, arrives, tuple(seen), tuple(self._hidden.seen(self._sensor, places)), states)
+        self._sensors.look(k / COMMAND_RATE, np.array([uav.place for uav in self._uavs]), states)
 
-    def _observe(self, look: _Look, k: int, first: bool) -> ReplanStep:
+    def _observe(self, look: Observation, k: int, first: bool) -> ReplanStep:
         """Tell the replanner what was seen, and return that and its answers."""
         replanner, uavs = self._replanner, range(len(self._uavs))
         before = [replanner.motion(uav).at([look.time]).position[0] for uav in uavs]
@@ -186,8 +168,7 @@ class ReplannedFleet:
             if max(errors[uav].horizontal, errors[uav].vertical) > 0.0
             or np.linalg.norm(state[0] - before[uav]) > self._margin
         }
-        gone = out_of_reach(self._sensor, self.truth, replanner.predicted(), look.movers, replanner.horizon)
-        answers = replanner.observe(look.time, movers=look.movers, obstacles=look.obstacles, states=far, gone=gone)
+        answers = self._sensors.told(look, far)
         return ReplanStep(
             time=look.time,
             arrival=k / COMMAND_RATE,
@@ -342,9 +323,6 @@ def _refuse_what_is_not_flown(replanner: Replanner, sensor: Sensor) -> None:
         raise InputError(
             f"expected at most {COMMAND_RATE:g} observations a second, found {sensor.rate:g}", field="Sensor.rate"
         )
-    if not sensor.delay < replanner.lead:
-        expected = f"expected less than the replanner's lead, {replanner.lead:g} s"
-        raise InputError(f"{expected}, but it is {sensor.delay:g} s", field="Sensor.delay")
 
 
 def _not_arrived(

@@ -5,7 +5,7 @@ Flights in which a replanner is told what sensors see, and UAVs fly exactly what
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,40 +108,77 @@ def _distances(shape: MoverShape, places: Floats) -> Floats:
     return np.asarray(np.linalg.norm(places - np.clip(places, *extent(shape)), axis=1))
 
 
-class HiddenObstacles:
-    """Obstacles that nobody knows of until a UAV comes within range of them.
-
-    Parameters
-    ----------
-    scenario
-        What is known.
-    obstacles
-        Those that are there too.
-    """
-
-    def __init__(self, scenario: Scenario, obstacles: Sequence[Shape]) -> None:
-        bare = derived(scenario, zones=(), terrain=None, movers=())
-        self._hidden = [(one, World(derived(bare, obstacles=(one,)))) for one in obstacles]
-
-    def seen(self, sensor: Sensor, places: Floats) -> list[Shape]:
-        """Return those that come within range of places (n, 3), metres, for the first time."""
-        near = [world.distance(places).min() <= sensor.reach for _, world in self._hidden]
-        found = [one for (one, _), seen in zip(self._hidden, near, strict=True) if seen]
-        self._hidden = [one for one, seen in zip(self._hidden, near, strict=True) if not seen]
-        return found
-
-
 OnAnswers = Callable[[tuple[Replan, ...]], None]
 """Called with the answers to each observation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """What the sensors of a fleet saw at an instant, seconds into the mission."""
+    """What the sensors of a fleet saw at an instant, seconds into the mission, and how its UAVs moved then."""
 
     time: float
     movers: tuple[Sighting, ...]
     obstacles: tuple[Shape, ...]
+    states: Mapping[int, tuple[Floats, Floats]]
+
+
+class FleetSensors:
+    """What the sensors of a fleet see of all that a replanner does not know, which arrives there some time later.
+
+    Parameters
+    ----------
+    replanner
+        Of the mission.
+    truth
+        The mission's scenario with all movers, and all obstacles that there are: nobody knows of new ones until a UAV
+        comes within range of them.
+    sensor
+        What UAVs see with.
+    rng
+        Draws the errors.
+
+    Raises
+    ------
+    InputError
+        If observations arrive after the motions that answer them would begin.
+    """
+
+    def __init__(self, replanner: Replanner, truth: Scenario, sensor: Sensor, rng: np.random.Generator) -> None:
+        if not sensor.delay < replanner.lead:
+            expected = f"expected less than the replanner's lead, {replanner.lead:g} s"
+            raise InputError(f"{expected}, but it is {sensor.delay:g} s", field="Sensor.delay")
+        known = replanner.mission.scenario
+        bare = derived(known, zones=(), terrain=None, movers=())
+        self.replanner, self.sensor, self._rng = replanner, sensor, rng
+        self._unknown = [one for one in truth.movers if one not in known.movers]
+        new = [one for one in truth.obstacles if one not in known.obstacles]
+        self._hidden = [(one, World(derived(bare, obstacles=(one,)))) for one in new]
+        self._waiting: deque[Observation] = deque()
+
+    def look(self, t: float, places: Floats, states: Mapping[int, tuple[Floats, Floats]]) -> None:
+        """See what is within range of UAVs at places (n, 3), metres, at an instant, seconds."""
+        movers = seen_movers(self.sensor, self._unknown, t, places, self._rng)
+        near = [world.distance(places).min() <= self.sensor.reach for _, world in self._hidden]
+        found = tuple(one for (one, _), seen in zip(self._hidden, near, strict=True) if seen)
+        self._hidden = [one for one, seen in zip(self._hidden, near, strict=True) if not seen]
+        self._waiting.append(Observation(t, tuple(movers), found, states))
+
+    @property
+    def next_arrival(self) -> float:
+        """The instant at which the next observation arrives, seconds; infinite if none is under way."""
+        return self._waiting[0].time + self.sensor.delay if self._waiting else math.inf
+
+    def arrived(self, t: float) -> Iterator[Observation]:
+        """Yield the observations that have arrived by an instant, one after another."""
+        while self.next_arrival <= t + 1e-9:
+            yield self._waiting.popleft()
+
+    def told(self, one: Observation, states: Mapping[int, tuple[Floats, Floats]]) -> tuple[Replan, ...]:
+        """Tell the replanner of an observation, and of the states of some UAVs; return its answers."""
+        replanner = self.replanner
+        known = replanner.mission.scenario
+        gone = out_of_reach(self.sensor, known, replanner.predicted(), one.movers, replanner.horizon)
+        return replanner.observe(one.time, movers=one.movers, obstacles=one.obstacles, states=states, gone=gone)
 
 
 def fly_closed_loop(
@@ -185,23 +222,13 @@ def fly_closed_loop(
         raise InputError(f"expected a Scenario as the truth, and a Sensor, found a {found}")
     if not isinstance(longest, int | float) or not 0.0 < longest < MAX_INSTANT:
         raise InputError(f"expected seconds above 0, found {longest!r}", field="longest")
-    if not sensor.delay < replanner.lead:
-        expected = f"expected less than the replanner's lead, {replanner.lead:g} s"
-        raise InputError(f"{expected}, but it is {sensor.delay:g} s", field="delay")
-    generator, _ = seeded(rng)
-    known, uavs = replanner.mission.scenario, range(len(replanner.mission.scenario.uavs))
-    hidden = HiddenObstacles(known, [one for one in truth.obstacles if one not in known.obstacles])
-    unknown = [one for one in truth.movers if one not in known.movers]
-    waiting: deque[Observation] = deque()
+    uavs = range(len(replanner.mission.scenario.uavs))
+    sensors = FleetSensors(replanner, truth, sensor, seeded(rng)[0])
     for k in range(int(longest * sensor.rate) + 1):
         t = k / sensor.rate
-        places = np.array([replanner.motion(uav).at([t]).position[0] for uav in uavs])
-        seen = seen_movers(sensor, unknown, t, places, generator)
-        waiting.append(Observation(t, tuple(seen), tuple(hidden.seen(sensor, places))))
-        while waiting and waiting[0].time + sensor.delay <= t:
-            one = waiting.popleft()
-            gone = out_of_reach(sensor, known, replanner.predicted(), one.movers, replanner.horizon)
-            answers = replanner.observe(one.time, movers=one.movers, obstacles=one.obstacles, gone=gone)
+        sensors.look(t, np.array([replanner.motion(uav).at([t]).position[0] for uav in uavs]), {})
+        for one in sensors.arrived(t):
+            answers = sensors.told(one, {})
             if on_answers is not None:
                 on_answers(answers)
         arrivals = [replanner.arrival(uav) for uav in uavs]
