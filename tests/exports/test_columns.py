@@ -7,7 +7,7 @@ import skyverse as sky
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.leg_certificate import LegCertificate
-from skyverse.exports.return_space import Asked, Lines, ReturnSpace
+from skyverse.exports.return_lines import Asked, Lines, ReturnSpace
 from skyverse.model.shapes import Terrain
 
 ERROR = sky.TrackingError(horizontal=1.5, vertical=2.0)

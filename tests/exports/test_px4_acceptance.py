@@ -10,7 +10,7 @@ from exported_fleets import read_orders
 from replayed_autopilot import fly
 
 import skyverse as sky
-from skyverse.exports.flight_parts import flown_legs
+from skyverse.exports.return_lines import flown_legs
 from skyverse.exports.separation import USUAL_TOLERANCE, timed_path
 from skyverse.exports.way_home import WAYS
 from skyverse.model.frame import Origin

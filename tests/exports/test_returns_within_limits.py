@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.exports.return_space import Asked, Lines, ReturnSpace
+from skyverse.exports.return_lines import Asked, Lines, ReturnSpace
 from skyverse.exports.separation import Apart
 from skyverse.exports.way_home import WAYS
 from skyverse.model.frame import Origin

@@ -16,10 +16,18 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.exports.autopilots import ACCEPTANCE, RETURN_ALTITUDES
-from skyverse.exports.flight_parts import Parts, flown_legs, joined_parts
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.leg_geometry import leg_deviation
-from skyverse.exports.return_space import Asked, Lines, ReturnSpace, rounded_up, strayed
+from skyverse.exports.return_lines import (
+    Asked,
+    Lines,
+    Parts,
+    ReturnSpace,
+    flown_legs,
+    joined_parts,
+    rounded_up,
+    strayed,
+)
 from skyverse.exports.separation import kept_distance
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError

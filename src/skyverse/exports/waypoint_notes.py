@@ -8,7 +8,7 @@ from pathlib import Path
 from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
-from skyverse.exports.return_space import CLEARANCE_SHARE
+from skyverse.exports.return_lines import CLEARANCE_SHARE
 from skyverse.exports.separation import Apart, FleetApart, circle_reach, fleet_apart, named_pairs
 from skyverse.exports.way_home import Gap, WayHome, layer
 from skyverse.model.caution import Caution
