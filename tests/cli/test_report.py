@@ -6,8 +6,14 @@ from pathlib import Path
 
 import skyverse as sky
 from skyverse.cli.report import report, table
-from skyverse.model.flight_sentences import planners_sentence, unknown_gaps_sentence
-from skyverse.model.flight_table import flight_columns, gaps_sentence, told_costs, unit_sentence
+from skyverse.model.flight_table import (
+    flight_columns,
+    gaps_sentence,
+    planners_sentence,
+    told_costs,
+    unit_sentence,
+    unknown_gaps_sentence,
+)
 from skyverse.model.verdict import Action, Deconfliction
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.gaps import told_gap
+from skyverse.model.short_lines import told_gap
 
 
 @pytest.mark.parametrize(

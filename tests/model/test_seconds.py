@@ -1,6 +1,6 @@
 import pytest
 
-from skyverse.model.seconds import told_instant, told_seconds
+from skyverse.model.short_lines import told_instant, told_seconds
 
 
 @pytest.mark.parametrize(

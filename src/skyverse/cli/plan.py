@@ -57,7 +57,7 @@ class PlannerOptions:
     name="*", group=Group("Budget (whichever comes first; 40 iterations without any; a clock only beside a count)")
 )
 @dataclass(frozen=True, kw_only=True)
-class SearchBudget:
+class BudgetOptions:
     """When the search for a UAV's path ends.
 
     Parameters
@@ -182,7 +182,7 @@ class MissionOutput:
     as_json: AsJson = False
 
 
-_SEARCH, _BUDGET, _MISSION = PlannerOptions(), SearchBudget(), MissionOptions()
+_SEARCH, _BUDGET, _MISSION = PlannerOptions(), BudgetOptions(), MissionOptions()
 _SCENARIO, _LIMITS, _WRITTEN = ScenarioOptions(), LimitOptions(), MissionOutput()
 
 
@@ -191,7 +191,7 @@ def plan(
     /,
     *,
     search: PlannerOptions = _SEARCH,
-    budget: SearchBudget = _BUDGET,
+    budget: BudgetOptions = _BUDGET,
     mission: MissionOptions = _MISSION,
     otherwise: ScenarioOptions = _SCENARIO,
     limits: LimitOptions = _LIMITS,

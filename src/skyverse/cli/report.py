@@ -39,9 +39,16 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.mission.closed_ways import closed_ways
     from skyverse.model.digest import short
     from skyverse.model.flight_measures import measure_flight
-    from skyverse.model.flight_sentences import planners_sentence, unknown_gaps_sentence
-    from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
-    from skyverse.model.seconds import told_seconds
+    from skyverse.model.flight_table import (
+        flight_columns,
+        gaps_sentence,
+        planners_sentence,
+        search_columns,
+        told_costs,
+        unit_sentence,
+        unknown_gaps_sentence,
+    )
+    from skyverse.model.short_lines import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions
     from skyverse.space.named_columns import named_columns

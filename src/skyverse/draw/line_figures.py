@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from skyverse.draw.map_figure import GRID, INK, SOFT, blank, plain
 from skyverse.draw.palette import FINDINGS, TRACKS
 from skyverse.model.result import Result
-from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import told_seconds
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 

@@ -22,11 +22,9 @@ from skyverse.model.flight_table import (
     told_energy,
     unit_sentence,
 )
-from skyverse.model.gaps import told_gap
 from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.result import NO_STOP, Status
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import counted, told_metres
+from skyverse.model.short_lines import counted, told_gap, told_metres, told_seconds
 from skyverse.model.what_is_proven import what_is_proven
 from skyverse.space.named_columns import columns_sentence
 from skyverse.space.nearest_obstacle import nearest_obstacle

@@ -18,7 +18,7 @@ from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
-from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import told_seconds
 
 MAX_GAPS = 2
 """Times without a way home that a line of the table tells; of more it says only how many."""

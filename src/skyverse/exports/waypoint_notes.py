@@ -14,8 +14,7 @@ from skyverse.exports.way_home import Gap, WayHome, layer
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import counted
+from skyverse.model.short_lines import counted, told_seconds
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.space.tube import NO_ERROR
 

@@ -16,8 +16,8 @@ from skyverse.model.flight_record import Flown, Nearest
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt
 from skyverse.model.scenario import Scenario
-from skyverse.model.seconds import told_instant
 from skyverse.model.shapes import Terrain
+from skyverse.model.short_lines import told_instant
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
 from skyverse.numerics.tolerances import NEARNESS_ROUNDING

@@ -28,7 +28,7 @@ from skyverse.model.flight_runs import Distribution
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Objective
-from skyverse.model.seconds import told_instant
+from skyverse.model.short_lines import told_instant
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation

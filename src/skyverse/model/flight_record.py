@@ -8,8 +8,7 @@ from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
 from skyverse.model.conditions import Conditions
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import Real, Whole
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import as_lines, counted, told_metres
+from skyverse.model.short_lines import as_lines, counted, told_metres, told_seconds
 from skyverse.model.simulated_vehicle import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Violation

@@ -1,17 +1,17 @@
-"""The numbers of a mission as people read them: a table of flights, and one of the searches that found their paths."""
+"""The numbers of a mission as people read them: tables of flights and of searches, and sentences beside them."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 from skyverse.model.flight_measures import FlightMeasures, measure_flight
-from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.mission import Mission
 from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.result import Result
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import told_metres
+from skyverse.model.short_lines import SMALLEST_GAP, counted, told_gap, told_metres, told_seconds
+from skyverse.model.temporary_zones import temporary_zones
 from skyverse.model.trajectory import Trajectory
 
 NO_VALUE = "-"
@@ -188,3 +188,29 @@ def _instants(flights: Iterable[PlannedFlight], instant: Callable[[Trajectory], 
 
 def _of_trajectories(flights: Iterable[PlannedFlight], told: Callable[[Trajectory], str]) -> tuple[str, ...]:
     return tuple(NO_VALUE if one.trajectory is None else told(one.trajectory) for one in flights)
+
+
+def planners_sentence(mission: Mission) -> str:
+    """Return which planners found the paths, and which led some around others; nothing where there is no result."""
+    done = mission.deconfliction
+    led = set() if done is None else {one.uav for one in done.actions if one.kind in ("detour", "wait")}
+    found = [(uav, _planner(result)) for uav, result in enumerate(mission.results) if result is not None]
+    if not found:
+        return ""
+    own = dict.fromkeys(name for uav, name in found if uav not in led) or dict.fromkeys(name for _, name in found)
+    others = Counter(name for uav, name in found if name not in own)
+    around = "others or zones" if temporary_zones(mission.scenario) else "others"
+    more = "".join(f"; {counted(many, 'path')} led around {around} by {name}" for name, many in others.items())
+    return f"planned by {' and '.join(own)}{more}"
+
+
+def unknown_gaps_sentence(mission: Mission) -> str:
+    """Return why complete paths have no gap in the table; nothing where each has one."""
+    found = [one.result for one in planned_flights(mission) if one.result is not None]
+    if all(result.bound is not None for result in found if result.status.reached):
+        return ""
+    return 'Where the gap is "-", what the best possible path costs at least was not computed.'
+
+
+def _planner(result: Result) -> str:
+    return result.provenance.planner.partition("(")[0].removesuffix(", led around others")

@@ -8,12 +8,10 @@ from skyverse.errors import InputError
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.by_name import index_of
 from skyverse.model.flight_summary import FlightSummary
-from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.quantities import Flag, Whole
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import as_lines, counted, told_metres
+from skyverse.model.short_lines import SMALLEST_GAP, as_lines, counted, told_gap, told_metres, told_seconds
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Certificate, Deconfliction, Violation
 

@@ -9,10 +9,8 @@ import numpy as np
 
 from skyverse.errors import Remedy, Sentence
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
-from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.quantities import Flag, Real, Whole
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import as_lines, counted, told_metres, told_point
+from skyverse.model.short_lines import SMALLEST_GAP, as_lines, counted, told_gap, told_metres, told_point, told_seconds
 
 if TYPE_CHECKING:
     pass

@@ -1,5 +1,6 @@
-"""Lines and numbers as the prompt shows them: at most six short lines that say what matters."""
+"""Lines, numbers and times as the prompt shows them: at most six short lines that say what matters."""
 
+import math
 from collections.abc import Iterable, Sequence
 
 MAX_LINE = 110
@@ -32,3 +33,35 @@ def as_lines(first: str, *more: str) -> str:
     """Return a first line and the others indented below it, without empty ones, each cut where it is too long."""
     lines = [first, *(f"  {line}" for line in more if line)]
     return "\n".join(line if len(line) <= MAX_LINE else f"{line[: MAX_LINE - 3]}..." for line in lines)
+
+
+def told_seconds(seconds: float) -> str:
+    """Return seconds in four digits or more, never in powers of ten: ``3.25 s``, ``48.5 s``, ``2,010 s``."""
+    decimals = 0 if abs(seconds) >= 1000 else 1 if abs(seconds) >= 100 else 2
+    number = f"{seconds + 0.0:,.{decimals}f}"
+    return f"{number.rstrip('0').rstrip('.') if decimals else number} s"
+
+
+def told_instant(seconds: float) -> str:
+    """Return an instant of a simulated flight, ``at 3.25 s``; before the mission begins UAVs hover at their starts."""
+    if seconds < 0:
+        return f"{-seconds:.2f} s before the mission begins, in the hover at the start"
+    return f"at {seconds:.2f} s"
+
+
+SMALLEST_GAP = 1e-9
+"""A gap as small as this, as a share of the bound, is rounding and told as none."""
+
+
+def told_gap(gap: float | None) -> str:
+    """Return a gap, a share of the bound, in per cent rounded up: ``2 %``, ``0.1 %``, ``0 %``; ``-`` where unknown.
+
+    A cost below its bound, which the referee refutes, is told with its sign.
+    """
+    if gap is None or not math.isfinite(gap):
+        return "-"
+    if abs(gap) <= SMALLEST_GAP:
+        return "0 %"
+    scale = 1 if gap >= 0.1 else 10
+    percent = math.ceil(100 * scale * gap * (1 - SMALLEST_GAP)) / scale if gap > 0 else 100 * gap
+    return f"{percent:,.4g} %" if percent < 1000 else f"{percent:,.0f} %"

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray, instants_of
 from skyverse.model.pointing import Heading, Pointing
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import as_lines, counted, told_point
+from skyverse.model.short_lines import as_lines, counted, told_point, told_seconds
 
 Form = Literal["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins"]
 

@@ -1,7 +1,7 @@
 """What a proven mission keeps, and what no simulated flight is judged by, in a few words: only what a scenario has."""
 
 from skyverse.model.scenario import Scenario
-from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import told_seconds
 from skyverse.model.temporary_zones import is_closed_at_times, is_dynamic
 
 JUDGED_STAY = 1.0

@@ -11,8 +11,7 @@ from skyverse.model.mover import Mover
 from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.seconds import told_seconds
-from skyverse.model.short_lines import listed
+from skyverse.model.short_lines import listed, told_seconds
 from skyverse.model.temporary_zones import is_closed_at_times, is_dynamic, told_zone
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, TrackingError
