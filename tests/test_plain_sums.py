@@ -1,7 +1,7 @@
 """Nothing that decides an answer is added up by BLAS or LAPACK, which round otherwise on each kind of processor.
 
 Scalar products, norms and small systems are plain sums instead, which give the same bits everywhere. Nor do numpy's own
-elementary functions decide one, which round otherwise with AVX-512: `skyverse.model.elementary` has such functions.
+elementary functions decide one, which round otherwise with AVX-512: `skyverse.model.arrays` has such functions.
 """
 
 import ast

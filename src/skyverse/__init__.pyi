@@ -50,11 +50,11 @@ from .model.flight_record import Nearest as Nearest
 from .model.flight_runs import Distribution as Distribution
 from .model.flight_runs import FlightRuns as FlightRuns
 from .model.flight_runs import TrackingErrors as TrackingErrors
-from .model.flight_summary import FlightSummary as FlightSummary
 from .model.frame import Frame as Frame
 from .model.frame import Origin as Origin
 from .model.geodesy import to_local as to_local
 from .model.geodesy import to_wgs84 as to_wgs84
+from .model.mission import FlightSummary as FlightSummary
 from .model.mission import Mission as Mission
 from .model.mover import Doubt as Doubt
 from .model.mover import Ellipsoid as Ellipsoid

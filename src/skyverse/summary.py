@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.elementary import arctan2
-from skyverse.model.flight_summary import FlightSummary
-from skyverse.model.mission import Mission
+from skyverse.model.arrays import arctan2
+from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.model.elementary import arctan2
+from skyverse.model.arrays import arctan2
 from skyverse.model.scenario import AltitudeBand, ClimbLimit, Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
 from skyverse.referee.tolerances import LET_PASS

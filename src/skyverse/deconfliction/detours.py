@@ -10,13 +10,12 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.cost import prices_length_alone
 from skyverse.deconfliction.candidate import Candidate, Gate
-from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
+from skyverse.model.uav import UAV, kept_ellipsoid
 from skyverse.numerics.kernel import Stopwatch
 from skyverse.numerics.tolerances import MIN_COMPARED_LENGTH
 from skyverse.planners.base import provenance

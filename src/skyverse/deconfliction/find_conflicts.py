@@ -20,9 +20,9 @@ from skyverse.deconfliction.curves import (
 )
 from skyverse.deconfliction.pair_conflicts import conflict_spans, is_given, nearness_at_ends
 from skyverse.errors import InputError, require_kind
-from skyverse.model.kept_ellipsoid import strayed_share
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import strayed_share
 from skyverse.model.verdict import Conflict
 from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import inner, kernel

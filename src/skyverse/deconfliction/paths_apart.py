@@ -16,12 +16,12 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.deconfliction.detours import MakeTrajectory, plan_among
 from skyverse.model.ground_height import home_height
-from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Prism
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import kept_ellipsoid
 from skyverse.model.verdict import Action, Verdict
 from skyverse.numerics.tolerances import MIN_NORM
 from skyverse.problem import Airspace, Problem

@@ -13,12 +13,12 @@ from skyverse.draw.track import DrawnTrack, Point, track
 from skyverse.errors import in_words
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.flight_table import BoundKind, bound_kind
-from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.replanned_flight import ReplannedFlight
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import kept_ellipsoid
 from skyverse.model.verdict import Fault, Verdict, Violation
 from skyverse.space.mission_cautions import mission_cautions
 from skyverse.space.named_columns import NamedColumn, fleet_columns

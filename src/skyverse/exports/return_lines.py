@@ -63,7 +63,7 @@ class Parts(NamedTuple):
     def radius(self) -> Floats:
         """(n,) metres from the middle to the farthest place, seen from above."""
         off = (self.corners - self.middle[:, None, None])[..., :2]
-        return np.asarray(np.linalg.norm(off, axis=3).max(axis=(1, 2)))
+        return np.asarray(np.hypot(off[..., 0], off[..., 1]).max(axis=(1, 2)))
 
     @property
     def sizes(self) -> tuple[Floats, Floats]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.course import followed, of_one_degree, parted, spliced
-from skyverse.model.elementary import arctan2
+from skyverse.model.arrays import arctan2
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import LEG_END, MIN_FLOWN, MIN_PIECE

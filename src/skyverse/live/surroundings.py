@@ -20,14 +20,13 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.replan import Meeting, Span
-from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Shape, Voxels
 from skyverse.model.temporary_zones import told_zone
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import TrackingError
+from skyverse.model.uav import TrackingError, kept_ellipsoid
 from skyverse.numerics.kernel import inner_query, kernel
 from skyverse.numerics.tolerances import LIMIT_EASE, MOVER_MARGIN
 from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids

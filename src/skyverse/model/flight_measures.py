@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.elementary import arctan2
+from skyverse.model.arrays import arctan2
 from skyverse.model.shapes import Terrain
 from skyverse.model.trajectory import Trajectory
 

@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind
-from skyverse.model.arrays import rows_of
-from skyverse.model.elementary import arcsinh, arctan2, exp, power
+from skyverse.model.arrays import arcsinh, arctan2, exp, power, rows_of
 from skyverse.model.frame import Origin
 
 SEMI_MAJOR_AXIS = 6378137.0

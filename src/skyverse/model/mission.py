@@ -7,8 +7,7 @@ from typing import Literal, TypeVar
 from skyverse.errors import InputError
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.by_name import index_of
-from skyverse.model.flight_summary import FlightSummary
-from skyverse.model.quantities import Flag, Whole
+from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import SMALLEST_GAP, as_lines, counted, told_gap, told_metres, told_seconds
@@ -16,6 +15,31 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Certificate, Deconfliction, Violation
 
 Part = TypeVar("Part")
+
+
+@dataclass(frozen=True)
+class FlightSummary:
+    """What one UAV flies, beside the price of its path.
+
+    Attributes
+    ----------
+    length
+        Metres that are flown.
+    time
+        Seconds from departure to arrival.
+    energy
+        Joules that a multirotor takes, estimated from the power at which it hovers, `UAV.hover_power`. By momentum
+        theory, the power grows with the thrust to the power of 1.5 (J. G. Leishman, "Principles of Helicopter
+        Aerodynamics", 2nd edition, section 2.2). Drag is left out, and so is what forward flight and descent save.
+        ``None`` for an aeroplane, and where the power is not known.
+    deviation
+        Metres: no place that is flown is farther than this from the path that was priced, the result's.
+    """
+
+    length: Real
+    time: Real
+    energy: Real | None
+    deviation: Real
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from skyverse.model.flight_summary import FlightSummary
-from skyverse.model.mission import Mission
+from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.result import Result
 from skyverse.model.scenario import Target
 from skyverse.model.trajectory import Trajectory

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.arrays import ArrayRecord, FloatArray
-from skyverse.model.elementary import arctan2
+from skyverse.model.arrays import ArrayRecord, FloatArray, arctan2
 from skyverse.model.quantities import Point
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.elementary import arctan2
+from skyverse.model.arrays import arctan2
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing
 from skyverse.numerics.tolerances import ARC_MARGIN, MIN_FLOWN, TURN_BACK

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from skyverse._typing import Bools, Floats
-from skyverse.model.elementary import arctan2
+from skyverse.model.arrays import arctan2
 from skyverse.model.pointing import Pointing, spread_turns, wrapped
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV

@@ -18,12 +18,12 @@ from skyverse.live.replan import Span
 from skyverse.live.search import KEEP_ON, SearchBudget, Step
 from skyverse.live.steered_motion import seconds_left
 from skyverse.live.surroundings import Surroundings
-from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import PolynomialMotion
 from skyverse.model.result import Effort
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import kept_ellipsoid
 from skyverse.space.timed_shapes import TimedShape
 from skyverse.space.world import World
 

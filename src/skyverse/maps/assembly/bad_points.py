@@ -15,10 +15,10 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.model.altitude import AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.short_lines import told_metres
+from skyverse.model.uav import kept_ellipsoid
 
 Point = tuple[float, float, float]
 

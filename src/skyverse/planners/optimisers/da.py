@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.elementary import power
+from skyverse.model.arrays import power
 from skyverse.planners.optimisers import Evaluate, Iterations
 
 _BETA = 1.5

@@ -3,7 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.elementary import exp
+from skyverse.model.arrays import exp
 from skyverse.planners.optimisers import Evaluate, Iterations
 
 
