@@ -1,5 +1,6 @@
 """The record of a mission that was flown in a simulator: frozen data with read-only arrays."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -97,8 +98,36 @@ class Nearest:
     planned: Real | None = None
 
 
+class Simulated:
+    """A mission that was simulated, once or many times, under some conditions."""
+
+    mission: Mission
+    conditions: Conditions
+    violations: Collection[object]
+
+    @property
+    def vehicle(self) -> str:
+        """The name of the vehicle that was simulated."""
+        return self.conditions.vehicle or DEFAULT_VEHICLE
+
+    @property
+    def vehicle_sentence(self) -> str:
+        """Which vehicle was simulated, and for which other one the mission was planned, if it was."""
+        return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
+
+    @property
+    def stands_in(self) -> bool:
+        """Whether another vehicle was simulated than the planned one, so that there is no verdict."""
+        return is_stand_in(self.vehicle, self.mission.scenario.uavs)
+
+    @property
+    def safe(self) -> bool:
+        """Whether nothing went wrong, with the vehicle that was planned."""
+        return not self.violations and not self.stands_in
+
+
 @dataclass(frozen=True, eq=False)
-class Flight(ArrayRecord):
+class Flight(Simulated, ArrayRecord):
     """A mission flown in a simulator.
 
     Attributes
@@ -140,26 +169,6 @@ class Flight(ArrayRecord):
             self.vehicle_sentence,
             f"largest tracking error {told_metres(self.largest)}",
         )
-
-    @property
-    def vehicle(self) -> str:
-        """The name of the vehicle that was simulated."""
-        return self.conditions.vehicle or DEFAULT_VEHICLE
-
-    @property
-    def vehicle_sentence(self) -> str:
-        """Which vehicle was simulated, and for which other one the mission was planned, if it was."""
-        return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
-
-    @property
-    def safe(self) -> bool:
-        """Whether nothing went wrong in the flight, with the vehicle that was planned."""
-        return not self.violations and not self.stands_in
-
-    @property
-    def stands_in(self) -> bool:
-        """Whether another vehicle was simulated than the planned one, so that the flight is no verdict."""
-        return is_stand_in(self.vehicle, self.mission.scenario.uavs)
 
     @property
     def sentence(self) -> str:

@@ -6,9 +6,9 @@ import numpy as np
 
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray
 from skyverse.model.conditions import Conditions
+from skyverse.model.flight_record import Simulated
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import as_lines, counted
-from skyverse.model.simulated_vehicle import DEFAULT_VEHICLE, is_stand_in, simulated_vehicle_sentence
 from skyverse.model.verdict import Violation
 from skyverse.model.what_is_proven import not_judged_as_flown
 
@@ -47,7 +47,7 @@ class TrackingErrors:
 
 
 @dataclass(frozen=True, eq=False)
-class FlightRuns(ArrayRecord):
+class FlightRuns(Simulated, ArrayRecord):
     """A mission flown n times in simulation, each time with other disturbances.
 
     Attributes
@@ -114,26 +114,6 @@ class FlightRuns(ArrayRecord):
     def runs(self) -> int:
         """How often the mission was flown."""
         return len(self.seeds)
-
-    @property
-    def vehicle(self) -> str:
-        """The name of the vehicle that was simulated."""
-        return self.conditions.vehicle or DEFAULT_VEHICLE
-
-    @property
-    def vehicle_sentence(self) -> str:
-        """Which vehicle was simulated, and for which other one the mission was planned, if it was."""
-        return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
-
-    @property
-    def stands_in(self) -> bool:
-        """Whether another vehicle was simulated than the planned one, so that the runs are no verdict."""
-        return is_stand_in(self.vehicle, self.mission.scenario.uavs)
-
-    @property
-    def safe(self) -> bool:
-        """Whether no run touched anything and no UAV was lost, with the vehicle that was planned."""
-        return not self.violations and not self.refusal and not self.stands_in
 
     @property
     def held(self) -> tuple[bool, ...] | None:
