@@ -17,7 +17,7 @@ from skyverse.model.uav import UAV
 AutopilotName = Literal["px4", "ardupilot", "dji"]
 
 
-class Rates(NamedTuple):
+class AutopilotRates(NamedTuple):
     """How fast an autopilot flies where the mission does not say.
 
     Attributes
@@ -105,8 +105,8 @@ class Autopilot(NamedTuple):
 
     name: AutopilotName
     title: str
-    rates: Rates
-    limits: Rates
+    rates: AutopilotRates
+    limits: AutopilotRates
     stops: bool
     waits_above: bool
     max_speed: float
@@ -123,8 +123,8 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
     "px4": Autopilot(
         "px4",
         "PX4",
-        rates=Rates(1.5, 3.0, 1.5, 3.0, takeoff_height=10.0, vertical_acceleration=3.0, jerk=4.0),
-        limits=Rates(5.0, 8.0, 4.0, 15.0),
+        rates=AutopilotRates(1.5, 3.0, 1.5, 3.0, takeoff_height=10.0, vertical_acceleration=3.0, jerk=4.0),
+        limits=AutopilotRates(5.0, 8.0, 4.0, 15.0),
         stops=False,
         waits_above=False,
         max_speed=20.0,
@@ -137,8 +137,8 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
     "ardupilot": Autopilot(
         "ardupilot",
         "ArduPilot",
-        rates=Rates(2.5, 2.5, 1.5, 2.5, vertical_acceleration=1.0, startup=1.2, jerk=1.0),
-        limits=Rates(10.0, 10.0, 5.0, 5.0),
+        rates=AutopilotRates(2.5, 2.5, 1.5, 2.5, vertical_acceleration=1.0, startup=1.2, jerk=1.0),
+        limits=AutopilotRates(10.0, 10.0, 5.0, 5.0),
         stops=False,
         waits_above=False,
         max_speed=20.0,
@@ -148,8 +148,8 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
     "dji": Autopilot(
         "dji",
         "DJI",
-        rates=Rates(3.0, 3.0, 2.0, 2.5, vertical_acceleration=2.5, startup=2.0),
-        limits=Rates(math.inf, math.inf, math.inf, math.inf),
+        rates=AutopilotRates(3.0, 3.0, 2.0, 2.5, vertical_acceleration=2.5, startup=2.0),
+        limits=AutopilotRates(math.inf, math.inf, math.inf, math.inf),
         stops=True,
         waits_above=True,
         max_speed=15.0,
@@ -178,13 +178,13 @@ def autopilot_for(suffix: str, altitude: AltitudeReference, asked: AutopilotName
     return AUTOPILOTS[name]
 
 
-def rates_of(vehicle: UAV, autopilot: Autopilot) -> Rates:
+def rates_of(vehicle: UAV, autopilot: Autopilot) -> AutopilotRates:
     """Return the rates of a UAV under an autopilot: no faster than the UAV itself and its autopilot climb and descend.
 
     An aeroplane does not stop, and its climb is limited by its angle: for it, all rates are infinite.
     """
     if vehicle.fixed_wing is not None:
-        return Rates(math.inf, math.inf, math.inf, math.inf)
+        return AutopilotRates(math.inf, math.inf, math.inf, math.inf)
     usual, most = autopilot.rates, autopilot.limits
     climb = usual.climb if vehicle.max_climb is None else min(vehicle.max_climb, most.climb)
     descent = usual.descent if vehicle.max_descent is None else min(vehicle.max_descent, most.descent)
@@ -196,7 +196,7 @@ def rates_of(vehicle: UAV, autopilot: Autopilot) -> Rates:
     return takeoff_ramp(made) if autopilot.name == "px4" else made
 
 
-def takeoff_ramp(rates: Rates) -> Rates:
+def takeoff_ramp(rates: AutopilotRates) -> AutopilotRates:
     """Return rates with how PX4 takes off: slowly up to its climb rate, after it has made up for a speed downwards.
 
     So do `FlightTaskAuto::_updateTrajConstraints` and `FlightTaskAuto::reActivate` of PX4 1.14 to 1.16.
@@ -222,7 +222,7 @@ def takeoff_cut(name: AutopilotName, radius: float) -> float:
     return corner_acceptance(AUTOPILOTS[name], radius).altitude if name == "px4" else 0.0
 
 
-def stop_acceptance(autopilot: Autopilot, rates: Rates, radius: float, speed: float) -> float:
+def stop_acceptance(autopilot: Autopilot, rates: AutopilotRates, radius: float, speed: float) -> float:
     """Return the level acceptance radius, metres, of a waypoint at which a UAV stops after a leg with a speed, m/s.
 
     PX4 counts the seconds of a stop from when it is within that radius. A UAV that is slow, or that brakes softly, must

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Autopilot, Rates, rates_of, takeoff_cut
+from skyverse.exports.autopilots import Autopilot, AutopilotRates, rates_of, takeoff_cut
 from skyverse.exports.leg_geometry import towards
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
@@ -53,7 +53,7 @@ class FlightPlan:
 
     route: Route
     autopilot: Autopilot
-    rates: Rates
+    rates: AutopilotRates
     home: Floats
     delay: float
     hover: float
@@ -230,7 +230,7 @@ def turning_points(route: Route, stops: Floats) -> Floats:
     return np.array(found[1:])
 
 
-def attainable_speed(a: Floats, b: Floats, speed: float, rates: Rates) -> float:
+def attainable_speed(a: Floats, b: Floats, speed: float, rates: AutopilotRates) -> float:
     """Return the speed along a leg, m/s: what is commanded, or less where that climbs or descends too fast."""
     length, up = math.dist(b, a), float(b[2] - a[2])
     limit = rates.climb if up > 0 else rates.descent

@@ -98,7 +98,7 @@ def joined_parts(each: list[Parts]) -> Parts:
 
 
 @dataclass(frozen=True, eq=False)
-class FlownLegs:
+class FlightLegs:
     """The legs of one UAV's flight from its first waypoint to its end, a landing included.
 
     A return during the take-off is one from its end: it uses the same lines.
@@ -164,7 +164,7 @@ class FlownLegs:
         return found
 
 
-def flown_legs(plan: FlightPlan, scenario: Scenario, low: float) -> FlownLegs:
+def flown_legs(plan: FlightPlan, scenario: Scenario, low: float) -> FlightLegs:
     """Return the legs of a flight plan; one that ends with a landing goes down to z = `low`, metres."""
     points = plan.waypoints
     cut, width = _cut_corners(plan)
@@ -176,7 +176,7 @@ def flown_legs(plan: FlightPlan, scenario: Scenario, low: float) -> FlownLegs:
         aside, rise = np.r_[aside, MAVLINK_ROUNDING], np.r_[rise, MAVLINK_ROUNDING]
         width = np.r_[width, 0.0]
     begins = np.stack([points[:-1], points[:-1] + cut], axis=1)
-    return FlownLegs(plan, np.stack([begins, np.repeat(points[1:, None], 2, axis=1)], axis=1), width, aside, rise)
+    return FlightLegs(plan, np.stack([begins, np.repeat(points[1:, None], 2, axis=1)], axis=1), width, aside, rise)
 
 
 def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:

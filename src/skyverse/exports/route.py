@@ -209,7 +209,7 @@ def route(
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
             early = 0.0 if stops else takeoff.early(climb, size)
             lead = (foot - np.array([0.0, 0.0, early]))[None] if climb or early else curve[:0]
-            given = (legs, lead, lifted, curve, 0.0 if stops else size, size, may_stop, stop_at)
+            given = (legs, np.concatenate([lead, lifted[None]]), curve, 0.0 if stops else size, size, may_stop, stop_at)
             search = WaypointPlacement(*given)
             found = search.run()
             if isinstance(found, Obstruction):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Rates, stop_acceptance
+from skyverse.exports.autopilots import AutopilotRates, stop_acceptance
 from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.model.caution import Caution
 from skyverse.model.quantities import derived
@@ -144,7 +144,9 @@ def circle_reach(scenario: Scenario, uav: int) -> float:
     return 0.0 if wing is None else 2 * wing.turn_radius
 
 
-def leg_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: TimingTolerance) -> tuple[float, float]:
+def leg_seconds(
+    a: Floats, b: Floats, speed: float, rates: AutopilotRates, tolerance: TimingTolerance
+) -> tuple[float, float]:
     """Return the least and the most seconds that a leg can take.
 
     Autopilots differ in whether the commanded speed is that over ground or that along the leg, so the least time counts
@@ -159,7 +161,7 @@ def leg_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: Tim
     return max(swift, MIN_LEG_DURATION), slow + braking_seconds(a, b, speed, rates, tolerance)
 
 
-def braking_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: TimingTolerance) -> float:
+def braking_seconds(a: Floats, b: Floats, speed: float, rates: AutopilotRates, tolerance: TimingTolerance) -> float:
     """Return the most seconds that a UAV loses on a leg from rest to rest, because it has to gain speed and to brake.
 
     At a higher speed it loses more, but less than it wins by that speed.
@@ -184,7 +186,7 @@ def _lost_seconds(speed: float, acceleration: float, jerk: float) -> float:
     return speed / acceleration + acceleration / jerk
 
 
-def takeoff_lag(rates: Rates, tolerance: TimingTolerance) -> float:
+def takeoff_lag(rates: AutopilotRates, tolerance: TimingTolerance) -> float:
     """Return the most seconds that a take-off takes longer than its climb alone, at the slowest climb rate.
 
     An aeroplane, whose rates are infinite, is in flight when its mission begins.

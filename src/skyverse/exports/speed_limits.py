@@ -14,7 +14,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.autopilots import Rates
+from skyverse.exports.autopilots import AutopilotRates
 from skyverse.exports.flight_plan import MIN_SPEED, SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.route import Route
 from skyverse.model.caution import Caution
@@ -39,7 +39,7 @@ def zones_of(scenario: Scenario, uav: int) -> tuple[SpeedZone, ...]:
     return tuple(zone for zone in zones if zone.max_speed < vehicle.max_speed * (1 + SPEED_TOLERANCE))
 
 
-def with_waypoints_at_zones(scenario: Scenario, route: Route, trajectory: Trajectory, rates: Rates) -> Route:
+def with_waypoints_at_zones(scenario: Scenario, route: Route, trajectory: Trajectory, rates: AutopilotRates) -> Route:
     """Return a route with waypoints where the UAV has to brake for a zone, and where it has left it."""
     zones = zones_of(scenario, route.uav)
     if not zones or scenario.uavs[route.uav].fixed_wing is not None:
@@ -141,7 +141,7 @@ def _require_slow_aeroplane(plan: FlightPlan, zones: Sequence[SpeedZone], name: 
                 raise InputError(f"{name}: its waypoints lead into a zone whose speed limit an aeroplane cannot keep")
 
 
-def _braking(rates: Rates, way: Floats) -> float:
+def _braking(rates: AutopilotRates, way: Floats) -> float:
     """Return with what acceleration, m/s^2, an autopilot is counted to brake for a zone on a leg."""
     length, up = math.hypot(*way), abs(float(way[2]))
     vertical = rates.vertical_acceleration * length / up if up else math.inf

@@ -34,8 +34,8 @@ class WaypointPlacement:
     ----------
     legs
         Checks the legs.
-    lead, lifted
-        Where the UAV's climb has to be clear from, (k, 3) metres, if it climbs at all, and where it ends, (3,).
+    climb
+        (k, 3) metres: where the UAV's climb has to be clear from, if it climbs at all, and where it ends.
     curve
         (n, 3) metres: samples of the trajectory after that.
     radius, reach
@@ -53,8 +53,7 @@ class WaypointPlacement:
     def __init__(
         self,
         legs: LegChecker,
-        lead: Floats,
-        lifted: Floats,
+        climb: Floats,
         curve: Floats,
         radius: float,
         reach: float,
@@ -63,10 +62,10 @@ class WaypointPlacement:
         *,
         by_curve: bool = False,
     ) -> None:
-        self.legs, self.lead, self.curve, self.may_stop = legs, lead, curve, may_stop
+        self.legs, self.lead, self.curve, self.may_stop = legs, climb[:-1], curve, may_stop
         self.radius, self.reach = radius, reach
         self.stopped, self.fixed = set(stop_at), frozenset(stop_at)
-        self.nodes: list[tuple[int, Floats]] = [(0, lifted), *((k, curve[k]) for k in sorted(stop_at) if k)]
+        self.nodes: list[tuple[int, Floats]] = [(0, climb[-1]), *((k, curve[k]) for k in sorted(stop_at) if k)]
         self.nodes.append((len(curve) - 1, curve[-1]))
         self.pushed: dict[int, float] = {}
         self.by_curve = by_curve
