@@ -159,18 +159,6 @@ TUNNEL = mission(
 )
 
 
-def test_what_slowing_does_not_mend_is_planned_farther_off():
-    flown = sky.fly_until_safe(THROUGH, runs=12, rng=1)
-    told = flown.rounds
-    assert flown.safe
-    assert flown.refusal == ""
-    assert "slowed down to 67% of its speed" in told[0]
-    assert "planned anew with" in told[-1]
-    assert told[-1].endswith("; safe.")
-    assert flown.mission.scenario == THROUGH.scenario
-    assert flown.runs == 12
-
-
 def test_a_mission_that_is_too_tight_is_refused_in_one_sentence():
     flown = sky.fly_until_safe(TUNNEL, sky.Conditions(wind=WEST, **GUSTY), runs=20, rng=1)
     assert not flown.safe
@@ -184,13 +172,6 @@ def test_what_a_mission_says_that_the_referee_found_excuses_nothing():
     told = (sky.Violation(sky.Fault.SEPARATION, (0, 1), "They come too close."),)
     assert not _kept(replace(THROUGH, violations=told), replace(THROUGH, violations=told))
     assert _kept(replace(THROUGH, violations=told), replace(THROUGH, violations=()))
-
-
-def test_safe_missions_are_left_alone():
-    flown = sky.fly_until_safe(PAIR, runs=3, rng=1)
-    assert flown.safe
-    assert flown.rounds == ()
-    assert flown.mission == PAIR
 
 
 @pytest.fixture

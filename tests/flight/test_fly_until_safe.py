@@ -10,6 +10,7 @@ pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "sk
 
 BRISK = straight((0, 0, 2), (2, 0, 2), 1.6)
 THROUGH = mission(straight((0, 0, 2), (1.2, 0, 2), 1.2), boxes=[((0.5, -0.2, 0), (0.7, 0.2, 3))])
+LONGER = mission(straight((-1, 0, 2), (2.2, 0, 2), 2.0), boxes=[((0.5, -0.2, 0), (0.7, 0.2, 3))])
 
 
 @pytest.mark.parametrize("factor", [1.25, 3.0])
@@ -28,8 +29,9 @@ def test_a_slowed_mission_is_at_the_same_places_later(factor):
     assert after.makespan == pytest.approx(before.makespan * factor)
 
 
-def test_a_mission_that_flies_safely_is_left_alone():
-    flight = sky.fly_until_safe(mission(BRISK))
+@pytest.mark.parametrize("runs", [None, 3])
+def test_a_mission_that_flies_safely_is_left_alone(runs):
+    flight = sky.fly_until_safe(mission(BRISK), runs=runs, rng=1)
     assert flight.safe
     assert flight.rounds == ()
     assert flight.mission == mission(BRISK)
@@ -54,12 +56,21 @@ def test_it_says_so_when_it_did_not_end_safe():
     assert flight.refusal.startswith("Refused: by hand at 80% of its speed is too tight for no wind, no noise: ")
 
 
-def test_what_slowing_does_not_mend_is_planned_farther_off():
-    flight = sky.fly_until_safe(THROUGH, rounds=3)
-    assert flight.safe
-    assert "planned anew with" in flight.rounds[-1]
-    assert flight.mission.scenario == THROUGH.scenario
-    assert flight.flown[0].clearance > 0.125
+@pytest.mark.parametrize(
+    ("given", "runs", "share"), [(THROUGH, None, "80%"), (LONGER, 12, "67%")], ids=["one flight", "many"]
+)
+def test_what_slowing_does_not_mend_is_planned_farther_off(given, runs, share):
+    flown = sky.fly_until_safe(given, runs=runs, rng=1)
+    assert flown.safe
+    assert flown.refusal == ""
+    assert f"slowed down to {share} of its speed" in flown.rounds[0]
+    assert "planned anew with" in flown.rounds[-1]
+    assert flown.rounds[-1].endswith("; safe.")
+    assert flown.mission.scenario == given.scenario
+    if runs is None:
+        assert flown.flown[0].clearance > 0.125
+    else:
+        assert flown.runs == runs
 
 
 def test_planning_anew_keeps_the_assignment_and_answers_the_same_scenario():
