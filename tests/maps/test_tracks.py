@@ -215,8 +215,8 @@ GLOBE = "t,lat,lon,altitude\n0,46.8,9.85,1600\n5,46.8,9.86,1600\n"
         ("t,x,y,z\n", "expected a line of names and one of numbers or more, found 1 line"),
         ("t,x,y,z,error\n0,1,2,3,-1\n", "line 2: error: expected metres from 0 on, found -1"),
         (GLOBE, "altitude: expected word what it is counted from, mean sea level .* or the WGS84 ellipsoid"),
-        (GLOBE.replace("46.8,9.86", "96.8,9.86"), "line 3: latitude: expected degrees from -90 to 90, found 96.8"),
-        (GLOBE.replace("46.8,9.86", "46.8,190"), "line 3: longitude: expected degrees from -180 to 180, found 190"),
+        (GLOBE.replace("46.8,9.86", "96.8,9.86"), "line 3: expected a latitude from -90 to 90 degrees, found 96.8"),
+        (GLOBE.replace("46.8,9.86", "46.8,190"), "line 3: expected a longitude from -180 to 180 degrees, found 190"),
     ],
 )
 def test_bad_tables_get_one_sentence(tmp_path, text, said):

@@ -7,7 +7,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, path_of, require_file, shown
-from skyverse.maps.readers.track_files import Fixes, Reference, Unit, gpx_fixes, table_fixes, time
+from skyverse.maps.georeference.fields import require_on_globe
+from skyverse.maps.readers.track_files import Altitudes, Fixes, Reference, Unit, gpx_fixes, table_fixes, time
 from skyverse.model.altitude import FOOT
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
@@ -101,7 +102,9 @@ def recorded_track(
     found = reader(path, vehicle)
     _require_rising(path, found, gap)
     begin = _zero(path, found, zero)
-    points = _local(path, found, origin, altitude, unit) if found.in_degrees else np.array(found.places)
+    points = np.array(found.places)
+    if found.altitudes is not None:
+        points = _local(path, found, found.altitudes, origin, altitude, unit)
     instants = np.array(found.times) - begin
     if not np.abs(instants).max() <= MAX_INSTANT:
         raise InputError(f"{path}: its times are {MAX_INSTANT:g} s or more away from the mission's beginning")
@@ -135,40 +138,39 @@ def _zero(path: Path, found: Fixes, zero: float | str | None) -> float:
     return seconds
 
 
-def _local(path: Path, found: Fixes, origin: Origin | None, altitude: Reference | None, unit: Unit | None) -> Floats:
+def _local(
+    path: Path,
+    found: Fixes,
+    altitudes: Altitudes,
+    origin: Origin | None,
+    altitude: Reference | None,
+    unit: Unit | None,
+) -> Floats:
     """Return places in degrees as local metres, (n, 3)."""
     if origin is None:
         raise InputError(f"{path}: its places are in degrees, but the scenario has no frame.origin")
     for line, (latitude, longitude, _) in zip(found.lines, found.places, strict=True):
-        where = f"{path}: {found.line} {line}"
-        if not abs(latitude) <= 90:
-            raise InputError(f"{where}: latitude: expected degrees from -90 to 90, found {latitude:g}")
-        if not abs(longitude) <= 180:
-            raise InputError(f"{where}: longitude: expected degrees from -180 to 180, found {longitude:g}")
-    reference = found.reference or altitude
+        require_on_globe(f"{path}: {found.line} {line}", latitude, longitude)
+    where, reference, counted_in = f"{path}: {altitudes.name}", altitudes.reference or altitude, altitudes.unit or unit
     if reference is None:
         raise InputError(
-            f"{path}: {found.heights}: expected word what it is counted from, mean sea level (altitude: amsl) or the "
-            "WGS84 ellipsoid (altitude: ellipsoid), found none; the altitude of ADS-B messages follows the pressure of "
-            "the air, and is neither"
+            f"{where}: expected word what it is counted from, mean sea level (altitude: amsl) or the WGS84 ellipsoid "
+            "(altitude: ellipsoid), found none; the altitude of ADS-B messages follows the pressure of the air, and is "
+            "neither"
         )
-    if altitude is not None and altitude != reference:
-        raise InputError(f"{path}: {found.heights}: is counted from {reference}, not from {altitude}")
-    counted_in = found.unit or unit
+    if altitude not in (None, reference):
+        raise InputError(f"{where}: is counted from {reference}, not from {altitude}")
     if counted_in is None:
-        raise InputError(
-            f"{path}: {found.heights}: expected word of its unit, metres (unit: m) or feet (unit: ft), found none"
-        )
-    if unit is not None and unit != counted_in:
-        raise InputError(f"{path}: {found.heights}: is in {counted_in}, not in {unit}")
+        raise InputError(f"{where}: expected word of its unit, metres (unit: m) or feet (unit: ft), found none")
+    if unit not in (None, counted_in):
+        raise InputError(f"{where}: is in {counted_in}, not in {unit}")
     places = np.array(found.places)
-    if counted_in == "ft":
-        places[:, 2] *= FOOT
+    places[:, 2] *= FOOT if counted_in == "ft" else 1.0
     if reference == "ellipsoid":
         if origin.geoid is None:
             raise InputError(
-                f"{path}: {found.heights}: is counted from the WGS84 ellipsoid, but the scenario has no "
-                "frame.origin.geoid, which says how far the sea lies above it"
+                f"{where}: is counted from the WGS84 ellipsoid, but the scenario has no frame.origin.geoid, which says "
+                "how far the sea lies above it"
             )
         places[:, 2] -= origin.geoid
     return to_local(origin, places)

@@ -24,6 +24,14 @@ LAST_DATE = 1e10
 """Seconds since 1970, the year 2286: larger numbers are milliseconds."""
 
 
+class Altitudes(NamedTuple):
+    """What a file calls its altitudes, and what they are counted from and in; ``None`` where it does not say."""
+
+    name: str
+    reference: Reference | None
+    unit: Unit | None
+
+
 @dataclass(frozen=True)
 class Fixes:
     """The fixes of one vehicle, n of them.
@@ -42,14 +50,8 @@ class Fixes:
         The earliest time in the file, of any vehicle.
     places
         x, y, z in metres; or latitude, longitude in degrees, and altitude in its unit.
-    in_degrees
-        Whether they are the latter.
-    reference
-        What altitudes are counted from; ``None`` where the file does not say.
-    unit
-        The unit of altitudes; ``None`` where the file does not say.
-    heights
-        What the file calls its altitudes.
+    altitudes
+        What the file says of them; ``None`` for places in metres.
     errors
         How far off each fix may be, metres; empty where the file does not say.
     """
@@ -60,10 +62,7 @@ class Fixes:
     dated: bool
     first: float
     places: list[tuple[float, float, float]]
-    in_degrees: bool
-    reference: Reference | None
-    unit: Unit | None
-    heights: str
+    altitudes: Altitudes | None
     errors: list[float]
 
 
@@ -123,10 +122,7 @@ class _Columns(NamedTuple):
 
     time: int
     place: tuple[int, int, int]
-    in_degrees: bool
-    reference: Reference | None
-    unit: Unit | None
-    heights: str
+    altitudes: Altitudes | None
     vehicle: int | None
     error: int | None
 
@@ -160,10 +156,7 @@ def table_fixes(path: Path, vehicle: str | None) -> Fixes:
         dated=dated,
         first=first,
         places=places,
-        in_degrees=columns.in_degrees,
-        reference=columns.reference,
-        unit=columns.unit,
-        heights=columns.heights,
+        altitudes=columns.altitudes,
         errors=errors,
     )
 
@@ -206,16 +199,15 @@ def _columns(path: Path, names: list[str]) -> _Columns:
     heights = find((*ALTITUDES, *PRESSURE_ALTITUDES), without_units)
     globe = find(LATITUDES), find(LONGITUDES), heights
     local = find(EAST), find(NORTH), find(UP)
-    in_degrees = None not in globe
-    places = globe if in_degrees else local
+    places = local if None in globe else globe
     if at is None or None in places:
         raise InputError(
             f"{path}: expected columns for the time (t) and the place (x, y, z; or latitude, longitude, altitude), "
             f"found {shown(', '.join(names), 100)}"
         )
     one, two, three = (place for place in places if place is not None)
-    if not in_degrees or heights is None:
-        return _Columns(at, (one, two, three), False, None, "m", names[three], find(VEHICLES), find(ERRORS))
+    if heights is None or places is local:
+        return _Columns(at, (one, two, three), None, find(VEHICLES), find(ERRORS))
     written = named[heights]
     if without_units[heights] in PRESSURE_ALTITUDES:
         raise InputError(
@@ -227,8 +219,8 @@ def _columns(path: Path, names: list[str]) -> _Columns:
         unit = "m" if written[2].startswith("m") else "ft"
     elif names[heights] == "geoaltitude" and set(names) >= OPENSKY:
         unit = "m"
-    reference = ALTITUDES[without_units[heights]]
-    return _Columns(at, (one, two, three), True, reference, unit, names[heights], find(VEHICLES), find(ERRORS))
+    altitudes = Altitudes(names[heights], ALTITUDES[without_units[heights]], unit)
+    return _Columns(at, (one, two, three), altitudes, find(VEHICLES), find(ERRORS))
 
 
 def _of_vehicle(
@@ -309,10 +301,7 @@ def gpx_fixes(path: Path, vehicle: str | None) -> Fixes:
         dated=True,
         first=first,
         places=places,
-        in_degrees=True,
-        reference=None,
-        unit="m",
-        heights="ele",
+        altitudes=Altitudes("ele", None, "m"),
         errors=[],
     )
 
