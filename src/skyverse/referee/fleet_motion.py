@@ -164,7 +164,7 @@ Intervals = tuple[Floats, Floats]
 """When intervals begin and end, (n,) seconds each."""
 
 
-class Meeting(NamedTuple):
+class PairPositions(NamedTuple):
     """An instant, seconds, and where two UAVs are then, (3,) metres, evaluated without Bernstein coefficients."""
 
     time: float
@@ -244,14 +244,14 @@ class FleetSeparation(NamedTuple):
         nearness = squared([_divided(x, level), _divided(y, level), _divided(z, upright)])
         return SharedPieces(of, (first, second), begins, ends, nearness * -1.0 + 1.0, share)
 
-    def meeting(self, pieces: SharedPieces, interval: int, fraction: float) -> Meeting:
+    def meeting(self, pieces: SharedPieces, interval: int, fraction: float) -> PairPositions:
         """Return where the two UAVs of an interval are at a fraction of it."""
         begin, end = pieces.begins[interval], pieces.ends[interval]
         time = np.array([begin + fraction * (end - begin)])
         first, second = (self.motion.shifted(piece[[interval]], time)[0, 0] for piece in pieces.pieces)
-        return Meeting(float(time[0]), first, second)
+        return PairPositions(float(time[0]), first, second)
 
-    def nearness(self, pair: Indices, meeting: Meeting, share: float = 1.0, let_pass: float = 0.0) -> float:
+    def nearness(self, pair: Indices, meeting: PairPositions, share: float = 1.0, let_pass: float = 0.0) -> float:
         """Return how near two UAVs are, relative to a share of their separation less what is let pass, metres."""
         across, above = share * self.across[*pair] - let_pass, share * self.above[*pair] - let_pass
         return math.hypot(*((meeting.first - meeting.second) / [across, across, above]))

@@ -12,7 +12,7 @@ from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import (
     FleetSeparation,
     Intervals,
-    Meeting,
+    PairPositions,
     SharedPieces,
     fleet_motion,
     fleet_separation,
@@ -80,25 +80,25 @@ def _judge_pairs(fleet: FleetSeparation, pairs: Indices, slices: list[Indices]) 
     return Judgement(violations, int(peaks.halvings.sum()))
 
 
-def _given_meetings(fleet: FleetSeparation, pair: Indices) -> tuple[Meeting | None, Meeting | None]:
+def _given_meetings(fleet: FleetSeparation, pair: Indices) -> tuple[PairPositions | None, PairPositions | None]:
     """Return the starts, and, where both UAVs fly, the targets of a pair (2,), each where they are given too close."""
     i, j = pair
     scenario, motion = fleet.scenario, fleet.motion
     uavs = [motion.uavs[k] for k in (i, j)]
-    starts = Meeting(0.0, *(np.array(scenario.uavs[uav].start) for uav in uavs))
+    starts = PairPositions(0.0, *(np.array(scenario.uavs[uav].start) for uav in uavs))
     targets = None
     places = [np.array(scenario.targets[target].position) for uav in uavs if (target := fleet.targets[uav]) is not None]
     if len(places) == 2 and all(len(motion.knots[k]) > 2 for k in (i, j)):
-        targets = Meeting(float(max(motion.knots[k][-2] for k in (i, j))), *places)
+        targets = PairPositions(float(max(motion.knots[k][-2] for k in (i, j))), *places)
 
-    def too_near(meeting: Meeting | None) -> Meeting | None:
+    def too_near(meeting: PairPositions | None) -> PairPositions | None:
         return meeting if meeting and fleet.nearness(pair, meeting, let_pass=LET_PASS) < 1 else None
 
     return too_near(starts), too_near(targets)
 
 
 def _judge_given(
-    fleet: FleetSeparation, pair: Indices, starts: Meeting | None, targets: Meeting | None
+    fleet: FleetSeparation, pair: Indices, starts: PairPositions | None, targets: PairPositions | None
 ) -> Iterator[Violation]:
     """Judge a pair (1, 2) whose starts or targets are given too close.
 
@@ -175,7 +175,7 @@ def _unproven(fleet: FleetSeparation, pair: Indices, pieces: SharedPieces, peaks
     return _undecided(fleet, pair, meeting, int(peaks.halvings[k]))
 
 
-def _too_close(fleet: FleetSeparation, pair: Indices, meeting: Meeting, fault: Fault, why: str) -> Violation:
+def _too_close(fleet: FleetSeparation, pair: Indices, meeting: PairPositions, fault: Fault, why: str) -> Violation:
     """Return the violation of a pair at a meeting; `why` is added to the message."""
     i, j = (int(k) for k in pair)
     time, first, second = meeting
@@ -191,7 +191,7 @@ def _too_close(fleet: FleetSeparation, pair: Indices, meeting: Meeting, fault: F
     return Violation(fault, _uavs(fleet, i, j), message, time, position_tuple(middle))
 
 
-def _undecided(fleet: FleetSeparation, pair: Indices, meeting: Meeting, halvings: int) -> Violation:
+def _undecided(fleet: FleetSeparation, pair: Indices, meeting: PairPositions, halvings: int) -> Violation:
     i, j = (int(k) for k in pair)
     middle = (meeting.first + meeting.second) / 2
     message = (
