@@ -2,8 +2,11 @@
 
 import re
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from skyverse.cli.given_scenario import without_way
 from skyverse.cli.option_names import for_command_line
@@ -19,6 +22,33 @@ LEAST_TOKEN, MOST_TOKEN = 16, 1024
 """Characters of a token."""
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ReplannerOptions:
+    """How far ahead motions are proven, and how much is tried.
+
+    Parameters
+    ----------
+    horizon
+        Seconds up to which motions are proven; when left out, half a second more than it takes to come to rest.
+    lead
+        Seconds from an observation at which a new motion begins: so long the answer may take.
+    memory
+        Seconds for which a mover that is not seen again stays in any case, at least the horizon, which is the default
+        if it is longer than 3; later it is forgotten once it may be anywhere.
+    candidates
+        How many motions are tried for a UAV at most at each observation.
+    """
+
+    horizon: float | None = None
+    lead: float = 0.1
+    memory: float | None = None
+    candidates: Annotated[int, WHOLE] = 128
+
+
+_REPLANNER = ReplannerOptions()
+
+
 def live(
     mission: GivenMission | None = None,
     /,
@@ -27,10 +57,7 @@ def live(
     token: Path | None = None,
     setpoints: float | None = None,
     wgs84: Annotated[bool, FLAG] = False,
-    horizon: float | None = None,
-    lead: float = 0.1,
-    memory: float | None = None,
-    candidates: Annotated[int, WHOLE] = 128,
+    replanner: ReplannerOptions = _REPLANNER,
     schema: Annotated[bool, FLAG] = False,
 ) -> None:
     """Steer a mission from another program: observations come in as JSON lines, the motions to fly go out.
@@ -57,15 +84,6 @@ def live(
         How many setpoints a second answers hold, from now to the horizon: position, velocity and acceleration.
     wgs84
         Give setpoints in latitude, longitude and altitude too; the scenario must have an origin.
-    horizon
-        Seconds up to which motions are proven; when left out, half a second more than it takes to come to rest.
-    lead
-        Seconds from an observation at which a new motion begins: so long the answer may take.
-    memory
-        Seconds for which a mover that is not seen again stays in any case, at least the horizon, which is the default
-        if it is longer than 3; later it is forgotten once it may be anywhere.
-    candidates
-        How many motions are tried for a UAV at most at each observation.
     schema
         Print the JSON Schema of the messages instead.
     """
@@ -91,8 +109,7 @@ def live(
         print(without_way(given), file=sys.stderr)
     for caution in mission_cautions(given):
         print(for_command_line(caution.sentence), file=sys.stderr)
-    replanner = sky.Replanner(given, horizon=horizon, lead=lead, memory=memory, candidates=candidates)
-    session = LiveSession(replanner, setpoints=setpoints, wgs84=wgs84)
+    session = LiveSession(sky.Replanner(given, **vars(replanner)), setpoints=setpoints, wgs84=wgs84)
     load_kernels(given)
     try:
         if where is None:

@@ -104,7 +104,8 @@ def track(
             told[i] = states[late, POSITION + i] + disturbed.position_error[k, i]
             told[3 + i] = states[late, VELOCITY + i] + disturbed.velocity_error[k, i]
         _observe(known, state, told, calm, period, scratch, explained, push)
-        _command(known, state, told, push, position[k], velocity[k], acceleration[k], scratch, commanded)
+        asked = (position[k], velocity[k], acceleration[k])
+        _command(known, state, told, push, asked, scratch, commanded)
         advance(real, state, disturbed.wind[k], commanded, period, scratch)
         away = 0.0
         for i in range(3):
@@ -144,19 +145,18 @@ def _command(
     state: Floats,
     told: Floats,
     push: Floats,
-    position: Floats,
-    velocity: Floats,
-    acceleration: Floats,
+    asked: tuple[Floats, Floats, Floats],
     scratch: Scratch,
     commanded: Floats,
 ) -> None:
-    """Write the commanded rotor speeds, rad/s, into (4,).
+    """Write the commanded rotor speeds, rad/s, into (4,), for a position, a velocity and an acceleration (3,) each.
 
     With the wanted force f, of which the tilt is limited, and the attitude's columns b_1, b_2, b_3 as they are and
     c_1, c_2, c_3 as wanted (c_3 along f, no yaw), the error of attitude is e = (c_3.b_2 - c_2.b_3, c_1.b_3 - c_3.b_1,
     c_2.b_1 - c_1.b_2) / 2, the total thrust f.b_3, and the moments J (-k_p e - k_d w) + w x J w.
     """
     rotation, inertia = scratch.rotation, known.inertia
+    position, velocity, acceleration = asked
     ax, ay, az = acceleration[0] - push[0], acceleration[1] - push[1], acceleration[2] - push[2]
     ax -= POSITION_GAINS[0] * (told[0] - position[0]) + VELOCITY_GAINS[0] * (told[3] - velocity[0])
     ay -= POSITION_GAINS[1] * (told[1] - position[1]) + VELOCITY_GAINS[1] * (told[4] - velocity[1])

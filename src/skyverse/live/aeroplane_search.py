@@ -31,7 +31,7 @@ from skyverse.live.aeroplane_course import (
     turns_away,
 )
 from skyverse.live.course import followed, of_one_degree
-from skyverse.live.replan import Choice, Meeting, Span
+from skyverse.live.replan import Choice, FirstContact, Span
 from skyverse.live.search import BLOCKED, KEEP_ON, Search, SearchBudget, Step
 from skyverse.live.surroundings import Surroundings, barred
 from skyverse.model.trajectory import Trajectory
@@ -135,9 +135,11 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
         if not self.held:
             yield self.keep
 
-    def contact(self, motion: Trajectory, begin: float, until: float) -> Meeting:
+    def contact(self, motion: Trajectory, begin: float, until: float) -> FirstContact:
         """Return what moves that a motion first comes too near to between two instants."""
-        return Meeting() if begin >= until else self.around.contact(motion.knots, motion.coefficients, begin, until)
+        return (
+            FirstContact() if begin >= until else self.around.contact(motion.knots, motion.coefficients, begin, until)
+        )
 
     def barred(self, motion: Trajectory) -> float:
         """Return from when on it is not proven that a motion is clear of what stands still, infinite if it is."""
@@ -260,13 +262,15 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
         kept = Followed(self.course.motion, None, 0.0, kept=True)
         return self.judged(kept, contact, self.barred(part_of(motion, self.begin, motion.end)))
 
-    def judged(self, found: Followed, contact: Meeting, barred: float = math.inf) -> Outcome | None:
+    def judged(self, found: Followed, contact: FirstContact, barred: float = math.inf) -> Outcome | None:
         """Return a motion that meets nothing; otherwise take note of what it meets, also before it begins."""
         met = min(self.before, contact)
         static = min(barred, self.barred_before)
         if min(met.instant, static) == math.inf:
             return self.outcome(found)
-        self.met.append((met if met.instant <= static else Meeting(static), found._replace(clear=barred == math.inf)))
+        self.met.append(
+            (met if met.instant <= static else FirstContact(static), found._replace(clear=barred == math.inf))
+        )
         return None
 
     def flown(self, found: Followed) -> AeroplaneCourse:

@@ -14,7 +14,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.live.course import STAY, Course, Planned, motions_along, stop_or_stay
 from skyverse.live.guidance import AT_REST, GATE_SHARES, SHARES, Way, escapes, gates, ways_ahead
-from skyverse.live.replan import Choice, Meeting, Span
+from skyverse.live.replan import Choice, FirstContact, Span
 from skyverse.live.search import BLOCKED, KEEP_ON, Search, SearchBudget, Step
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings, barred, seconds_lost, way_back
@@ -74,7 +74,7 @@ class MultirotorSearch(Search[Course, Branch]):
         self.course, self.guidance, self.planned = course, guidance, planned
         self.widened = False
         self.states: dict[float, Floats] = {}
-        self.before: dict[float, Meeting] = {}
+        self.before: dict[float, FirstContact] = {}
         self.clear_before: dict[float, bool] = {}
         self.fastest = math.hypot(*self.state(span.now)[1])  # of a UAV that was found too fast, and brakes
         self.hold = Branch(span.join, np.zeros(0), np.zeros(0), course.way, course.passed)
@@ -213,7 +213,7 @@ class MultirotorSearch(Search[Course, Branch]):
         """Return what is flown from now on, to rest."""
         return self.flown(found).motion
 
-    def contact(self, found: Branch) -> Meeting:
+    def contact(self, found: Branch) -> FirstContact:
         """Return the mover that a motion first comes too near to, counted from now."""
         motion, now, begin, apart = self.course.motion, self.span.now, found.begin, self.span.apart
         if found.kept:
@@ -254,7 +254,7 @@ class MultirotorSearch(Search[Course, Branch]):
             self.widen(found, contact)
         return None
 
-    def widen(self, found: Branch, contact: Meeting) -> None:
+    def widen(self, found: Branch, contact: FirstContact) -> None:
         """Push ways past the place where a motion meets a mover, and away from where the UAV is."""
         place = self.state(found.begin)[0]
         limits, left = self.around.limits, self.span.until - found.begin
@@ -336,14 +336,14 @@ class MultirotorSearch(Search[Course, Branch]):
         seconds = seconds_left(self.around.limits, place, velocity, onwards.points)
         return self.span.join + seconds < self.span.until
 
-    def first_meeting(self, found: Branch, contact: Meeting) -> Meeting:
+    def first_meeting(self, found: Branch, contact: FirstContact) -> FirstContact:
         """Return what a motion meets first, of movers and of what stands still."""
-        return min(contact, Meeting(self.barred(found)), key=lambda one: one.instant)
+        return min(contact, FirstContact(self.barred(found)), key=lambda one: one.instant)
 
-    def nearest_to_clear(self, ranked: list[tuple[Meeting, Branch]]) -> tuple[Meeting, Branch]:
+    def nearest_to_clear(self, ranked: list[tuple[FirstContact, Branch]]) -> tuple[FirstContact, Branch]:
         """Return the motion that leads soonest to where it is clear, or else nearest to there; or to keep on."""
 
-        def lacks(met: tuple[Meeting, Branch]) -> tuple[float, float]:
+        def lacks(met: tuple[FirstContact, Branch]) -> tuple[float, float]:
             durations, rows = met[1].durations, met[1].rows
             if met[1].kept:
                 durations, rows = self.course.part(self.span.join, max(self.course.motion.end, self.span.until))

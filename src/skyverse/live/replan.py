@@ -25,7 +25,7 @@ class Span(NamedTuple):
     apart: float
 
 
-class Meeting(NamedTuple):
+class FirstContact(NamedTuple):
     """What a motion first comes too near to: when, infinite if never, and which mover, -1 for what stands still."""
 
     instant: float = math.inf
@@ -49,7 +49,7 @@ class Choice(NamedTuple):
 
     kept: bool
     proven: bool
-    contact: Meeting
+    contact: FirstContact
     tried: int
     held_up: bool = False
 

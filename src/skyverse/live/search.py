@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from itertools import count
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from skyverse.live.replan import Choice, Meeting, Span
+from skyverse.live.replan import Choice, FirstContact, Span
 from skyverse.live.surroundings import Surroundings, share_avoided
 from skyverse.model.trajectory import Trajectory
 
@@ -52,7 +52,7 @@ class Search(ABC, Generic[C, F]):
         self.around, self.span, self.budget = around, span, budget
         self.queue: list[tuple[float, int, Step[C]]] = []
         self.numbers = count()
-        self.met: list[tuple[Meeting, F]] = []
+        self.met: list[tuple[FirstContact, F]] = []
         self.tried = 0
         self.looked_at = span.now + LOOKED_AT * (span.until - span.now)
 
@@ -80,11 +80,11 @@ class Search(ABC, Generic[C, F]):
     def clear(self, found: F) -> bool:
         """Tell whether all that is flown from now on is clear of what stands still, and slow enough there."""
 
-    def first_meeting(self, found: F, contact: Meeting) -> Meeting:
+    def first_meeting(self, found: F, contact: FirstContact) -> FirstContact:
         """Return what an unproven motion meets first, of movers and of what stands still."""
         return contact
 
-    def nearest_to_clear(self, ranked: list[tuple[Meeting, F]]) -> tuple[Meeting, F]:
+    def nearest_to_clear(self, ranked: list[tuple[FirstContact, F]]) -> tuple[FirstContact, F]:
         """Return the best of motions none of which is clear of what stands still."""
         return ranked[0]
 
@@ -121,12 +121,12 @@ class Search(ABC, Generic[C, F]):
                 return outcome
         return self.least_bad()
 
-    def outcome(self, found: F, proven: bool = True, contact: Meeting | None = None) -> tuple[C, Choice]:
+    def outcome(self, found: F, proven: bool = True, contact: FirstContact | None = None) -> tuple[C, Choice]:
         """Return the course of a motion, and what is known of it."""
         held_up = bool(self.met) and self.met[0][0].mover >= self.around.uavs
-        return self.flown(found), Choice(found.kept, proven, contact or Meeting(), self.tried, held_up)
+        return self.flown(found), Choice(found.kept, proven, contact or FirstContact(), self.tried, held_up)
 
-    def unproven(self, found: F, contact: Meeting) -> tuple[C, Choice]:
+    def unproven(self, found: F, contact: FirstContact) -> tuple[C, Choice]:
         """Return the same of a motion that is not proven."""
         return self.outcome(found, False, self.first_meeting(found, contact))
 
@@ -137,7 +137,7 @@ class Search(ABC, Generic[C, F]):
         """
         shapes, span = self.around.moving.shapes, self.span
 
-        def danger(met: tuple[Meeting, F]) -> tuple[float, float]:
+        def danger(met: tuple[FirstContact, F]) -> tuple[float, float]:
             motion = self.motion(met[1])
             share, missing = share_avoided(
                 shapes, motion.knots.copy(), motion.coefficients.copy(), span.join, span.apart

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.replan import Meeting, Span
+from skyverse.live.replan import FirstContact, Span
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
@@ -78,16 +78,16 @@ class Surroundings(NamedTuple):
     moving: Moving
     uavs: int
 
-    def contact(self, knots: Floats, rows: Floats, begin: float, until: float, fastest: float = 0.0) -> Meeting:
+    def contact(self, knots: Floats, rows: Floats, begin: float, until: float, fastest: float = 0.0) -> FirstContact:
         """Return what moves that a motion first comes too near to between two instants; see `first_contact`.
 
         `fastest` is the greatest speed of one that breaks the limits, m/s.
         """
         if begin > until:
-            return Meeting()
+            return FirstContact()
         fastest = max(self.limits.speed * (1.0 + LIMIT_EASE), fastest)
         mover, instant = first_contact(self.moving.shapes, knots.copy(), rows.copy(), fastest, begin, until)
-        return Meeting(instant, mover)
+        return FirstContact(instant, mover)
 
 
 def all_moving(
