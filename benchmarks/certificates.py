@@ -1,8 +1,8 @@
 """Certificates against an oracle: ``python benchmarks/certificates.py [WORLDS] [--first SEED] [--processes P]``.
 
 Random worlds and fleets (`wild`), some with tracking errors, ceilings, climb limits and obstacles closed above
-(`margins`), flights that rise and land in columns (`columns`), and walls with slits, seams and corridors that fit
-exactly (`seams`), are judged by `certify` and `check`, and by dense sampling (`oracle`), which shares no code with the
+(`margins`), flights that rise and land in columns (`columns`), and walls with slits and corridors that fit
+exactly (`walls`), are judged by `certify` and `check`, and by dense sampling (`oracle`), which shares no code with the
 referee. What is called proven must look so at all samples, and at random places within the tracking error of each; what
 is called refuted must be so at the instant that is named. The first disagreement ends the run with exit code 1 and
 names the seed.
@@ -20,8 +20,8 @@ import numpy as np
 from columns import by_columns, rising
 from machine import describe, table
 from margins import astray, narrowed, reach, strays
-from oracle import RATE, Motion, depth, excess, moving, norm, sampled, squeezed, where
-from seams import seamed
+from oracle import RATE, Motion, excess, moving, norm, sampled, where
+from walls import walled
 from wild import world
 
 import skyverse as sky
@@ -29,8 +29,6 @@ from skyverse.model.shapes import Voxels
 from skyverse.numerics.cores import cores
 
 ROUNDING = 1e-9  # of the oracle
-TOUCHING = 200  # places that touch something, of one flight, that are examined for seams
-FINE = 1e-7  # metres: steps by which it is judged whether a proven flight is in a seam
 ABRUPT = (sky.Fault.CONTINUITY, sky.Fault.TRAJECTORY_ENDS)  # at knots, judged exactly
 
 
@@ -45,7 +43,7 @@ class Outcome(NamedTuple):
 
 def compared(seed: int) -> Outcome:
     """Judge one world by both."""
-    made = rising if seed % 8 == 6 else seamed if seed % 4 == 3 else world
+    made = rising if seed % 8 == 6 else walled if seed % 4 == 3 else world
     mission = made(seed)
     mission = narrowed(mission, seed) if seed % 5 == 1 and made is not rising else mission
     scenario = mission.scenario
@@ -86,11 +84,6 @@ def trajectory(
                     wrong.append(f"{vehicle.name} is proven, but {fault.value} by {value:.3g} when it strays")
         wrong += [f"{vehicle.name} is proven, but {fault.value} by {worst[fault]:.3g}" for fault in seen]
         wrong += [f"{vehicle.name} is proven, but {violation.message}" for violation in violations]
-        touching = motion.position[depth(mission.scenario, motion.position) > -5e-7]
-        touching = touching[:: len(touching) // TOUCHING + 1]
-        tight = touching[squeezed(mission.scenario, touching) == 1] if len(touching) else touching
-        if any(squeezed(mission.scenario, place[None], reach=40, step=FINE)[0] == 1 for place in tight):
-            wrong.append(f"{vehicle.name} is proven, but leads through a seam")
     named = {violation.fault for violation in violations}
     if sky.Fault.UNDECIDED not in named:
         wrong += [f"{vehicle.name} is {fault.value} by {worst[fault]:.3g}, unnoticed" for fault in seen - named]
@@ -103,14 +96,7 @@ def trajectory(
         there = max(
             excess(mission.scenario, vehicle, at)[violation.fault].max() for at in around(flown, violation.time)
         )
-        seam = violation.fault is sky.Fault.TRAJECTORY_CLEARANCE and "less than a micrometre" in violation.message
-        if seam:
-            counted["seam", ""] += 1
-            if not squeezed(mission.scenario, np.array([violation.position]), reach=12).any():
-                wrong.append(f"{violation.message} But there is space.")
-            continue
-        # a border between voxels is no surface, but the oracle takes voxels one by one
-        if not there > -ROUNDING and not squeezed(mission.scenario, np.array([violation.position])).any():
+        if not there > -ROUNDING:
             wrong.append(f"{violation.message} But the excess there is {there:.3g}.")
         # quantities of which the referee seeks the worst instant along another scale are left out; so are voxels, of
         # which several may be one box
@@ -209,7 +195,7 @@ def main(worlds: int, first: int, processes: int) -> int:
     flown = sum(counted["trajectory", verdict] for verdict in sky.Verdict)
     print(f"\n{1e3 * seconds / max(flown, 1):.1f} ms per trajectory, separations included. Violations:\n")
     rows = [[f.value, f"{counted['violation', f]:,}"] for f in sky.Fault if counted["violation", f]]
-    table(["", "found"], [*rows, ["of them through seams", f"{counted['seam', '']:,}"]])
+    table(["", "found"], rows)
     strayed, columns = counted["strayed", ""], counted["in column", ""]
     print(f"\n{strayed:,} of the proven trajectories had a tracking error; {columns:,} rose or landed in a column.")
     return 0

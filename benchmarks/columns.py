@@ -106,7 +106,7 @@ def rising(seed: int) -> sky.Mission:
     """Let a UAV with a tracking error rise straight up from one place, and descend straight to another."""
     rng = np.random.default_rng([seed, 3])
     error = sky.TrackingError(horizontal=float(rng.uniform(0.2, 2)), vertical=float(rng.uniform(0.2, 3)))
-    clearance = float(rng.choice([0.0, 0.25, 0.5, 1.0]))
+    clearance = float(rng.choice([0.001, 0.25, 0.5, 1.0]))
     terrain = relief(rng) if rng.random() < 0.7 else None
     feet, shapes = [], []
     for x in (10.0, 30.0):

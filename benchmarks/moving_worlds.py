@@ -23,7 +23,7 @@ def moving_world(seed: int) -> sky.Mission:
     scenario = sky.Scenario(
         name=f"moving-{seed}",
         bounds={"min": (-beyond, -beyond, -beyond), "max": (SIDE + beyond, SIDE + beyond, HEIGHT + beyond)},
-        clearance=float(rng.choice([0.0, 0.3, 1.0])),
+        clearance=float(rng.choice([0.001, 0.3, 1.0])),
         lattice={"step": (2, 2, 2), "connectivity": 26},
         objective={"unit": "metres"},
         movers=[mover(rng) for _ in range(rng.integers(0, 6))],

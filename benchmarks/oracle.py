@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder
-from scipy.ndimage import label
 
 import skyverse as sky
 from skyverse.model.shapes import Sphere, Terrain, Voxels
@@ -124,20 +123,6 @@ def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
             lowest = ground(scenario.terrain.lowest_ground, p[:, :2])
             deepest = np.maximum(deepest, p[:, 2] - lowest - scenario.max_height)
     return deepest
-
-
-def squeezed(scenario: sky.Scenario, places: np.ndarray, reach: int = 4, step: float = 1e-6) -> np.ndarray:
-    """Tell which places (n, 3) are in a seam: 1 where no step leads to free space, 2 where some lead to either side.
-
-    Free are places half a micrometre from everything, among those up to so many steps, metres, away on each axis. Gaps
-    that are wider than a micrometre by less than a step may be missed.
-    """
-    grid = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1) * step] * 3, indexing="ij"), axis=-1)
-    around = (places[:, None, None, None] + grid).reshape(-1, 3)
-    inside = np.minimum(around - scenario.bounds.min, scenario.bounds.max - around).min(axis=1)
-    free = ((depth(scenario, around) < -5.05e-7) & (inside > 5.05e-7)).reshape(len(places), *grid.shape[:3])
-    sides = np.array([label(one, np.ones((3, 3, 3)))[1] for one in free], dtype=int)
-    return np.where(sides == 0, 1, np.where(sides > 1, 2, 0))
 
 
 def about(cylinder: sky.Cylinder, xy: np.ndarray) -> np.ndarray:

@@ -25,9 +25,7 @@ from machine import describe, table
 
 import skyverse as sky
 from skyverse.model.verdict import Verdict
-from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
-from skyverse.space.obstacles import with_margin
 from skyverse.summary import flight_summary
 from skyverse.trajectory import Shape, fly_along
 from skyverse.trajectory.corridor import grow_corridor
@@ -206,7 +204,7 @@ def segments(problem: sky.Problem, result: sky.Result) -> int:
     ends = problem.scenario.uavs[problem.uav].start, problem.scenario.targets[problem.target].position
     waypoints = drop_collinear(np.vstack([ends[0], result.path, ends[1]]))
     world = problem.airspace.world
-    return len(grow_corridor(world.space, shortcut(with_margin(world.space, SEAM_MARGIN), waypoints), REACH, math.inf))
+    return len(grow_corridor(world.space, shortcut(world.space, waypoints), REACH, math.inf))
 
 
 def milliseconds(call: Callable[[], object], runs: int) -> float:

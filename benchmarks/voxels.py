@@ -35,7 +35,7 @@ def airspace(path: Path) -> sky.Airspace:
             name=path.stem,
             bounds=sky.Bounds(min=(0, 0, 0), max=tuple(n - 1 for n in size)),
             obstacles=tuple(sky.Box(min=[v - 0.5 for v in b], max=[v + 0.5 for v in b]) for b in blocked),
-            clearance=0,
+            clearance=0.001,
             lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
             objective=sky.Objective(unit="metres"),
         )
@@ -97,7 +97,7 @@ def large(path: Path) -> None:
                 name=label,
                 bounds=sky.Bounds(min=(0, 0, 0), max=tuple(n - 1 for n in occupied.shape)),
                 obstacles=[sky.Voxels(origin=(-0.5,) * 3, step=(1, 1, 1), occupied=occupied)],
-                clearance=0,
+                clearance=0.001,
                 lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
                 objective=sky.Objective(unit="metres"),
                 uavs=[sky.UAV(start=tuple(place)) for place in places[:, 0]],

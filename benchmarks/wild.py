@@ -52,7 +52,7 @@ def wild(rng: np.random.Generator) -> sky.Mission:
     trajectories = [spline(rng, side) for _ in range(count)]
     motions = [sampled(trajectory)[1] for trajectory in trajectories]
     mission = assembled(trajectories, [sky.UAV(start=(0, 0, 0))] * count, side)
-    clearance = float(rng.choice([0.0, 0.25]))
+    clearance = float(rng.choice([0.001, 0.25]))
     boxes = [wall(rng, motions[rng.integers(count)].position, clearance) for _ in range(rng.integers(0, 3))]
     if rng.random() < 0.3:
         corners = rng.uniform(0, side, (rng.integers(1, 20), 3))
@@ -85,13 +85,13 @@ def mapped(mission: sky.Mission, rng: np.random.Generator) -> sky.Mission:
         step = rng.uniform(0.5, 3, 2)
         count = np.ceil((high - low)[:2] / step).astype(int) + 2
         heights = low[2] + rng.choice([0.0, 0.3, 2.0]) * rng.random(count)
-        terrain = Terrain(origin=low[:2], step=step, heights=heights, clearance=rng.choice([0.0, 0.2]))
+        terrain = Terrain(origin=low[:2], step=step, heights=heights, clearance=rng.choice([0.001, 0.2]))
         below = float(rng.choice(OFF)) - depth(derived(mission.scenario, terrain=terrain), flown).max()
         if rng.random() < 0.7 and below > 0:
             terrain = derived(terrain, clearance=terrain.clearance + below)
     clear = derived(mission.scenario, obstacles=tuple(some), clearance=0.0)
     gap = -depth(clear, flown).max() + float(rng.choice(OFF)) if some else -1.0
-    clearance = gap if 0 < gap < np.inf and rng.random() < 0.7 else 0.25
+    clearance = gap if 0.001 < gap < np.inf and rng.random() < 0.7 else 0.25
     update = {"obstacles": (*mission.scenario.obstacles, *some), "clearance": clearance, "terrain": terrain}
     if terrain is not None:
         bounds, (first, last) = mission.scenario.bounds, terrain.extent

@@ -54,7 +54,7 @@ def priced(objective, connectivity, *indices, goal=(0, 0, 0)):
     scenario = sky.Scenario(
         name="hall",
         bounds=sky.Bounds(min=(0, 0, 0), max=(4, 4, 4)),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(0.5, 1, 2), connectivity=connectivity),
         objective=objective,
     )
@@ -103,7 +103,7 @@ def test_steps_of_equal_metres_and_of_equal_nodes_are_told_apart():
     scenario = sky.Scenario(
         name="cubes",
         bounds=sky.Bounds(min=(0, 0, 0), max=(4, 4, 4)),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(2, 2, 2)),
         objective=sky.Objective(unit="metres"),
     )

@@ -29,7 +29,7 @@ def field(*zones, connectivity=26, **weights):
         name="field",
         bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 10)),
         zones=zones,
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(1, 1, 1), connectivity=connectivity),
         objective=sky.Objective(unit="metres", **weights),
         uavs=(sky.UAV(start=(0, 0, 0)),),
@@ -274,7 +274,7 @@ def soft_worlds(draw):
         obstacles=(sky.Sphere(centre=(5, 5, 4), radius=2.2),),
         zones=tuple(draw(st.lists(zones(), max_size=3))),
         terrain=terrain,
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(2.5, 2.5, 2.5), connectivity=draw(st.sampled_from([6, 26]))),
         objective=sky.Objective(unit=draw(st.sampled_from(["nodes", "metres"])), **weights),
     )

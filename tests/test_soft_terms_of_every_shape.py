@@ -82,7 +82,7 @@ def test_a_leg_along_the_face_between_two_voxels_is_counted_once():
 def test_metres_outside_a_band_above_ground_are_what_sampling_says(points, seed, low, wide):
     rng = np.random.default_rng(seed)
     shape = rng.integers(2, 9, 2)
-    terrain = Terrain(origin=(0, 0), step=tuple(10 / (shape - 1)), heights=rng.uniform(0, 4, shape), clearance=0.0)
+    terrain = Terrain(origin=(0, 0), step=tuple(10 / (shape - 1)), heights=rng.uniform(0, 4, shape), clearance=0.001)
     band = sky.AltitudeBand(low=low, high=low + wide, weight=1.0, above="ground")
     scenario, path = world(terrain=terrain, band=band), np.array(points)
     seen = 0.0

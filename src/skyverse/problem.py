@@ -15,7 +15,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, told_metres, told_point
 from skyverse.model.temporary_zones import is_closed_at_times, temporary_zones
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.tolerances import SEAM_MARGIN
+from skyverse.numerics.tolerances import SIGHT_MARGIN
 from skyverse.search.lattice_astar import LatticePath, shortest_route
 from skyverse.space.cells import Cells, make_cells
 from skyverse.space.column import column_top
@@ -80,12 +80,12 @@ class Airspace:
     @cached_property
     def cells(self) -> Cells:
         """Free space, cut into cells, which are boxes."""
-        return make_cells(self.world.space, self.world.space.clearance + 3 * SEAM_MARGIN)
+        return make_cells(self.world.space, self.world.space.clearance + 3 * SIGHT_MARGIN)
 
     @cached_property
     def edges(self) -> Edges:
         """The edges of obstacles at which a shortest path can bend."""
-        return make_edges(self.world.space, self.world.space.clearance + 2 * SEAM_MARGIN)
+        return make_edges(self.world.space, self.world.space.clearance + 2 * SIGHT_MARGIN)
 
     @cached_property
     def moving(self) -> MovingShapes:

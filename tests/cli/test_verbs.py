@@ -100,7 +100,7 @@ def test_scenarios_prints_a_map_of_voxels_without_its_voxels_and_writes_them_all
     bounds = sky.Bounds(min=(0, 0, 0), max=(6, 6, 6))
     lattice = sky.Lattice(step=(0.5, 0.5, 0.5))
     voxels = sky.Voxels(origin=(0, 0, 0), step=(0.1, 0.1, 0.1), occupied=occupied)
-    given = sky.Scenario(name="office", bounds=bounds, clearance=0, lattice=lattice, obstacles=(voxels,))
+    given = sky.Scenario(name="office", bounds=bounds, clearance=0.001, lattice=lattice, obstacles=(voxels,))
     sky.write(given, tmp_path / "office.yaml")
     code, out, err = skyverse("scenarios", "office.yaml")
     assert code == 0

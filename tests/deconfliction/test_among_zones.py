@@ -152,4 +152,4 @@ def test_a_uav_with_a_tracking_error_keeps_away_by_that_too():
     uav = sky.UAV(start=(1, 10, 1), tracking_error=error)
     mission = proven(hall(sky.Box(**BESIDE, active=[[0, 60]]), uavs=[uav]))
     path = np.array(mission.results[0].path)
-    assert path[:, 1].min() <= 5 - 0.2 - 0.5
+    assert path[:, 1].min() <= 5 - 0.2 - 0.5 + 1e-6

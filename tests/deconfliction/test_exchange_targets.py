@@ -51,7 +51,7 @@ def fleet(seed=0, spread=0.0):
     return sky.Scenario(
         name="fleet",
         bounds=sky.Bounds(min=(0, 0, 0), max=(13.6, 8.4, 5.8)),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(0.378, 0.290, 0.647), connectivity=6),
         objective=sky.Objective(unit="nodes", divergence=0),
         uavs=[uav.model_copy(update={"start": start}) for uav, start in zip(UAVS, moved, strict=False)],

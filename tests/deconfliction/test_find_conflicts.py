@@ -14,7 +14,7 @@ def fleet(starts, **limits):
     return sky.Scenario(
         name="fleet",
         bounds=sky.Bounds(min=(-50, -50, -50), max=(50, 50, 50)),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(1, 1, 1)),
         uavs=[sky.UAV(start=tuple(start), **limits) for start in starts],
     )

@@ -19,7 +19,7 @@ from skyverse.problem import Airspace, Problem
 from skyverse.trajectory import fly_along
 
 
-def scenario(uavs, targets, obstacles=(), height=(0, 2), width=10.0, clearance=0.0):
+def scenario(uavs, targets, obstacles=(), height=(0, 2), width=10.0, clearance=0.001):
     return sky.Scenario(
         name="fleet",
         bounds=sky.Bounds(min=(0, 0, height[0]), max=(20, width, height[1])),

@@ -76,7 +76,7 @@ def test_legs_are_off_no_more_than_is_reckoned(length, away):
         side = away + length
         given = Scenario(
             name="far",
-            clearance=0.0,
+            clearance=0.001,
             frame=Frame(origin=origin),
             bounds=Bounds(min=(-side, -side, 0), max=(side, side, 900)),
         )

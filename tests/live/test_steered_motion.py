@@ -33,7 +33,7 @@ def faults(uav, motion):
     """What the referee finds wrong with a motion in empty space that may begin and end anywhere."""
     wide = sky.Bounds(min=(-500, -500, -500), max=(500, 500, 500))
     lattice = sky.Lattice(step=(10, 10, 10))
-    scenario = hall(uavs=[uav]).model_copy(update={"bounds": wide, "lattice": lattice, "clearance": 0.0})
+    scenario = hall(uavs=[uav]).model_copy(update={"bounds": wide, "lattice": lattice, "clearance": 0.001})
     found = judge_trajectory(RefereeWorlds(scenario).of(0), 0, None, motion).violations
     return [one for one in found if one.fault is not sky.Fault.TRAJECTORY_ENDS]
 

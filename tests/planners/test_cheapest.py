@@ -17,7 +17,7 @@ def field(start, target, *, size=(20, 20, 10), **changes):
         **{
             "name": "field",
             "bounds": sky.Bounds(min=(0, 0, 0), max=size),
-            "clearance": 0.0,
+            "clearance": 0.001,
             "lattice": sky.Lattice(step=(1, 1, 1), connectivity=26),
             "objective": sky.Objective(unit="metres"),
             "uavs": (sky.UAV(start=start),),

@@ -64,7 +64,7 @@ def test_it_flies_round_a_zone_over_a_low_one_and_level_where_that_pays():
         name="field",
         bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 5)),
         zones=(wall,),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(1, 1, 1)),
         objective=sky.Objective(unit="metres"),
         uavs=(sky.UAV(start=(0, 2, 1)),),

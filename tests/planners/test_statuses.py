@@ -40,7 +40,7 @@ def hall(start, target, *obstacles, **changes):
         bounds=sky.Bounds(min=(0, 0, 0), max=(3, 3, 3)),
         obstacles=obstacles,
         lattice=changes.pop("lattice", sky.Lattice(step=(1, 1, 1))),
-        clearance=0,
+        clearance=0.001,
         uavs=(sky.UAV(start=start),),
         targets=(sky.Target(position=target),),
         **changes,

@@ -167,7 +167,7 @@ def test_no_leg_slips_through_the_seam_of_boxes_that_touch(planner):
         name="seam",
         bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 10)),
         obstacles=(sky.Box(min=(4, 0, 0), max=(6, 5, 10)), sky.Box(min=(4, 5, 0), max=(6, 10, 10))),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(0.5, 0.5, 0.5)),
         objective=sky.Objective(unit="metres"),
         uavs=(sky.UAV(start=(1, 5, 5)),),

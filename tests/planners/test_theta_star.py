@@ -14,13 +14,13 @@ import skyverse as sky
 from skyverse.search.lazy_theta_star import lazy_theta_star
 from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
 from skyverse.space.lattice import positions
-from skyverse.space.world import segment_free, with_closed_obstacles
+from skyverse.space.world import segment_free
 from worlds import scenarios
 
 either = pytest.mark.parametrize("connectivity", [6, 26])
 
 
-def hall(start, target, *obstacles, size=(10, 10, 10), clearance=0.0, step=1.0, connectivity=26, objective=None):
+def hall(start, target, *obstacles, size=(10, 10, 10), clearance=0.001, step=1.0, connectivity=26, objective=None):
     return sky.Scenario(
         name="hall",
         bounds=sky.Bounds(min=(0, 0, 0), max=size),
@@ -88,10 +88,9 @@ def test_a_target_at_the_start_is_reached_at_once():
     assert result.status is sky.Status.OPTIMAL
 
 
-def test_a_start_on_the_surface_of_an_obstacle_leaves_it_by_the_lattice():
-    result = plan(hall((3, 5.2, 5), (9, 5, 5), ((1, 1, 0), (3, 9, 10)), step=0.8))
-    assert result.status is sky.Status.COMPLETE
-    assert result.cost <= 1.1 * result.bound
+def test_a_start_on_the_surface_of_an_obstacle_leaves_it():
+    result = plan(hall((3.001, 5.2, 5), (9, 5, 5), ((1, 1, 0), (3, 9, 10)), step=0.8))
+    assert result.status is sky.Status.OPTIMAL
 
 
 def test_what_the_lattice_cannot_join_has_no_path():
@@ -160,7 +159,7 @@ def test_corners_see_each_other_and_a_shortened_path_keeps_its_ends(scenario):
     problem = sky.Problem(scenario)
     if problem.route is None:
         return
-    grid, space = problem.airspace.grid, with_closed_obstacles(problem.airspace.world.space)
+    grid, space = problem.airspace.grid, problem.airspace.world.space
     nodes, _ = lazy_theta_star(grid, space, problem.source, problem.goal, math.inf)
     assert nodes[0] == problem.source
     assert nodes[-1] == problem.goal
@@ -210,7 +209,7 @@ def test_on_the_movingai_benchmark_no_path_is_longer_than_the_published_optimum(
         name="Simple",
         bounds=sky.Bounds(min=(0, 0, 0), max=[int(n) - 1 for n in header.split()[1:]]),
         obstacles=[{"min": [n - 0.5 for n in v], "max": [n + 0.5 for n in v]} for v in voxels],
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
         objective=sky.Objective(unit="metres"),
         uavs=[{"start": a} for a, _ in ways],

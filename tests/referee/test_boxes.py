@@ -14,10 +14,10 @@ THICK = Box(min=(5, 0, 0), max=(7, 6, 4))
 
 def test_a_path_may_end_just_before_the_thinnest_wall():
     wall = Box(min=(5, 0, 0), max=(5 + 1e-7, 6, 4))
-    boxes = grown_boxes(solid_shapes(SCENARIO.model_copy(update={"obstacles": (wall,), "clearance": 0.0})))
+    boxes = grown_boxes(solid_shapes(SCENARIO.model_copy(update={"obstacles": (wall,), "clearance": 0.001})))
     start = np.array([[4.0, 3, 2]])
-    assert deepest_in_boxes(boxes, start, np.array([[5 - 2e-7, 3, 2.5]])) is None
-    assert deepest_in_boxes(boxes, start, np.array([[5 + 2e-7, 3, 2.5]])) is not None
+    assert deepest_in_boxes(boxes, start, np.array([[4.999, 3, 2.5]])) is None
+    assert deepest_in_boxes(boxes, start, np.array([[4.999 + 2e-6, 3, 2.5]])) is not None
 
 
 coordinate = st.floats(-1, 5, allow_nan=False).map(lambda value: round(value, 3))
@@ -31,7 +31,7 @@ side = st.sampled_from([1e-7, 1e-3, 0.2, 1.0, 3.0])
     end=point,
     corner=point,
     sides=st.tuples(side, side, side),
-    clearance=st.sampled_from([0.0, 0.25]),
+    clearance=st.sampled_from([0.001, 0.25]),
 )
 def test_the_segment_test_agrees_with_dense_sampling(start, end, corner, sides, clearance):
     box = Box(min=corner, max=tuple(np.add(corner, sides)))
@@ -52,7 +52,7 @@ def test_the_segment_test_agrees_with_dense_sampling(start, end, corner, sides, 
 
 
 def test_only_the_part_of_a_segment_that_is_flown_is_inside_a_box():
-    boxes = grown_boxes(solid_shapes(SCENARIO.model_copy(update={"obstacles": (THICK,), "clearance": 0.0})))
+    boxes = grown_boxes(solid_shapes(SCENARIO.model_copy(update={"obstacles": (THICK,), "clearance": 0.001})))
     starts = np.array([[4.0, 1.0, 2.0], [4.0, 3.0, 2.0], [8.0, 3.0, 2.0]])
     ends = np.array([[5.5, 1.0, 2.0], [4.5, 3.0, 2.0], [9.0, 3.0, 2.0]])  # on, they would be in the middle of it
     met = deepest_in_boxes(boxes, starts, ends)

@@ -52,7 +52,7 @@ def hermite(t, p, v, a, form="dubins"):
     return Trajectory(t, np.stack(rows, axis=1), form=form)
 
 
-def mission(*flights, boxes=(), clearance=0.0, top=100.0, starts=None, targets=None):
+def mission(*flights, boxes=(), clearance=0.001, top=100.0, starts=None, targets=None):
     """UAVs that fly as told: pairs of a UAV's fields and a trajectory, or ``None`` for one that stands at its start."""
     given = [fields | ({"start": ends(flight)[0]} if flight is not None else {}) for fields, flight in flights]
     uavs = tuple(UAV(**fields) for fields in given)

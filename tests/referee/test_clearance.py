@@ -74,7 +74,7 @@ def grounds(draw):
         heights = np.add.outer(np.arange(nx) * 3 / nx, np.arange(ny) * 2 / ny)
     if kind == "step":
         heights = np.where(heights > 3, 4.0, 1.0)
-    clearance = draw(st.sampled_from([None, 0.0, 0.5]))
+    clearance = draw(st.sampled_from([None, 0.001, 0.5]))
     return Terrain(origin=(0, 0), step=(10 / (nx - 1), 10 / (ny - 1)), heights=heights, clearance=clearance)
 
 
@@ -110,7 +110,7 @@ def test_a_curve_that_just_keeps_or_just_breaks_the_clearance_is_decided(shape, 
     terrain = shape if isinstance(shape, Terrain) else None
     if terrain is not None:
         terrain = terrain.model_copy(update={"clearance": None})
-    least = 1e-3 if isinstance(shape, Voxels) else 0.0
+    least = 1e-3
     scenario = world(*([] if terrain else [shape]), clearance=least, terrain=terrain)
     seen = samples(curve)
     assume(terrain is None or (seen[:, :2].min() > 0 and seen[:, :2].max() < 10))
@@ -238,7 +238,7 @@ def test_a_flight_that_touches_a_ridge_is_proven_and_a_millimetre_lower_is_refut
     ],
 )
 def test_a_flight_from_corner_to_corner_goes_through(a, b):
-    scenario = world(Prism(vertices=SQUARE, low=0, high=9), clearance=0.0)
+    scenario = world(Prism(vertices=SQUARE, low=0, high=9), clearance=0.001)
     assert agrees(scenario, straight(a, b)) == "refuted"
     assert agrees(scenario, rest_to_rest(a, b)) == "refuted"
     assert legs(scenario, a, b).incursion is not None
@@ -246,7 +246,7 @@ def test_a_flight_from_corner_to_corner_goes_through(a, b):
 
 def test_a_flight_along_a_wall_of_many_edges_is_proven():
     wall = (*((float(x), 2.0) for x in range(9)), (8.0, 5.0), (0.0, 5.0))
-    for clearance in (0.0, 0.25):
+    for clearance in (0.001, 0.25):
         scenario = world(Prism(vertices=wall, low=0, high=9), clearance=clearance)
         y = 2 - clearance
         assert agrees(scenario, straight((-5, y, 1), (15, y, 3))) == "proven"
@@ -292,7 +292,7 @@ def test_an_obstacle_is_called_by_its_kind_and_name(named, words):
 @pytest.mark.parametrize(("radius", "deeper"), [(0.1, 0), (1.0, 1)])
 def test_of_shapes_of_two_kinds_the_one_entered_deeper_is_told(radius, deeper):
     shapes = Box(min=(2, 4.8, 4), max=(3, 5.2, 6)), Sphere(centre=(7, 5, 5), radius=radius)
-    met = legs(world(*shapes, clearance=0.0), (0, 5, 5), (10, 5, 5))
+    met = legs(world(*shapes, clearance=0.001), (0, 5, 5), (10, 5, 5))
     assert met.incursion.obstacle == deeper
 
 
@@ -338,7 +338,7 @@ def test_a_minute_over_wide_ground_is_judged_as_samples_see_it():
 def test_a_slanted_wall_thinner_than_what_is_let_pass_is_still_a_wall():
     wall = Prism(vertices=((1, 1), (9, 9), (9 - 1e-6, 9 + 1e-6), (1 - 1e-6, 1 + 1e-6)), low=0, high=9)
     flight = straight((3, 7, 4), (7, 3, 4))
-    scenario = world(wall, clearance=0.0)
+    scenario = world(wall, clearance=0.001)
     assert (
         verdict(judge_curve(referee_world(scenario), flight, bernstein(flight.pieces, flight.durations))) == "refuted"
     )

@@ -157,7 +157,7 @@ FORGED = {
     "a start called out of bounds": resulting(no_result(Status.START_OUT_OF_BOUNDS), mission=grounded(VALID)),
     # other worlds
     "a scenario without obstacles": replace(VALID, scenario=SCENARIO.model_copy(update={"obstacles": ()})),
-    "a scenario with less clearance": replace(VALID, scenario=SCENARIO.model_copy(update={"clearance": 0.0})),
+    "a scenario with less clearance": replace(VALID, scenario=SCENARIO.model_copy(update={"clearance": 0.001})),
     "a scenario with another name": replace(VALID, scenario=SCENARIO.model_copy(update={"name": "elsewhere"})),
     "a scenario with a faster UAV": given_uav(0, max_speed=500),
     "a scenario with a UAV elsewhere": given_uav(0, start=(0.3, 4.1, 1.2)),

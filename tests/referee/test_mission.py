@@ -238,7 +238,7 @@ def test_a_diagonal_passes_where_the_lattice_has_26_neighbours():
 @pytest.mark.parametrize("thickness", [0.01, 1e-5, 1e-7])
 def test_a_wall_between_two_nodes_is_seen_however_thin(thickness):
     wall = Box(min=(7.5, 0, 0), max=(7.5 + thickness, 6, 4))
-    scenario = SCENARIO.model_copy(update={"obstacles": (*SCENARIO.obstacles, wall), "clearance": 0.0})
+    scenario = SCENARIO.model_copy(update={"obstacles": (*SCENARIO.obstacles, wall), "clearance": 0.001})
     found = check(scenario, replace(VALID, scenario=scenario))
     faults = {(violation.fault, violation.uavs) for violation in found}
     assert faults == {(fault, (uav,)) for fault in (Fault.PATH_CLEARANCE, Fault.TRAJECTORY_CLEARANCE) for uav in (0, 1)}

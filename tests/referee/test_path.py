@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from judged_clearance import world
 from judged_missions import (
     MADE_BY,
     METRES,
@@ -23,13 +22,11 @@ from judged_missions import (
 from skyverse.model.mission import Mission
 from skyverse.model.result import Status
 from skyverse.model.scenario import Target
-from skyverse.model.shapes import Box, Sphere
+from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault
 from skyverse.referee import check
-from skyverse.referee.path import judge_safety
-from skyverse.referee.world import referee_world
 
 
 def test_a_goal_between_lattice_nodes_is_refused():
@@ -108,21 +105,6 @@ def test_of_two_obstacles_the_one_entered_deeper_is_told():
             mission = grounded(walking(row((0, 4, 1), *legs), 15, 0.3 * 5))
             found = check(scenario, replace(mission, scenario=scenario))
             assert f"0.5 m inside obstacle {boxes.index(SCENARIO.obstacles[0])} " in found[1].message
-
-
-def test_a_seam_is_refuted_also_where_rounding_leaves_the_clearance_elsewhere_undecided():
-    edge = 1 - 1e-6  # a path beside a sphere of radius 1 enters it by exactly what is let pass
-    ball = Sphere(centre=(3, 5, 5), radius=1.0)
-    halves = [Box(min=(6, low, 2), max=(8, high, 8)) for low, high in ((2, 5 + edge), (5 + edge, 8))]
-    path = np.array([(1, 5 + edge, 5), (9.5, 5 + edge, 5)])
-
-    def faults(*shapes):
-        judged_in = referee_world(world(*shapes, clearance=0.0).model_copy(update={"uavs": (UAV(start=path[0]),)}))
-        return [found.fault for found in judge_safety(judged_in, 0, None, path)]
-
-    assert faults(ball) == [Fault.UNDECIDED]
-    assert faults(*halves) == [Fault.PATH_CLEARANCE]
-    assert faults(ball, *halves) == [Fault.UNDECIDED, Fault.PATH_CLEARANCE]
 
 
 @pytest.mark.parametrize(("field", "node"), [("start", 0), ("goal", -1)])

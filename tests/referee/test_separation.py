@@ -46,7 +46,7 @@ def fleet(*flights, separation=(0.5, 1.0), uavs=None):
     scenario = Scenario(
         name="fleet",
         bounds=Bounds(min=(-1e4, -1e4, -1e4), max=(1e4, 1e4, 1e4)),
-        clearance=0,
+        clearance=0.001,
         lattice=Lattice(step=(1e3, 1e3, 1e3)),
         uavs=tuple(UAV(start=at, **(AGILE | fields | own)) for at, own in zip(starts, uavs, strict=True)),
         targets=tuple(Target(position=place) for place in ends),

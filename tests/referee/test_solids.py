@@ -33,9 +33,6 @@ def test_rounding_errors_of_distances_are_bounded_from_both_sides(size, count):
     assert distance_error(b, np.full(1, 1e-3), 0.0)[0] == pytest.approx(own + 4e-3)
 
 
-def test_walls_give_way_by_a_micrometre_or_a_quarter_of_their_thickness():
-    low, high = grown(np.array([1.0, 1.0]), np.array([3.0, 1 + 1e-7]), 0.0)
-    np.testing.assert_allclose(low - 1, [1e-6, 0.25e-7], rtol=1e-6)
-    np.testing.assert_allclose([3, 1 + 1e-7] - high, [1e-6, 0.25e-7], rtol=1e-6)
+def test_walls_give_way_by_a_micrometre():
     low, high = grown(np.array([1.0]), np.array([1.0 + 1e-7]), 0.5)
     np.testing.assert_allclose([low[0], high[0]], [0.5 + 1e-6, 1.5 + 1e-7 - 1e-6], rtol=1e-12)

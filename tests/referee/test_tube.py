@@ -105,7 +105,7 @@ def test_uavs_keep_their_separation_wherever_they_are_within_their_errors(turn, 
     flights = [sky.Trajectory(np.array([0.0, 2.0]), np.array([[place, [1, 0, 0]]])) for place in places]
     uavs = [sky.UAV(start=flight.coefficients[0, 0], separation=across, tracking_error=error) for flight in flights]
     bounds = sky.Bounds(min=(0, 0, 0), max=(100, 100, 100))
-    given = sky.Scenario(name="beside", bounds=bounds, uavs=uavs, clearance=0, lattice=sky.Lattice(step=(1, 1, 1)))
+    given = sky.Scenario(name="beside", bounds=bounds, uavs=uavs, clearance=0.001, lattice=sky.Lattice(step=(1, 1, 1)))
     mission = sky.Mission(given, (None, None), (None, None), tuple(flights), (), sky.Provenance("", "", "", None, ""))
     proven = sky.certify(given, mission).apart.verdict is sky.Verdict.PROVEN
     assert proven == (outside > 1) == (not sky.find_conflicts(given, flights))

@@ -20,7 +20,7 @@ def field(start, target, *, size=(100, 100, 40), **changes):
         **{
             "name": "field",
             "bounds": sky.Bounds(min=(0, 0, 0), max=size),
-            "clearance": 0.0,
+            "clearance": 0.001,
             "lattice": sky.Lattice(step=(5, 5, 5), connectivity=26),
             "objective": sky.Objective(unit="metres", risk=1.0),
             "uavs": (sky.UAV(start=start),),

@@ -151,7 +151,7 @@ def test_the_heuristic_is_exact_on_an_empty_lattice_and_never_too_high_with_turn
     scenario = sky.Scenario(
         name="empty",
         bounds=sky.Bounds(min=(0, 0, 0), max=[6 * s for s in step]),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=step, connectivity=connectivity),
         objective=sky.Objective(unit=unit),
     )
@@ -183,7 +183,7 @@ def test_a_goal_behind_a_wall_has_no_route_and_no_price():
             name="cut",
             bounds=sky.Bounds(min=(0, 0, 0), max=(3, 3, 3)),
             obstacles=(wall,),
-            clearance=0,
+            clearance=0.001,
             lattice=sky.Lattice(step=(1, 1, 1)),
             objective=objective,
         )
@@ -211,7 +211,7 @@ def test_the_plain_python_finds_the_same_route():
         name="small",
         bounds=sky.Bounds(min=(0, 0, 0), max=(3, 3, 3)),
         obstacles=(sky.Box(min=(1.4, 0, 0), max=(1.6, 2.2, 3)),),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
         objective=sky.Objective(divergence=0.3, unit="metres"),
     )
@@ -238,7 +238,7 @@ def voxel_scenario():
         name="Simple",
         bounds=sky.Bounds(min=(0, 0, 0), max=[n - 1 for n in size]),
         obstacles=[{"min": [n - 0.5 for n in v], "max": [n + 0.5 for n in v]} for v in voxels],
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
         objective=sky.Objective(unit="metres"),
     )
@@ -291,7 +291,7 @@ def test_where_nothing_is_in_the_way_no_path_with_other_turns_is_cheaper(place, 
     scenario = sky.Scenario(
         name="empty",
         bounds=sky.Bounds(min=(0, 0, 0), max=(4, 4, 4)),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(1, 1, 1), connectivity=connectivity),
         objective=objective.model_copy(update={"divergence": 0.01 * objective.fuel}),
     )

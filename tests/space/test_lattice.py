@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 
 import skyverse as sky
+from skyverse.numerics.tolerances import CLOSED_MARGIN
 from skyverse.space import blocks, lattice
 from worlds import exits_of, grown, indices_of, neighbours, scenarios, shape_of, whole
 
@@ -30,7 +31,7 @@ def hall(**changes):
     given = {
         "name": "hall",
         "bounds": sky.Bounds(min=(0, 0, 0), max=(3, 3, 3)),
-        "clearance": 0.0,
+        "clearance": 0.001,
         "lattice": sky.Lattice(step=(1, 1, 1)),
     }
     return sky.Scenario(**(given | changes))
@@ -212,7 +213,7 @@ def test_the_kernels_say_what_their_plain_python_says(scenario):
     grid = grid_of(scenario)
     touched = [np.zeros(tuple(grid.shape), np.uint8) for _ in range(2)]
     for kernel, array in zip((blocks.mark_boxes, plain(blocks.mark_boxes)), touched, strict=True):
-        kernel(space.boxes, space.clearance, grid.origin, grid.step, grid.shape, array)
+        kernel(space.boxes, space.clearance + CLOSED_MARGIN, grid.origin, grid.step, grid.shape, array)
     np.testing.assert_array_equal(*touched)
     np.testing.assert_array_equal(plain(lattice._safe_moves)(touched[0], grid.moves), grid.exits)
     for node in range(0, len(grid.exits), 7):

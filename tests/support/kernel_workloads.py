@@ -282,11 +282,12 @@ def questions_about_space():
     for seed, kinds, terrain in ((13, ("box", "box"), False), (14, ("cylinder", "sphere", "prism", "voxels"), True)):
         scenario = world(seed, kinds, terrain)
         points = rng.uniform(-0.1, 1.1, (40, 3)) * SIZE
-        for clearance in (0.0, 0.25):
+        for clearance in (0.001, 0.25):
             space = sky.World(scenario.model_copy(update={"clearance": clearance}))
             space.free(points)
             space.segments_free(points[:20], points[20:])
             space.first_crossing(points[:20], points[20:])
+            space.first_crossing(points[:20], points[20:], -clearance)  # shapes as they are
             space.distance(points)
     rubble = sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=rng.random((12, 12, 8)) < 0.5)
     sky.World(world(16, ()).model_copy(update={"obstacles": (rubble,)}))

@@ -55,7 +55,7 @@ def scenarios(draw, uavs=1, targets=1, most_nodes=7, most_boxes=12, objectives=O
         name="random",
         bounds=Bounds(min=metres(low), max=metres(high)),
         obstacles=tuple(boxes),
-        clearance=draw(st.sampled_from([0, 0, 1, 2, 5])) / UNITS,
+        clearance=draw(st.sampled_from([0.02, 0.02, 1, 2, 5])) / UNITS,
         lattice=Lattice(step=metres(steps), connectivity=draw(st.sampled_from(connectivity))),
         objective=draw(objectives),
         uavs=tuple(
@@ -68,17 +68,6 @@ def scenarios(draw, uavs=1, targets=1, most_nodes=7, most_boxes=12, objectives=O
         ),
         targets=tuple(Target(position=draw(places)) for _ in range(targets)),
     )
-
-
-def surely_free_and_surely_sealed(depth, points):
-    """Tell which of (n, 3) points, given what tells how deep points are, steps lead away from, and which ones none.
-
-    Points lie outside of everything or on surfaces. Between the two lie points in corners that are acute.
-    """
-    ways = np.array([way for way in itertools.product((-1, 0, 1), repeat=3) if any(way)])
-    beside = points[:, None, None] + ways[:, None] * np.array([1e-6, 2e-6, 4e-6, 8e-6])[:, None]
-    deep = depth(beside.reshape(-1, 3)).reshape(len(points), -1)
-    return deep[:, 2::4].min(axis=1) < -3.5e-6, deep.min(axis=1) > -4.9e-7
 
 
 def metres(units):

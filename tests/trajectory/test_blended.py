@@ -33,7 +33,7 @@ UAVS = st.builds(
 )
 
 
-def world_of(*obstacles, low=(-3000, -3000, -100), high=(3000, 3000, 500), clearance=0.0):
+def world_of(*obstacles, low=(-3000, -3000, -100), high=(3000, 3000, 500), clearance=0.001):
     return sky.World(
         sky.Scenario(
             name="open",

@@ -18,7 +18,7 @@ def assert_a_corridor(scenario, path, boxes):
         inside = np.minimum(high, np.array(obstacle.max) + scenario.clearance) - np.maximum(
             low, np.array(obstacle.min) - scenario.clearance
         )
-        assert inside.min(axis=1).max() <= 1e-8, "a box reaches into an obstacle"
+        assert inside.min(axis=1).max() <= 6e-7, "a box reaches into an obstacle"
     assert (low >= np.array(scenario.bounds.min) - 1e-12).all()
     assert (high <= np.array(scenario.bounds.max) + 1e-12).all()
     joints = np.minimum(high[:-1], high[1:]) - np.maximum(low[:-1], low[1:])

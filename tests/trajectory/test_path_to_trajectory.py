@@ -40,7 +40,7 @@ def test_a_steep_flight_at_the_edge_of_several_limits_is_proven():
     scenario = sky.Scenario(
         name="steep",
         bounds=sky.Bounds(min=(-100, -100, -100), max=(100, 100, 100)),
-        clearance=0,
+        clearance=0.001,
         lattice=sky.Lattice(step=(10, 10, 10)),
         uavs=[sky.UAV(start=(0, 0, 0), **limits)],
         targets=[sky.Target(position=(0, 1, 12))],

@@ -197,7 +197,7 @@ def test_touching_the_bounds_is_in_bounds_and_a_little_more_is_not():
 
 def test_a_wall_thinner_than_any_sample_step_is_found():
     pane = Box(min=(3, 0, 0), max=(3.00001, 5, 4))
-    world = sky.World(ROOM.model_copy(update={"obstacles": (pane,), "clearance": 0.0}))
+    world = sky.World(ROOM.model_copy(update={"obstacles": (pane,), "clearance": 0.001}))
     proof = prove(world, CALM, rest_to_rest(np.array([[0.1, 1, 1], [5.7, 2, 1]]), CALM))
     assert proof.verdict is Verdict.REFUTED
     assert proof.what == "clearance"

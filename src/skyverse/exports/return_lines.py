@@ -205,8 +205,6 @@ def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:
 
 CLEARANCE_SHARE = 0.5
 """The share of the clearance that is kept on the way home: with the rest, parts of a flight may have a length."""
-SEARCH_MARGIN = 1e-6
-"""Metres that lines which are searched keep more than what the referee has yet to prove: more than rounding."""
 BEYOND_BOUNDS = 1000.0
 """Metres by which bounds are widened: they are compared with boxes about returns, not with lines."""
 
@@ -296,8 +294,7 @@ class ReturnSpace:
 
     def free(self, lines: Lines) -> NDArray[np.bool_]:
         """Tell for each line whether it is clear, (k,)."""
-        margin = lines.asked.growth + SEARCH_MARGIN
-        return self._world(lines.asked).segments_free(lines.starts, lines.ends, margin=margin)
+        return self._world(lines.asked).segments_free(lines.starts, lines.ends, margin=lines.asked.growth)
 
     def _world(self, asked: Asked) -> World:
         key = asked.among, asked.error

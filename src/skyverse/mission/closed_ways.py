@@ -15,7 +15,7 @@ from skyverse.model.planned_flights import planned_flights
 from skyverse.model.quantities import derived
 from skyverse.model.result import Status
 from skyverse.model.scenario import Bounds, Scenario
-from skyverse.model.shapes import NO_FLY_ZONE, Terrain
+from skyverse.model.shapes import LEAST_CLEARANCE, NO_FLY_ZONE, Terrain
 from skyverse.model.short_lines import listed
 from skyverse.planners.taut import Taut
 from skyverse.problem import Problem
@@ -102,12 +102,12 @@ def _without_one(scenario: Scenario) -> Iterator[tuple[str, Scenario, list[Remed
         yield "the top of the bounds", opened, [Remedy("ceiling", None, "when the scenario is built, to fly higher")]
     with suppress(InputError):
         yield "the edge of the area", _wider(scenario), [Remedy("margin", None, "or a larger area, to fly round")]
-    if scenario.clearance > 0:
-        kept = {"clearance": 0.0, "terrain": _with_clearance(scenario.terrain, scenario.ground_clearance)}
+    if scenario.clearance > LEAST_CLEARANCE:
+        kept = {"clearance": LEAST_CLEARANCE, "terrain": _with_clearance(scenario.terrain, scenario.ground_clearance)}
         opened = scenario.model_copy(update=kept)
         yield f"the clearance of {scenario.clearance:g} m", opened, [Remedy("clearance", None, "that is smaller")]
-    if scenario.terrain is not None and scenario.ground_clearance > 0:
-        opened = scenario.model_copy(update={"terrain": _with_clearance(scenario.terrain, 0.0)})
+    if scenario.terrain is not None and scenario.ground_clearance > LEAST_CLEARANCE:
+        opened = scenario.model_copy(update={"terrain": _with_clearance(scenario.terrain, LEAST_CLEARANCE)})
         above = f"the clearance of {scenario.ground_clearance:g} m from the ground"
         yield above, opened, [Remedy("ground_clearance", None, "that is smaller")]
 

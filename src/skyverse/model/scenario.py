@@ -17,7 +17,7 @@ from skyverse.model.frame import Frame, require_true_lengths
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived
 from skyverse.model.round_steps import round_steps
-from skyverse.model.shapes import Obstacle, Terrain, Zone
+from skyverse.model.shapes import LEAST_CLEARANCE, Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
 
@@ -194,7 +194,8 @@ class Scenario(Model):
     Attributes
     ----------
     clearance
-        Metres by which every obstacle is grown on every side; a place inside a grown obstacle is unsafe.
+        Metres that every UAV keeps from all obstacles, closed zones, movers and the ground; a place that is nearer, by
+        more than a micrometre, is unsafe. With any of these it is at least `LEAST_CLEARANCE`, a millimetre.
     zones
         Shapes that may be flown through, at a risk, no faster than at some speed, or while they are not active.
     movers
@@ -294,6 +295,17 @@ class Scenario(Model):
     @classmethod
     def _name_movers(cls, movers: tuple[Mover, ...]) -> tuple[Mover, ...]:
         return _named(movers, "mover")
+
+    @model_validator(mode="after")
+    def _keeps_clear(self) -> Self:
+        kept_from = {"obstacles": self.obstacles, "zones": self.zones, "movers": self.movers, "terrain": self.terrain}
+        found = [noun for noun, things in kept_from.items() if things]
+        if found and self.clearance < LEAST_CLEARANCE:
+            raise ValueError(
+                f"clearance must be at least {LEAST_CLEARANCE:g} m with {' and '.join(found)}, but it is "
+                f"{self.clearance:g}"
+            )
+        return self
 
     @model_validator(mode="after")
     def _on_a_true_map(self) -> Self:

@@ -30,7 +30,6 @@ from skyverse.model.quantities import (
     Flag,
     Limit,
     Model,
-    NonNegative,
     Number,
     Place,
     Point,
@@ -40,6 +39,9 @@ from skyverse.model.quantities import (
     listed,
     named_type,
 )
+
+LEAST_CLEARANCE = 0.001
+"""Metres: the least clearance where there is anything to keep clear of, so that nothing leads between what touches."""
 
 NO_FLY_ZONE = "no-fly zone"
 """What zones that must not be flown through are called where a map says nothing more of them."""
@@ -208,7 +210,7 @@ class Terrain(GridModel):
     heights
         (nx, ny) z in metres; ``heights[i][j]`` stands at ``origin + (i * step[0], j * step[1])``.
     clearance
-        Metres above ground; the scenario's clearance if it is left out.
+        Metres above ground, at least `LEAST_CLEARANCE`; the scenario's clearance if it is left out.
     lowest
         (nx, ny) z in metres, nowhere above `heights`: the surface that a ceiling above ground is counted from. It
         belongs to ground whose `heights` were raised, so that a height above them is less than the height above the
@@ -218,7 +220,7 @@ class Terrain(GridModel):
     origin: Place
     step: Annotated[tuple[Positive, Positive], BeforeValidator(listed)]
     heights: Heights
-    clearance: NonNegative | None = None
+    clearance: Annotated[Number, Field(ge=LEAST_CLEARANCE)] | None = None
     lowest: Annotated[Heights | None, Field(exclude=True)] = None
 
     @model_serializer(mode="wrap")

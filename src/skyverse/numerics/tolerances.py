@@ -146,17 +146,26 @@ LEG_END = 1e-7
 PROOF_TIGHTNESS = 1e-7
 """Relative: how closely a proof encloses the peak of a limited quantity before it is undecided."""
 
+SIGHT_MARGIN = 1.5e-7
+"""Metres between what paths among boxes keep clear of: less than a third of `CLEARANCE_EASE`.
+
+Lines of sight keep one margin more than the eased clearance, edges at which paths bend lie two off, and passages are
+three wide on either side: so wherever a passage leaves the whole clearance, there are edges to bend at, and each edge
+has lines of sight to it.
+"""
+
+PROOF_EASE = 2.5e-7
+"""Metres by which a proof eases the clearance once more: a quarter of what the referee lets pass is for rounding."""
+
+NEARER_GAIN = 3.0 * SIGHT_MARGIN
+"""Metres: a bound counts each leg as so much shorter, as what bends by it may lie `SIGHT_MARGIN` nearer to both faces
+of an edge, 2 sqrt(2) `SIGHT_MARGIN` to and fro; the rest is for rounding."""
+
+CLEARANCE_EASE = 5e-7
+"""Metres by which less than the clearance counts as free: half of the micrometre that the referee lets pass."""
+
 LIMIT_EASE = 5e-7
 """Metres, or a share of a limit, by which a proof eases what it demands: half of what the referee lets pass."""
-
-SEAM_MARGIN = 6e-7
-"""Metres that must be left on both sides of a line that leads between two obstacles, or after a small step aside.
-
-It is more than half of the micrometre below which a gap counts as closed; the rest is for rounding. Where paths bend
-among boxes, lines of sight keep one margin beside the clearance, edges at which paths bend lie two off, and passages
-are three wide on either side: so wherever there is a passage there are edges to bend at, and each edge has lines of
-sight to it.
-"""
 
 STATED_COST = 1e-6
 """In the objective's unit, and relative above 1: a cost that a file states may differ by this from what it is."""
@@ -169,9 +178,6 @@ BOUND_ROUNDING = 1e-6
 
 ON_EDGE = 1e-6
 """Metres: a bend this near to a piece of an edge can slide along it; bends come from edges, but for rounding."""
-
-LEAST_SEALED_PART = 1e-6
-"""Metres: where no step of any part as short as this leads out of a seam, a line is refused."""
 
 MIN_RAMP = 1e-6
 """Seconds in which an acceleration rises at least, so that it never jumps where the jerk is hardly limited."""
@@ -212,15 +218,11 @@ SAME_PLACE = 1e-6
 SAME_INSTANT = 1e-6
 """Seconds: exported samples that are closer in time are one, since files round to microseconds."""
 
-NEARER_GAIN = 3.0 * SEAM_MARGIN
-"""Metres: a bound counts each leg as so much shorter, as what bends by it may lie `SEAM_MARGIN` nearer to both faces of
-an edge, 2 sqrt(2) `SEAM_MARGIN` to and fro; the rest is for rounding."""
-
 MOVER_MARGIN = 2e-6
 """Metres that flights are kept farther from movers than they must: more than rounding makes of where a mover is."""
 
-SEAM_REACH = 3e-6
-"""Metres: an obstacle farther than this from a line leaves space for a step aside, also where bounds are touched."""
+CLOSED_MARGIN = 3e-6
+"""Metres by which the lattice's obstacles reach farther than others, because its moves may not even touch them."""
 
 TERRAIN_RIM = 1e-5
 """Metres by which a terrain's outermost cells go on beyond its last heights: bounds may exceed them by rounding."""

@@ -17,7 +17,7 @@ from skyverse.planners.base import DirectPlanner
 from skyverse.planners.hybrid import HybridMVO
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.settings import require_integer
-from skyverse.planners.straight_legs import joined_to_ends, straight_bound, straight_space
+from skyverse.planners.straight_legs import joined_to_ends, straight_bound
 from skyverse.planners.taut import Taut
 from skyverse.problem import Problem
 from skyverse.search.cheapest.cheapest_path import LEGS, PATHS, cheapest_path
@@ -81,7 +81,7 @@ class Cheapest(DirectPlanner):
 
     def find(self, problem: Problem, origin: Provenance) -> Result | Status:
         """Return a cheap path, or the status that says why there is none."""
-        space, bound = straight_space(problem), straight_bound(problem)
+        space, bound = problem.airspace.world.space, straight_bound(problem)
         clock = Stopwatch()
         found = [_as_legs(problem, planner.plan(problem)) for planner in (Taut(), AStar())]
         known = [path for path in found if len(path) > 1 and path_free(space, path)]

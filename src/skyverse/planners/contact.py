@@ -6,12 +6,11 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import soft_terms
 from skyverse.model.what_is_proven import JUDGED_STAY
 from skyverse.numerics.kernel import by_reference, inner_query
-from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.problem import Problem
 from skyverse.space.contact import FlownLegs, seconds_in_contact
 from skyverse.space.lattice import Grid, write_position
 from skyverse.space.moving_shapes import MovingShapes, moving_shapes
-from skyverse.space.obstacles import Space, with_margin
+from skyverse.space.obstacles import Space
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import segment_free
 
@@ -54,7 +53,7 @@ def contact_of(problem: Problem) -> Contact:
     speed = uav.max_speed if uav.fixed_wing is None else uav.fixed_wing.speed
     return Contact(
         shapes=problem.airspace.moving,
-        space=with_margin(problem.airspace.world.space, SEAM_MARGIN),
+        space=problem.airspace.world.space,
         shortens=not soft_terms(scenario),
         start=problem.start,
         end=problem.end,

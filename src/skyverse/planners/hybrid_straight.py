@@ -29,7 +29,7 @@ from skyverse.planners.straight_legs import (
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
 from skyverse.space.lattice import Grid
-from skyverse.space.world import segment_free, with_closed_obstacles
+from skyverse.space.world import segment_free
 from skyverse.stop import Stop
 
 _MAX_MOVE_ATTEMPTS = 20
@@ -123,7 +123,7 @@ def _as_legs(problem: Problem, result: Result) -> Floats:
     if result.any_angle:
         return problem.without_columns(result.path)
     path = joined_to_ends(problem, result.path)
-    space = with_closed_obstacles(problem.airspace.world.space)
+    space = problem.airspace.world.space
     return shorten_by_steps(space, float(problem.airspace.grid.step.max()), path)
 
 

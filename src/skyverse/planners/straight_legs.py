@@ -21,7 +21,7 @@ from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_repeated
 from skyverse.space import ground, solids
 from skyverse.space.obstacles import Space, above_ceiling
-from skyverse.space.world import point_free, segment_free, with_closed_obstacles
+from skyverse.space.world import segment_free
 from skyverse.stop import Stop
 
 _SAMPLES_PER_LEG = 32
@@ -96,16 +96,11 @@ def open_straight_run(
         return refused_result(problem, problem.any_angle_refusal, origin)
     if np.array_equal(problem.start, problem.end):
         return any_angle_result(problem, problem.start[None], 0.0, SearchRecord(origin))
-    task = StraightTask(straight_space(problem), problem.airspace.rates, problem.start, problem.end, float(collision))
+    task = StraightTask(
+        problem.airspace.world.space, problem.airspace.rates, problem.start, problem.end, float(collision)
+    )
     paths, best = polylines(population, joints + 2), polylines(1, joints + 2)
     return StraightRun(workspace=make_workspace(stop), rng=rng, task=task, paths=paths, best=best)
-
-
-def straight_space(problem: Problem) -> Space:
-    """Return the space that straight legs keep to: with closed obstacles, unless an end of the problem touches one."""
-    space = problem.airspace.world.space
-    closed = with_closed_obstacles(space)
-    return closed if point_free(closed, problem.start) and point_free(closed, problem.end) else space
 
 
 def joined_to_ends(problem: Problem, path: Floats) -> Floats:

@@ -41,9 +41,8 @@ class Taut(DirectPlanner):
     over intervals of edges, where every doubt is decided in favour of a shorter path. Intervals that no shorter path
     touches are struck out and the others halved, until a gap of 2 % and then one of 0.005 % is proven. Where boxes
     reach through the whole space along an axis, such as buildings through the ceiling, the bound is at least the exact
-    shortest length among their projections. The bound and `NO_PATH_EXISTS` hold for paths that do not
-    lead through slits that, beyond the clearance on both sides, are narrower than 4 micrometres. The seam between
-    obstacles that touch is one.
+    shortest length among their projections. The bound and `NO_PATH_EXISTS` hold for all paths that keep
+    the whole clearance.
 
     The partition and the edges are computed once for each `Airspace`, and its problems share them.
 

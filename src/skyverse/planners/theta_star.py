@@ -16,7 +16,6 @@ from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
 from skyverse.search.lazy_theta_star import lazy_theta_star
 from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
-from skyverse.space.world import with_closed_obstacles
 
 WEIGHT = 1.2
 """How much more the straight line left counts than the length so far where the search chooses its next node.
@@ -37,10 +36,9 @@ class ThetaStar(DirectPlanner):
     shorter of the two is the answer. So it is never longer than the lattice's shortest path, and often, though not
     provably, near the shortest path of all.
 
-    Legs keep clear of the closed obstacles, as the lattice's moves do: no leg leads through the seam between two boxes
-    that touch. The planner minimises length alone; turns and other terms are priced but not minimised. Its bound is the
-    cost of the straight line, and of one turn where the straight line is not safe. `NO_PATH` and the other refusals
-    mean that the lattice has no path; a finer step may have one.
+    The planner minimises length alone; turns and other terms are priced but not minimised. Its bound is the cost of the
+    straight line, and of one turn where the straight line is not safe. `NO_PATH` and the other refusals mean that the
+    lattice has no path; a finer step may have one.
 
     It ends by itself: `stop`, `rng` and `on_iteration` have no effect.
 
@@ -59,7 +57,7 @@ class ThetaStar(DirectPlanner):
             return problem.refusal
         grid = problem.airspace.grid
         metres = make_pricing(Objective(unit="metres"), grid.step)
-        space = with_closed_obstacles(problem.airspace.world.space)
+        space = problem.airspace.world.space
 
         def shortened(nodes: Ints) -> Floats:
             return shorten_by_steps(space, float(grid.step.max()), joined_to_ends(problem, problem.places(nodes)))

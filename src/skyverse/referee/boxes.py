@@ -11,7 +11,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.judgement import Incursion
 from skyverse.referee.solids import GrownSolids, grown
-from skyverse.referee.tolerances import LET_PASS, TWO_ROUNDINGS
+from skyverse.referee.tolerances import TWO_ROUNDINGS
 from skyverse.referee.tube import EXACT, taller
 
 
@@ -37,27 +37,6 @@ def disjoint_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     for axis in (1, 2):
         first, beyond = _joined(first, beyond, axis)
     return first, beyond
-
-
-def overlapping_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
-    """Return boxes as `disjoint_boxes` does, but with overlaps, so that every border between cells is inside some box.
-
-    A point inside the voxels may lie on the border of two, four or eight cells. Boxes hold whole runs of cells along x,
-    and so all borders within these. They are therefore also made of all pairs of neighbouring cells along y, along z,
-    and along both.
-    """
-    firsts, beyonds = [], []
-    for axes in ((), (1,), (2,), (1, 2)):
-        together = occupied
-        for axis in axes:
-            last = together.shape[axis] - 1
-            together = together.take(range(last), axis) & together.take(range(1, last + 1), axis)
-        first, beyond = disjoint_boxes(together)
-        beyond[:, list(axes)] += 1
-        firsts.append(first)
-        beyonds.append(beyond)
-    both = np.unique(np.hstack([np.concatenate(firsts), np.concatenate(beyonds)]), axis=0)
-    return both[:, :3], both[:, 3:]
 
 
 def _joined(first: Ints, beyond: Ints, axis: int) -> tuple[Ints, Ints]:
@@ -117,14 +96,11 @@ class GrownBoxes(GrownSolids):
 
 def grown_boxes(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownBoxes:
     """Return all boxes, and voxels as boxes, for a UAV with a tracking error."""
-    # boxes that are grown overlap by themselves, so that no gap is left between neighbours
-    least = shapes.clearance + min(error.horizontal, error.vertical)
-    boxes_of = disjoint_boxes if least > LET_PASS else overlapping_boxes
     boxes, obstacles = shapes.of(Box)
     corners = np.reshape([(*box.min, *box.max) for box in boxes], (len(boxes), 6))
     lows, highs, numbers = [corners[:, :3]], [corners[:, 3:]], [obstacles]
     for voxels, number in zip(*shapes.of(Voxels), strict=True):
-        first, beyond = boxes_of(voxels.occupied)
+        first, beyond = disjoint_boxes(voxels.occupied)
         lows.append(np.array(voxels.origin) + first * np.array(voxels.step))
         highs.append(np.array(voxels.origin) + beyond * np.array(voxels.step))
         numbers.append(np.full(len(first), number))

@@ -13,7 +13,7 @@ from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_SEARCH
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SURELY_OUTSIDE
 from skyverse.referee.tube import EXACT, raised_heights, steepest_in_cells
 
 
@@ -53,15 +53,6 @@ class GrownGround(GrownSolids):
         heights = float(np.abs(self.heights).max())
         return (1 + 9 * self.slope) * off + 64 * MACHINE_EPSILON * (heights + size)
 
-    def is_convex(self, which: int) -> bool:
-        """Tell that ground need not be convex."""
-        return False
-
-    @property
-    def steepness(self) -> float:
-        """How many metres a depth changes at most while a place moves by one metre: more over a slope."""
-        return 1.0 + self.slope
-
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be below what must be kept.
 
@@ -70,7 +61,7 @@ class GrownGround(GrownSolids):
         """
         first, last = self._cell(part[:, :, :2].min(axis=1)), self._cell(part[:, :, :2].max(axis=1))
         depth: Floats = self._highest_around(first, last) + self.raised_by - part[:, :, 2].min(axis=1)
-        close = np.flatnonzero(~(depth <= -2 * SEAM_SEARCH) & (last - first <= 1).all(axis=1))
+        close = np.flatnonzero(~(depth <= -SURELY_OUTSIDE) & (last - first <= 1).all(axis=1))
         below = np.full(len(close), -np.inf)
         for east, north in ((0, 0), (1, 0), (0, 1), (1, 1)):
             cell = first[close] + np.array([east, north])
@@ -179,15 +170,6 @@ class Ceiling(GrownSolids):
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds on the errors of depths; see `GrownGround.error`."""
         return self.upside_down.error(b, error)
-
-    def is_convex(self, which: int) -> bool:
-        """Tell that ground need not be convex."""
-        return False
-
-    @property
-    def steepness(self) -> float:
-        """How many metres a depth changes at most while a place moves by one metre: more over a slope."""
-        return self.upside_down.steepness
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be above the ceiling."""

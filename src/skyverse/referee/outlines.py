@@ -20,8 +20,6 @@ class Outlines(NamedTuple):
         (m,) the index of each prism's first edge, and how many edges it has.
     low, high
         (m,) altitudes, metres.
-    thickness
-        (m,) mean thickness seen from above, metres.
     """
 
     p: Floats
@@ -30,15 +28,13 @@ class Outlines(NamedTuple):
     edges: Indices
     low: Floats
     high: Floats
-    thickness: Floats
 
     def of(self, some: Indices) -> "Outlines":
         """Return those of some of the prisms, given by their numbers (k,)."""
         count = self.edges[some]
         first = np.cumsum(count) - count
         edge = np.arange(count.sum()) + np.repeat(self.first[some] - first, count)
-        rows = (self.low[some], self.high[some], self.thickness[some])
-        return Outlines(self.p[edge], self.q[edge], first, count, *rows)
+        return Outlines(self.p[edge], self.q[edge], first, count, self.low[some], self.high[some])
 
 
 def outlines_of(prisms: Sequence[Prism]) -> Outlines:
@@ -51,29 +47,4 @@ def outlines_of(prisms: Sequence[Prism]) -> Outlines:
     edges = np.array([len(prism.vertices) + sum(map(len, prism.holes)) for prism in prisms], dtype=np.intp)
     low = np.array([prism.low for prism in prisms], dtype=np.float64)
     high = np.array([prism.high for prism in prisms], dtype=np.float64)
-    thickness = _mean_thickness(p, p[following], begins, np.array([1 + len(prism.holes) for prism in prisms], np.intp))
-    return Outlines(p, p[following], np.cumsum(edges) - edges, edges, low, high, thickness)
-
-
-def _mean_thickness(p: Floats, q: Floats, begins: Indices, rings: Indices) -> Floats:
-    """Return twice the area of each prism's polygon divided by the length of its edges, (m,) metres.
-
-    Parameters
-    ----------
-    p, q
-        (e, 2) metres: the ends of the edges, ring after ring.
-    begins
-        The index of each ring's first edge.
-    rings
-        (m,) how many rings each prism has: its outline, then its holes.
-    """
-    if not len(rings):
-        return np.zeros(0)
-    corner = np.repeat(p[begins], np.diff(np.append(begins, len(p))), axis=0)
-    a, b = p - corner, q - corner
-    areas = np.abs(np.add.reduceat(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], begins)) / 2
-    lengths = np.add.reduceat(np.sqrt(np.sum((q - p) ** 2, axis=1)), begins)
-    outline = np.cumsum(rings) - rings
-    area = 2 * areas[outline] - np.add.reduceat(areas, outline)
-    thick: Floats = np.maximum(2 * area / np.add.reduceat(lengths, outline), 0.0)
-    return thick
+    return Outlines(p, p[following], np.cumsum(edges) - edges, edges, low, high)

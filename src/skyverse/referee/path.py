@@ -10,7 +10,6 @@ from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.column import columns_of, parts_of_flight
 from skyverse.referee.judgement import position_text, position_tuple
-from skyverse.referee.seams import find_seam
 from skyverse.referee.tolerances import COLUMN_SLACK, LET_PASS
 from skyverse.referee.tube import named
 from skyverse.referee.untrusted import finite_point, float_array
@@ -48,12 +47,6 @@ def _judge_part(world: RefereeWorld, uav: int, path: Floats, first: int) -> Iter
         position = position_text(starts[segment])
         message = f"Whether {name} keeps clearance could not be decided after node {first + segment}, {position}."
         yield Violation(Fault.UNDECIDED, (uav,), message, position=position_tuple(starts[segment]))
-    if incursion is None and excess[worst] <= LET_PASS:  # else the worst is said already
-        seam = find_seam(world, np.stack([starts, ends], axis=1), np.zeros(len(starts)))
-        if seam is not None and (seam.decided or peaks.proven[0]):
-            message = seam.sentence(world.scenario, name, f"after node {first + seam.piece}")
-            fault = Fault.PATH_CLEARANCE if seam.decided else Fault.UNDECIDED
-            yield Violation(fault, (uav,), message, position=position_tuple(seam.position))
 
 
 def judge_moves(world: RefereeWorld, uav: int, path: Floats) -> Iterator[Violation]:

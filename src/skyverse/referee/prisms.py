@@ -12,7 +12,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.outlines import Outlines
 from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, vertical_depth
-from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_SEARCH
+from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SURELY_OUTSIDE
 from skyverse.referee.tube import EXACT, taller
 
 EDGES_AT_ONCE = 2**19
@@ -27,44 +27,30 @@ class GrownPrisms(GrownSolids):
     ----------
     outlines
         Their outlines, with the altitudes between which they lie before they grow.
-    grown_by
-        (m,) metres that must be kept from the polygon on all sides.
     grown_low, grown_high
         (m,) altitudes of the grown prisms, metres.
     """
 
     outlines: Outlines
-    grown_by: Floats
     grown_low: Floats
     grown_high: Floats
 
     def of(self, some: Indices) -> Self:
         """Return some of the prisms, given by their numbers (k,)."""
-        rows = {name: getattr(self, name)[some] for name in ("obstacle", "grown_by", "grown_low", "grown_high")}
+        rows = {name: getattr(self, name)[some] for name in ("obstacle", "grown_low", "grown_high")}
         return replace(self, outlines=self.outlines.of(some), **rows)
-
-    def thicknesses(self) -> Floats:
-        """Return how thin the grown prisms are, also those on slanted slivers, (m,) metres."""
-        return np.minimum(super().thicknesses(), self.outlines.thickness + 2 * self.clearance)
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about the grown prisms."""
         p, first = self.outlines.p, self.outlines.first
         low, high = np.minimum.reduceat(p, first), np.maximum.reduceat(p, first)
-        level = np.maximum(self.grown_by, 0.0)[:, None]
+        level = max(self.clearance - LET_PASS, 0.0)
         return np.column_stack([low - level, self.grown_low]), np.column_stack([high + level, self.grown_high])
-
-    def is_convex(self, which: int) -> bool:
-        """Tell whether a prism has one outline, without holes, that turns one way only."""
-        p, q, *_ = self.outlines.of(np.array([which]))
-        (a, b), (c, d) = (q - p).T, (np.roll(q, -1, axis=0) - q).T
-        turns = a * d - b * c
-        return bool((np.roll(p, -1, axis=0) == q).all() and ((turns >= 0).all() or (turns <= 0).all()))
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: a part outside is beside the polygon, below or above."""
         depth = vertical_depth(part, self.grown_low[which], self.grown_high[which])
-        some = np.flatnonzero(~(depth <= -2 * SEAM_SEARCH))
+        some = np.flatnonzero(~(depth <= -SURELY_OUTSIDE))
         ends = np.cumsum(self.outlines.edges[which[some]])
         for these in np.split(some, np.flatnonzero(np.diff(ends // EDGES_AT_ONCE)) + 1):
             chord = chords(part[these, :, :2])
@@ -75,7 +61,7 @@ class GrownPrisms(GrownSolids):
         """Return the horizontal distance of a position to a prism, or that along z where it is larger, metres."""
         point = position[None, :2]
         deep = self._level_depth(Chords(point, point, np.zeros(1)), np.array([which]))[0]
-        level = float(self.grown_by[which] - deep)
+        level = float(self.clearance - LET_PASS - deep)
         return max(level, float(self.outlines.low[which] - position[2]), float(position[2] - self.outlines.high[which]))
 
     def _level_depth(self, chord: Chords, which: Indices) -> Floats:
@@ -98,7 +84,7 @@ class GrownPrisms(GrownSolids):
         # a chord from corner to corner crosses no edge, and both its ends are on the outline
         touches |= (nearest <= OUTLINE_CONTACT) & np.any(chord.a != chord.b, axis=1)
         deepest = np.minimum.reduceat(np.maximum(from_a, from_b), begins)
-        thick: Floats = self.grown_by[which] + chord.off
+        thick: Floats = self.clearance - LET_PASS + chord.off
         return thick + np.where(touches, deepest, -nearest)
 
 
@@ -123,7 +109,5 @@ def grown_prisms(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownPris
     """Return all prisms, for a UAV with a tracking error."""
     clearance = shapes.clearance + error.horizontal
     low, high = taller(shapes.outlines.low, shapes.outlines.high, error)
-    # a wall thinner than what is let pass is still a wall, as in `grown`
-    grown_by = clearance - np.minimum(LET_PASS, (shapes.outlines.thickness + 2 * clearance) / 4)
     outlines = shapes.outlines._replace(low=low, high=high)
-    return GrownPrisms(clearance, shapes.of(Prism)[1], outlines, grown_by, *grown(low, high, clearance))
+    return GrownPrisms(clearance, shapes.of(Prism)[1], outlines, *grown(low, high, clearance))

@@ -91,7 +91,7 @@ def grown_spheres(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownSph
     radius = wider(np.array([sphere.radius for sphere in spheres]), error)
     centre = np.reshape([sphere.centre for sphere in spheres], (len(spheres), 3))
     clearance = shapes.clearance + error.horizontal
-    return GrownSpheres(clearance, number, centre, radius, _grown_radius(radius, clearance))
+    return GrownSpheres(clearance, number, centre, radius, radius + (clearance - LET_PASS))
 
 
 def grown_cylinders(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownCylinders:
@@ -101,14 +101,8 @@ def grown_cylinders(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownC
     centre, (radius, low, high) = rows[:, :2], rows[:, 2:].T
     clearance = shapes.clearance + error.horizontal
     low, high = taller(low, high, error)
-    grown_radius, ends = _grown_radius(radius, clearance), grown(low, high, clearance)
+    grown_radius, ends = radius + (clearance - LET_PASS), grown(low, high, clearance)
     return GrownCylinders(clearance, number, centre, radius, low, high, grown_radius, *ends)
-
-
-def _grown_radius(radius: Floats, clearance: float) -> Floats:
-    """Return radii grown by the clearance, less what is let pass: at most a quarter of them, as in `grown`."""
-    whole = radius + clearance
-    return whole - np.minimum(LET_PASS, whole / 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +145,5 @@ def grown_ellipsoids(ellipsoids: list[Ellipsoid], clearance: float, error: Track
     shorter = rows[:, 3:].min(axis=1)
     scale = shorter[:, None] / rows[:, [3, 3, 4]]
     clearance += float(np.hypot(error.horizontal, error.vertical))
-    whole = shorter + clearance
-    grown_radius = whole - np.minimum(LET_PASS, whole / 4)
+    grown_radius = shorter + (clearance - LET_PASS)
     return GrownEllipsoids(clearance, np.arange(len(rows)), rows[:, :3], scale, shorter, grown_radius)

@@ -9,12 +9,11 @@ from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.referee.overlaps import BoxTree
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_SEARCH
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
 
 def share_of(part: Floats, whole: Floats) -> Floats:
@@ -96,26 +95,6 @@ class GrownSolids(ABC):
         """
         return distance_error(b, error, self.farthest)
 
-    @cached_property
-    def thin(self) -> NDArray[np.bool_]:
-        """Which of the grown shapes are so thin that a small step may lead through them, (m,)."""
-        return self.thicknesses() < SEAM_SEARCH
-
-    def thicknesses(self) -> Floats:
-        """Return lengths (m,), metres: a way straight through a grown shape may be as short as that."""
-        low, high = self.hulls()
-        thickness: Floats = (high - low).min(axis=1, initial=np.inf)
-        return thickness
-
-    def is_convex(self, which: int) -> bool:
-        """Tell whether a shape is convex, so that the depth of places in and about it is a concave function."""
-        return True
-
-    @property
-    def steepness(self) -> float:
-        """How many metres a depth changes at most while a place moves by one metre."""
-        return 1.0
-
     @abstractmethod
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return upper bounds (n,) on how deep parts get inside grown shapes, metres; below 0 where they stay outside.
@@ -142,13 +121,8 @@ def vertical_depth(part: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def grown(low: Floats, high: Floats, clearance: float) -> tuple[Floats, Floats]:
-    """Return where intervals from low to high begin and end when the clearance grows them, less what is let pass.
-
-    A wall thinner than what is let pass is still a wall: only a quarter of its thickness is let pass at each face.
-    """
-    low, high = low - clearance, high + clearance
-    let_pass = np.minimum(LET_PASS, (high - low) / 4)
-    return low + let_pass, high - let_pass
+    """Return where intervals from low to high begin and end when the clearance grows them, less what is let pass."""
+    return low - (clearance - LET_PASS), high + (clearance - LET_PASS)
 
 
 class Chords(NamedTuple):

@@ -26,12 +26,6 @@ Turns that follow one another begin where others end, at instants that are equal
 OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
 
-SEAM_PART = 1e-7
-"""Metres: a part of a curve as short as this is not cut further when a seam is sought."""
-
-HALF_SEAM = 5.01e-7
-"""Metres to be left on both sides of a curve between two shapes: half a micrometre, and a little for rounding."""
-
 LET_PASS = 1e-6
 """Metres, also m/s and m/s^2 at rest: what is wrong by no more than this is let pass, a micrometre being no danger.
 
@@ -41,8 +35,8 @@ All jumps of one trajectory together may make no more than this either.
 LIMIT_LET_PASS = 1e-6
 """Share of a UAV's limit that may be exceeded: planners reach limits exactly, and rounding adds to that."""
 
-SEAM_SEARCH = 1e-5
-"""Metres: no step that leads a curve away from what it touches is longer than half of this."""
+SURELY_OUTSIDE = 2e-5
+"""Metres: what is so far above or below a shape is outside it, however its coordinates are rounded."""
 
 COLUMN_REACH = 1e-3
 """Metres: what a column does not meet by more than this, grown by what must be kept, does not matter in it."""

@@ -14,7 +14,6 @@ from skyverse.referee.curve import PolynomialCurve, curve_of, judge_continuity
 from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.limits import FlightLimit, flight_limits, judge_heading
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
-from skyverse.referee.seams import find_seam
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, named
@@ -55,13 +54,6 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
     violations += judge_heading(vehicle, uav, trajectory.pointing)
     in_zones = judge_zone_speed(world.scenario, uav, curve)
     violations += in_zones.violations
-    if all(answer.violation is None for answer in safe):  # else the worst is said already
-        seams = [
-            seam
-            for (where, part), at in zip(parts, positions, strict=True)
-            for seam in _judge_seams(where, uav, part, at)
-        ]
-        violations += [seam for seam in seams[:1] if not undecided or seam.fault is not Fault.UNDECIDED]
     halvings = in_zones.halvings + sum(int(answer.peaks.halvings[0]) for answer in answers)
     return Judgement(violations, halvings)
 
@@ -109,19 +101,6 @@ def _judge_clearance(world: RefereeWorld, uav: int, curve: PolynomialCurve, posi
         where = position_tuple(incursion.position)
         violation = Violation(Fault.TRAJECTORY_CLEARANCE, (uav,), message, time, where)
     return _Answer("clearance", peaks, violation, curve)
-
-
-def _judge_seams(
-    world: RefereeWorld, uav: int, curve: PolynomialCurve, position: list[Polynomials]
-) -> Iterator[Violation]:
-    """Yield where a trajectory leads between shapes that touch each other or leave less than a micrometre."""
-    b = np.stack([part.b for part in position], axis=2)
-    seam = find_seam(world, b, np.max([part.error for part in position], axis=0))
-    if seam is not None:
-        time = float(curve.knots[seam.piece] + seam.share * curve.durations[seam.piece])
-        message = seam.sentence(world.scenario, world.scenario.uavs[uav].name, f"at t = {time:.6g} s")
-        fault = Fault.TRAJECTORY_CLEARANCE if seam.decided else Fault.UNDECIDED
-        yield Violation(fault, (uav,), message, time, position_tuple(seam.position))
 
 
 def _judge_limit(name: str, uav: int, curve: PolynomialCurve, limit: FlightLimit) -> _Answer:

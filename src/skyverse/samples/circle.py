@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.shapes import LEAST_CLEARANCE
 from skyverse.model.uav import UAV
 from skyverse.samples.given_numbers import require_whole
 
@@ -46,7 +47,7 @@ def circle_swap(uavs: int = 8, radius: float = 20.0) -> Scenario:
         name=f"circle-{uavs}",
         description=f"{uavs} UAVs on a circle of radius {radius:g} m, each to the opposite side.",
         bounds=Bounds(min=(-side, -side, 0), max=(side, side, CIRCLE_SPACE_HEIGHT)),
-        clearance=0,
+        clearance=LEAST_CLEARANCE,
         lattice=Lattice(step=(side / 20, side / 20, 1), connectivity=26),
         objective=Objective(unit="metres"),
         uavs=tuple(UAV(start=place) for place in places),

@@ -142,8 +142,7 @@ def _checked_side(
     for name, number in (("buildings", buildings), ("uavs", uavs), ("seed", seed)):
         require_whole(generator, name, number, 0)
     for name, metres in (("side", side), ("ceiling", ceiling), ("clearance", clearance)):
-        sound = is_number(metres) and (metres > 0 or (metres == 0 and name == "clearance"))
-        if not sound and not (metres is None and name == "side"):
+        if not (is_number(metres) and metres > 0) and not (metres is None and name == "side"):
             raise InputError(f"{generator}'s {name} is metres above 0, not {metres!r}")
     return float(math.ceil(math.sqrt(max(buildings, 1) / density))) if side is None else side
 

@@ -15,7 +15,7 @@ def random_room(*, seed: int = 0) -> Scenario:
 
     A room with sides of 6 to 16 m contains 0 to 200 boxes on a grid of 0.25 m, many of which touch or overlap. Some
     rooms have a wall with a slit, some a closed room inside. Start and target are at random places, also inside boxes,
-    and often exactly on the surface of a box grown by the clearance, which is 0 to 0.25 m.
+    and often exactly on the surface of a box grown by the clearance, which is 1 mm to 0.25 m.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def random_room(*, seed: int = 0) -> Scenario:
                 a, b = low - ROOM_GRID, high + ROOM_GRID
                 a[axis], b[axis] = face, face + ROOM_GRID
                 boxes.append((a, b))
-    clearance = float(rng.choice([0, 0, 0.05, 0.125, 0.25]))
+    clearance = float(rng.choice([0.001, 0.001, 0.05, 0.125, 0.25]))
 
     def place() -> tuple[float, float, float]:
         p = rng.uniform(0, side)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.tolerances import COLUMN_LIFT, SURFACE_DEPTH
+from skyverse.numerics.tolerances import CLEARANCE_EASE, COLUMN_LIFT, SURFACE_DEPTH
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
 
@@ -75,7 +75,7 @@ def why_no_column(nominal: World, world: World, point: ArrayLike) -> str | None:
     Parameters are those of `column_top`.
     """
     foot = np.array(point, dtype=np.float64)
-    error, clearance = world.error, nominal.space.clearance
+    error, clearance = world.error, nominal.space.clearance + CLEARANCE_EASE
     if world.free(foot)[0] or column_top(nominal, world, foot)[2] > foot[2]:
         return None
     must = (

@@ -11,7 +11,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import doubled, order_of, put, put_box
 from skyverse.numerics.kernel import by_reference, inner, kernel
-from skyverse.numerics.tolerances import SEAM_MARGIN
+from skyverse.numerics.tolerances import SIGHT_MARGIN
 from skyverse.space import tree
 from skyverse.space.obstacles import Space
 from skyverse.space.tree import Tree
@@ -46,10 +46,10 @@ class Edges(NamedTuple):
 def make_edges(space: Space, growth: float) -> Edges:
     """Return the edges of a world's boxes, grown by `growth` metres.
 
-    Left out is what lies inside other boxes, which are grown by `SEAM_MARGIN` less.
+    Left out is what lies inside other boxes, which are grown by `SIGHT_MARGIN` less.
     """
-    aside = 1.5 * SEAM_MARGIN  # there must be a passage so far beside an edge: between coplanar faces there is none
-    others = growth - SEAM_MARGIN
+    aside = 1.5 * SIGHT_MARGIN  # there must be a passage so far beside an edge: between coplanar faces there is none
+    others = growth - SIGHT_MARGIN
     ends = np.empty((64, 6))
     kind = np.empty((64, 4), np.int64)
     count = 0

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
-from skyverse.numerics.tolerances import GRID_INDEX, SEAM_REACH, SURFACE_DEPTH
+from skyverse.numerics.tolerances import CLOSED_MARGIN, GRID_INDEX, SURFACE_DEPTH
 from skyverse.space import blocks
 from skyverse.space.obstacles import Space
 from skyverse.space.tube import NO_ERROR
@@ -62,7 +62,7 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     origin = world.low
     shape = np.floor((world.high - origin) / step + GRID_INDEX).astype(np.int64) + 1
     touched = np.zeros(tuple(shape), np.uint8)
-    growth = space.clearance + SEAM_REACH  # so that no move leads through a seam, nor one along the bounds
+    growth = space.clearance + CLOSED_MARGIN  # moves may not even touch what is grown by the clearance
     blocks.mark_boxes(space.boxes, growth, origin, step, shape, touched)
     blocks.mark_solids(space.solids, growth, origin, step, shape, touched)
     blocks.mark_ground(space.ground, growth, origin, step, shape, touched)

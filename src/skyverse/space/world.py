@@ -12,9 +12,9 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.kernel import inner_query, kernel, query, writable
-from skyverse.numerics.tolerances import SEAM_MARGIN, SEAM_REACH, SURFACE_DEPTH
-from skyverse.space import box, ground, solids, tree
+from skyverse.numerics.kernel import kernel, query, writable
+from skyverse.numerics.tolerances import CLEARANCE_EASE, SURFACE_DEPTH
+from skyverse.space import ground, solids, tree
 from skyverse.space.closed_above import ABOVE_BOUNDS, numbered_shapes
 from skyverse.space.obstacles import (
     Space,
@@ -22,10 +22,8 @@ from skyverse.space.obstacles import (
     crosses,
     in_bounds,
     obstacle_distance,
-    terrain_crossed,
     with_margin,
 )
-from skyverse.space.seams import avoids_seams, bounds_are_wide, within_bounds
 from skyverse.space.speed_zones import SpeedZone, make_speed_zones
 from skyverse.space.tube import NO_ERROR, inner_bounds, is_wall_within, raised, stretch_boxes
 from skyverse.space.voxels import merged
@@ -33,27 +31,14 @@ from skyverse.space.voxels import merged
 
 @query
 def point_free(space: Space, p: Floats) -> bool:
-    """Tell whether a point is in bounds, outside every grown obstacle and in no seam; see `segment_free`."""
+    """Tell whether a point is in bounds and keeps the clearance; see `segment_free`."""
     return segment_free(space, p, p)
 
 
 @query
 def segment_free(space: Space, a: Floats, b: Floats) -> bool:
-    """Tell whether a whole segment is in bounds, outside every grown obstacle and in no seam.
-
-    A segment may touch an obstacle or the bounds, but it must not lead through a seam: between obstacles, or an
-    obstacle and the bounds, that touch each other or leave less than a micrometre. In a seam are the places from which
-    no small step leads away from all that they touch.
-    """
-    if not (in_bounds(space, a) and in_bounds(space, b)):
-        return False
-    reach = SEAM_MARGIN
-    if not (within_bounds(space, SEAM_MARGIN, a) and within_bounds(space, SEAM_MARGIN, b)):
-        reach = SEAM_REACH  # what is farther away leaves space for a step away from the bounds
-    near = _crosses_near(space, reach, a, b)
-    if near != _UNCERTAIN and (near == _CROSSES or reach == SEAM_MARGIN or bounds_are_wide(space)):
-        return near == _CLEAR
-    return not crosses(space, space.clearance, a, b) and avoids_seams(space, a, b)
+    """Tell whether a whole segment is in bounds and keeps the clearance, both of which it may touch."""
+    return in_bounds(space, a) and in_bounds(space, b) and not crosses(space, space.clearance, a, b)
 
 
 @query
@@ -67,38 +52,6 @@ def path_free(space: Space, path: Floats) -> bool:
 
 BESIDE = 1.0
 """Metres: what is farther than this from a vertical line, beside what must be kept, is not looked at; see `beside`."""
-
-_CLEAR, _CROSSES, _UNCERTAIN = range(3)
-
-
-@inner_query
-def _crosses_near(space: Space, reach: float, a: Floats, b: Floats) -> int:
-    """Tell whether a segment is clear of all obstacles grown by `reach` metres more, or surely crosses a grown one."""
-    growth = space.clearance + reach
-    near = False
-    i = tree.crossed(space.tree, space.boxes, growth, a, b)
-    if i >= 0:
-        if box.meets(space.boxes, i, space.clearance, box.ray(a, b)):
-            return _CROSSES
-        near = True
-    i = solids.crossed(space.solids, growth, a, b)
-    if i >= 0:
-        if box.meets(space.solids.bounds, i, space.clearance, box.ray(a, b)) and solids.meets(
-            space.solids, i, space.clearance, a, b
-        ):
-            return _CROSSES
-        near = True
-    near |= terrain_crossed(space, growth, 0.0, a, b)
-    return _UNCERTAIN if near else _CLEAR
-
-
-def with_closed_obstacles(space: Space) -> Space:
-    """Return the space with closed obstacles: `segment_free` then refuses a segment that only touches one.
-
-    The world's obstacles are open, so that what touches them is safe. The lattice's obstacles are closed: each of its
-    moves is a line of sight here.
-    """
-    return with_margin(space, 2.0 * SURFACE_DEPTH)
 
 
 @kernel
@@ -138,9 +91,9 @@ def _distances(space: Space, points: Floats) -> Floats:
 
 
 class World:
-    """Safe space: the scenario's bounds without its obstacles, each grown by the clearance on every side.
+    """Safe space: what is in the scenario's bounds and keeps the clearance, less half a micrometre, from all else.
 
-    A point on the surface of a grown obstacle, or on the bounds, is safe.
+    A point that keeps just the clearance, or lies on the bounds, is safe.
 
     Parameters
     ----------
@@ -189,7 +142,7 @@ class World:
             low=low,
             high=high,
             boxes=table[order],
-            clearance=growth,
+            clearance=growth - CLEARANCE_EASE,
             tree=index,
             solids=round_,
             ground=ground.make_ground(floor, float(scenario.ground_clearance - growth)),
@@ -296,25 +249,23 @@ class World:
         if found is not None:
             clearance = f"the clearance of {self._scenario.clearance:g} m"
             return f"lies inside {self.named(found)} grown by {clearance}{straying}"
-        margin = self.space.clearance + self.space.ground.extra
+        margin = self.space.clearance + CLEARANCE_EASE + self.space.ground.extra
         above = p[2] - ground.height(self.space.ground, p[0], p[1])
         counting = ", counting the tracking error" if straying else ""
         if self._scenario.terrain is not None:
             level = float(self._scenario.terrain.height(p[:2]))
             required = margin + ground.height(self.space.ground, p[0], p[1]) - level
             most = -ground.height(self.space.ceiling, p[0], p[1]) - level
-            if most < required - SURFACE_DEPTH:
+            if most < required - CLEARANCE_EASE:
                 room = f"the ceiling is {most:.4g} m above the ground, and {required:.4g} m above it are required"
                 return f"lies where no height keeps both: {room}{counting}"
-        if above < margin - SURFACE_DEPTH:
+        if above < margin - CLEARANCE_EASE - SURFACE_DEPTH:
             return f"lies {above:g} m above ground{counting}, but {margin:g} m are required"
         if above_ceiling(self.space, self.space.clearance - SURFACE_DEPTH, p):
             assert self._scenario.terrain is not None
             above = p[2] - float(self._scenario.terrain.lowest_ground.height(p[:2]))
             at = "reaches" if straying else f"lies {above:g} m above ground,"
             return f"{at} above the ceiling of {self._scenario.max_height:g} m{counting}"
-        if not point_free(self.space, p):
-            return "lies in a seam: grown obstacles, ground or bounds meet there, or leave less than a micrometre"
         return None
 
     def blocker(self, point: ArrayLike, margin: float = 0.0) -> int | None:
@@ -336,15 +287,15 @@ class World:
         Something else may make the place there unsafe.
         """
         x, y, z = p = _rows(point)[0]
-        space = self.space
+        space, whole = self.space, self.space.clearance + CLEARANCE_EASE
         box_ = tree.containing(space.tree, space.boxes, space.clearance, x, y, z)
         if box_ >= 0:
-            return float(space.boxes[box_, 5] + space.clearance)
+            return float(space.boxes[box_, 5] + whole)
         solid = solids.containing(space.solids, space.clearance, x, y, z)
         if solid >= 0:
-            return solids.top_above(space.solids, solid, space.clearance, x, y)
-        floor = max(float(space.low[2]), ground.height(space.ground, x, y) + space.clearance + space.ground.extra)
-        return floor if p[2] < floor else None
+            return solids.top_above(space.solids, solid, whole, x, y)
+        floor = max(float(space.low[2]), ground.height(space.ground, x, y) + whole + space.ground.extra)
+        return floor if p[2] < floor - CLEARANCE_EASE else None
 
     def named(self, number: int) -> str:
         """Describe an obstacle: its number in the scenario, and its name and kind where it has them."""

@@ -13,10 +13,9 @@ from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
-from skyverse.numerics.tolerances import MIN_PATH, SEAM_MARGIN
+from skyverse.numerics.tolerances import MIN_PATH
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
-from skyverse.space.obstacles import with_margin
 from skyverse.space.world import World
 from skyverse.summary import flown_length, largest_distance, turning
 from skyverse.trajectory.aeroplane import fly_aeroplane
@@ -88,7 +87,7 @@ def needed_waypoints(problem: Problem, result: Result) -> Floats:
     path = problem.without_columns(result.path) if result.any_angle else result.path
     waypoints = drop_collinear(np.vstack([problem.start, path, problem.end]))
     if not soft_terms(problem.scenario):
-        waypoints = shortcut(with_margin(problem.airspace.world.space, SEAM_MARGIN), waypoints)
+        waypoints = shortcut(problem.airspace.world.space, waypoints)
     return waypoints
 
 

@@ -3,8 +3,8 @@
 A piece lies inside the box around its Bernstein coefficients, and no farther from its chord than they do. Where that
 box exceeds the bounds or touches an obstacle that is a box, or where an obstacle of another shape comes that near to
 the chord, the piece is halved, until all parts are clear or an instant is found at which the trajectory is not. Half of
-what the referee tolerates is tolerated here, which leaves the other half for rounding. No part may lead through a seam:
-see `space.seams`.
+what the referee tolerates is tolerated here, three quarters where it is the clearance, which leaves the rest for
+rounding.
 """
 
 import math
@@ -19,10 +19,9 @@ from skyverse.model.verdict import Verdict
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import split, to_bernstein
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_TIGHTNESS, SEAM_REACH
+from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_EASE, PROOF_TIGHTNESS
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.obstacles import Space, above_ceiling, terrain_crossed, terrain_reaches
-from skyverse.space.seams import bounds_are_wide, step_aside
 from skyverse.space.world import World
 from skyverse.trajectory.limits import (
     AIRSPEED,
@@ -104,11 +103,10 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
     """Judge a trajectory: verdict, demand and instant as in `Proof`, and how often pieces were halved."""
     cuts = 0
     doubt = (_PROVEN, 0, 0.0)
-    step = -1
     for k in range(len(coefficients)):
         duration = knots[k + 1] - knots[k]
         rows = coefficients[k]
-        code, what, where, more, step = _clear(space, to_bernstein(rows, duration), step)
+        code, what, where, more = _clear(space, to_bernstein(rows, duration))
         cuts += more
         if code == _REFUTED:
             return code, what, knots[k] + where * duration, cuts
@@ -138,28 +136,24 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
 def clear_pieces(space: Space, durations: Floats, coefficients: Floats) -> Bools:
     """Tell which pieces (m, degree + 1, 3) of a curve, of (m,) seconds each, are proven clear and in bounds, (m,)."""
     clear = np.empty(len(durations), np.bool_)
-    step = -1
     for k in range(len(durations)):
-        code, _, _, _, step = _clear(space, to_bernstein(coefficients[k], durations[k]), step)
+        code, _, _, _ = _clear(space, to_bernstein(coefficients[k], durations[k]))
         clear[k] = code == _PROVEN
     return clear
 
 
 @inner
-def _clear(space: Space, b: Floats, step: int) -> tuple[int, int, float, int, int]:
-    """Judge whether a piece is clear: verdict, demand, the share of the piece where it fails, halvings, and last step.
-
-    The steps, from that with which the piece before ended, lead out of seams; see `step_aside`.
-    """
+def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
+    """Judge whether a piece is clear: verdict, demand, the share of the piece where it fails, and halvings."""
     pieces = np.empty((MAX_DEPTH + 1, b.size))  # a stack of parts that are not decided, the earliest on top
     put(pieces, 0, b.copy().reshape(-1))
     low, high = np.empty(3), np.empty(3)
     _enclose(pieces[0], low, high)
-    near = tree.touching(space.tree, space.boxes, space.clearance + SEAM_REACH, low, high)
+    near = tree.touching(space.tree, space.boxes, space.clearance - PROOF_EASE, low, high)
     for share in range(2):
         what = _fault(space, near, b[share * (len(b) - 1)])
         if what:
-            return _REFUTED, what, float(share), 0, step
+            return _REFUTED, what, float(share), 0
     begin, level = np.zeros(MAX_DEPTH + 1), np.zeros(MAX_DEPTH + 1, np.int64)
     count = np.full(MAX_DEPTH + 1, len(near))  # so many boxes, the first ones, are near what it is half of
     waiting, cuts = 1, 0
@@ -170,15 +164,11 @@ def _clear(space: Space, b: Floats, step: int) -> tuple[int, int, float, int, in
         for axis in range(3):
             inside &= space.low[axis] - LIMIT_EASE <= low[axis] and high[axis] <= space.high[axis] + LIMIT_EASE
         count[top] = _keep(space, near, count[top], low, high)
-        alone = count[top] == 0 and _far_from_shapes(space, low, high)
-        if inside and (alone or _clear_of_all(space, near[: count[top]], pieces[top], low, high)):
-            found = -1 if alone else step_aside(space, _part(pieces[top], low, high), _off_chord(pieces[top]), step)
-            if alone or found >= 0:
-                step = found
-                waiting -= 1
-                continue
+        if inside and count[top] == 0 and _clear_of_shapes(space, pieces[top], low, high):
+            waiting -= 1
+            continue
         if level[top] == MAX_DEPTH or cuts == MAX_HALVINGS:
-            return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top], cuts, step
+            return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top], cuts
         cuts += 1
         split(pieces[top], pieces[waiting], 3)
         level[top] += 1
@@ -186,40 +176,9 @@ def _clear(space: Space, b: Floats, step: int) -> tuple[int, int, float, int, in
         begin[top] += 0.5 ** level[top]
         what = _fault(space, near[: count[top]], pieces[top])
         if what:
-            return _REFUTED, what, begin[top], cuts, step
+            return _REFUTED, what, begin[top], cuts
         waiting += 1
-    return _PROVEN, 0, 0.0, cuts, step
-
-
-@inner
-def _part(b: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the ends (0, 1) of a piece with coefficients laid end to end, and the corners (2, 3) of the box around."""
-    part = np.empty((4, 3))
-    put(part, 0, b[:3])
-    put(part, 1, b[len(b) - 3 :])
-    put(part, 2, low)
-    put(part, 3, high)
-    return part
-
-
-@inner
-def _far_from_shapes(space: Space, low: Floats, high: Floats) -> bool:
-    """Tell whether no shape but boxes, nor the ground, is so near to a box that a step aside could meet it."""
-    growth = space.clearance + SEAM_REACH
-    return (
-        bounds_are_wide(space)
-        and solids.reaching(space.solids, growth, low, high) < 0
-        and not terrain_reaches(space, growth, low, high)
-    )
-
-
-@inner
-def _clear_of_all(space: Space, near: Ints, b: Floats, low: Floats, high: Floats) -> bool:
-    """Tell whether a piece in the box between two corners is clear of boxes, given those near it, and of all else."""
-    clear = True
-    for i in near:
-        clear &= not box.touches(space.boxes, i, space.clearance - LIMIT_EASE, low, high)
-    return clear and _clear_of_shapes(space, b, low, high)
+    return _PROVEN, 0, 0.0, cuts
 
 
 @inner
@@ -238,7 +197,7 @@ def _clear_of_shapes(space: Space, b: Floats, low: Floats, high: Floats) -> bool
 
     Its coefficients are laid end to end, and lie in the box between two corners.
     """
-    growth = space.clearance - LIMIT_EASE
+    growth = space.clearance - PROOF_EASE
     if solids.reaching(space.solids, growth, low, high) < 0 and not terrain_reaches(space, growth, low, high):
         return True
     first, last = b[:3], b[len(b) - 3 :]
@@ -273,7 +232,7 @@ def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> in
     """Move those of the first `count` boxes to the front that are near the box between two corners; return how many."""
     kept = 0
     for i in range(count):
-        if box.touches(space.boxes, near[i], space.clearance + SEAM_REACH, low, high):
+        if box.touches(space.boxes, near[i], space.clearance - PROOF_EASE, low, high):
             near[i], near[kept] = near[kept], near[i]
             kept += 1
     return kept
@@ -286,9 +245,9 @@ def _fault(space: Space, near: Ints, p: Floats) -> int:
         if not space.low[axis] - LIMIT_EASE <= p[axis] <= space.high[axis] + LIMIT_EASE:
             return _BOUNDS
     for i in near:
-        if box.holds(space.boxes, i, space.clearance - LIMIT_EASE, p[0], p[1], p[2]):
+        if box.holds(space.boxes, i, space.clearance - PROOF_EASE, p[0], p[1], p[2]):
             return _CLEARANCE
-    growth = space.clearance - LIMIT_EASE
+    growth = space.clearance - PROOF_EASE
     if solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0:
         return _CLEARANCE
     floor = ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra

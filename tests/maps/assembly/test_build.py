@@ -370,7 +370,7 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
         ),
         ({"area": (9.84, 146.79, 9.86, 146.81)}, r"expected south from -90 to 90 degrees, found 146\.79; the order"),
         ({"uavs": [START], "ground": AboveSea(0)}, r"ground: expected it without a terrain"),
-        ({"uavs": [START], "clearance": -1.0}, r"clearance: expected a number from 0 on, found -1"),
+        ({"uavs": [START], "clearance": -1.0}, r"clearance: expected a number from 0.001 on, found -1"),
         ({"uavs": [START], "clearance": 1e9}, r"clearance: expected a number of at most [\d,]+, found 1,000,000,000"),
         ({"uavs": [START], "lattice_step": 0.0}, r"lattice_step: expected a number from 0\.001 on, found 0"),
         ({"uavs": [START], "terrain_step": float("nan")}, r"terrain_step: expected a number, found nan"),

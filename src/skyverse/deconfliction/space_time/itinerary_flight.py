@@ -10,9 +10,8 @@ from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
-from skyverse.numerics.tolerances import MIN_SEGMENT, MIN_WAIT, SEAM_MARGIN
+from skyverse.numerics.tolerances import MIN_SEGMENT, MIN_WAIT
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
-from skyverse.space.obstacles import with_margin
 from skyverse.space.world import World
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.proof import prove
@@ -121,7 +120,7 @@ def _smooth_ways(world: World, uav: UAV, run: Run) -> list[Run]:
         return []
     found = []
     own = drop_collinear(run.path)
-    straighter = shortcut(with_margin(world.space, SEAM_MARGIN), own)
+    straighter = shortcut(world.space, own)
     for path in [straighter, own] if len(straighter) < len(own) else [own]:
         if np.ptp(path, axis=0).max() <= MIN_SEGMENT:  # it leads back to where it begins
             continue

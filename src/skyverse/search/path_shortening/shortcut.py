@@ -1,7 +1,6 @@
 """Drop waypoints: those on a straight line, those that a line of sight skips, those whose neighbours see each other.
 
-A line of sight is a segment that `segment_free` accepts. Pass a space with a margin (`with_margin`) where no line of
-sight may slip through the seam between two obstacles that touch.
+A line of sight is a segment that `segment_free` accepts.
 """
 
 import numpy as np

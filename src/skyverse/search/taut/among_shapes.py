@@ -16,7 +16,7 @@ from skyverse.search.path_shortening.shorten import shorten
 from skyverse.search.taut.half_plane import half_plane_path
 from skyverse.space.lattice import Grid, position, positions
 from skyverse.space.obstacles import Space, with_margin
-from skyverse.space.world import path_free, point_free, segment_free, with_closed_obstacles
+from skyverse.space.world import path_free, point_free, segment_free
 
 SPARE_LENGTH = 0.1
 """Paths past one side that are longer than the shortest by more than this share are not shortened."""
@@ -51,7 +51,7 @@ def path_among_shapes(
     """
     if segment_free(space, *ends):
         return np.stack(ends), 0
-    spaced, closed = with_margin(space, SLOPE_MARGIN), with_closed_obstacles(space)
+    spaced = with_margin(space, SLOPE_MARGIN)
     first, last = (_spaced_end(space, spaced, end) for end in ends)
     best, least = np.empty((0, 3)), np.inf
     tried: list[Floats] = []
@@ -71,13 +71,13 @@ def path_among_shapes(
         return best, 0
     slack = distance(ends[0], position(grid, nodes[0])) + distance(ends[1], position(grid, nodes[1]))
     slack += 4.0 * float(grid.step.max())  # what a lattice path may gain when it is shortened
-    corners, expanded = lazy_theta_star(grid, closed, *nodes, least + slack)
+    corners, expanded = lazy_theta_star(grid, space, *nodes, least + slack)
     shortest, more = lattice_path()
     for found in (corners, shortest):
         if not len(found):
             continue
         places = positions(grid, found)
-        for free, begin, end in ((spaced, first, last), (closed, *ends), (space, *ends)):
+        for free, begin, end in ((spaced, first, last), (space, *ends)):
             if begin is None or end is None:
                 continue
             path = drop_repeated(np.vstack([begin, places, end]))

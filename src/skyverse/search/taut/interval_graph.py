@@ -7,7 +7,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import doubled, put
 from skyverse.numerics.kernel import inner, inner_query
-from skyverse.numerics.tolerances import SEAM_MARGIN
+from skyverse.numerics.tolerances import SIGHT_MARGIN
 from skyverse.search.taut.edge_geometry import move_off, pieces_within
 from skyverse.search.taut.legs import (
     ALL_BLOCKED,
@@ -79,7 +79,7 @@ def first_graph(
     """Return the graph of all intervals, of at most `spacing` metres, that a path shorter than `limit` can touch.
 
     Also return how many pairs were looked at; where that would be more than `most`, the graph is incomplete. The space
-    counts `SEAM_MARGIN` more than the clearance, and the intervals lie on its boxes; the edges lie another margin off.
+    counts `SIGHT_MARGIN` more than the clearance, and the intervals lie on its boxes; the edges lie another margin off.
     """
     most_intervals = int(np.sqrt(2.0 * PAIRS_A_LEG * max(most, 0)))
     pieces = pieces_within(edges, start, goal, limit, most_intervals)
@@ -97,7 +97,7 @@ def first_graph(
         for k in range(parts):
             put(intervals.middle, n, edges.ends[e, :3])
             intervals.middle[n, axis] += (k + 0.5) * length
-            move_off(edges, e, intervals.middle[n], -SEAM_MARGIN)
+            move_off(edges, e, intervals.middle[n], -SIGHT_MARGIN)
             intervals.half[n], intervals.axis[n], intervals.piece[n] = 0.5 * length, axis, e
             if least_distance(intervals, 0, n) + least_distance(intervals, n, 1) < limit:
                 n += 1

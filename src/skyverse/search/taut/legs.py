@@ -3,8 +3,8 @@
 A leg leads from a point x metres from the middle of interval i, along its edge, to a point y metres from the middle of
 interval j. Its length is a convex function of x and y, so that it is nowhere below any of its tangents.
 
-Intervals lie `SEAM_MARGIN` farther from their boxes than paths must. So that no path that makes use of this falls short
-of a bound, every length counts as `NEARER_GAIN` less.
+Intervals lie `SIGHT_MARGIN` farther from their boxes than paths must. So that no path that makes use of this falls
+short of a bound, every length counts as `NEARER_GAIN` less.
 """
 
 from typing import NamedTuple

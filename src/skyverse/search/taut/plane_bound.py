@@ -12,7 +12,7 @@ from skyverse._typing import Floats
 from skyverse.numerics.arrays import put
 from skyverse.numerics.kernel import inner
 from skyverse.numerics.norm import distance
-from skyverse.numerics.tolerances import BOUND_ROUNDING, LENGTH_ROUNDING, NEARER_GAIN, SEAM_MARGIN
+from skyverse.numerics.tolerances import BOUND_ROUNDING, LENGTH_ROUNDING, NEARER_GAIN, SIGHT_MARGIN
 from skyverse.search.taut.edge_geometry import move_off, spheroid_bounds
 from skyverse.search.taut.edge_search import BendPoints, search_edges
 from skyverse.space import tree
@@ -22,7 +22,7 @@ from skyverse.space.world import path_free
 
 MAX_BOXES = 2000
 """Boxes that reach through the space at most; where there are more, no bound is sought."""
-BELOW_TOP = 3.0 * SEAM_MARGIN
+BELOW_TOP = 3.0 * SIGHT_MARGIN
 """Metres below the space's upper side at which a path leads along it."""
 MAX_EXPANDED = 4000
 """States that a search may expand."""
@@ -32,7 +32,7 @@ MAX_EXPANDED = 4000
 def plane_bound(space: Space, start: Floats, goal: Floats, length: float) -> tuple[float, Floats]:
     """Return a length that no path from start to goal beats, given that of a path that is known, metres, and a path.
 
-    The space counts `SEAM_MARGIN` more than the clearance. The path, (k, 3) metres, is empty where there is none that
+    The space counts `SIGHT_MARGIN` more than the clearance. The path, (k, 3) metres, is empty where there is none that
     is free.
     """
     bound, way = distance(start, goal), np.empty((0, 3))
@@ -68,7 +68,7 @@ def _in_plane(
     through = Space(
         space.low, space.high, sorted_boxes, space.clearance, index, space.solids, space.ground, space.ceiling
     )
-    corners = make_edges(through, space.clearance + SEAM_MARGIN)
+    corners = make_edges(through, space.clearance + SIGHT_MARGIN)
     at, edge = np.empty((len(corners.ends) + 2, 3)), np.full(len(corners.ends) + 2, -1)
     put(at, 0, start)
     put(at, 1, goal)
@@ -76,7 +76,7 @@ def _in_plane(
     for e in range(len(corners.ends)):
         if corners.axis[e] == axis:
             put(at, n, corners.ends[e, :3])
-            move_off(corners, e, at[n], -SEAM_MARGIN)
+            move_off(corners, e, at[n], -SIGHT_MARGIN)
             edge[n] = e
             n += 1
     for i in range(n):
@@ -88,7 +88,7 @@ def _in_plane(
         return 0.0, at[:0]
     nearer = (n - 1) * NEARER_GAIN  # a path over all corners, nearer to the boxes
     for i in range(2, n):
-        move_off(corners, edge[i], at[i], SEAM_MARGIN)
+        move_off(corners, edge[i], at[i], SIGHT_MARGIN)
     put(at, 0, start)
     put(at, 1, goal)
     return np.sqrt(max(found.length - nearer - BOUND_ROUNDING, 0.0) ** 2 + along**2), at[found.points]

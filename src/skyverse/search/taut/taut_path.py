@@ -8,7 +8,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import put, put_all
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance, length_of
-from skyverse.numerics.tolerances import OTHER_WAY_WORTH, SEAM_MARGIN
+from skyverse.numerics.tolerances import OTHER_WAY_WORTH, SIGHT_MARGIN
 from skyverse.search.taut.cell_astar import cell_astar
 from skyverse.search.taut.plane_bound import plane_bound
 from skyverse.search.taut.shortest_way import shortest_way
@@ -54,7 +54,7 @@ def taut_path(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Flo
     spent = np.zeros(2, np.int64)
     nothing = np.empty((0, 3))
     straight = distance(start, goal)
-    sight = with_margin(space, SEAM_MARGIN)
+    sight = with_margin(space, SIGHT_MARGIN)
     first, out = _step_out(space, start)
     if not out:
         return TautPath(nothing, straight, 1, spent)
@@ -107,11 +107,11 @@ def _shortest(sight: Space, edges: Edges, path: Floats, most: int, spent: Ints) 
 
 @inner
 def _step_out(space: Space, p: Floats) -> tuple[Floats, bool]:
-    """Step from a free point to one three seam margins off all boxes, and tell whether that succeeded.
+    """Step from a free point to one three margins off all boxes, and tell whether that succeeded.
 
-    Each step goes past the nearest face of a box that is too near, and is at most eight seam margins long.
+    Each step goes past the nearest face of a box that is too near, and is at most eight margins long.
     """
-    growth = space.clearance + 3.0 * SEAM_MARGIN
+    growth = space.clearance + 3.0 * SIGHT_MARGIN
     q = p.copy()
     for _ in range(MAX_STEPS_OUT):
         i = tree.containing(space.tree, space.boxes, growth, q[0], q[1], q[2])
@@ -120,10 +120,10 @@ def _step_out(space: Space, p: Floats) -> tuple[Floats, bool]:
         least, at, side = np.inf, 0.0, -1
         for face in range(6):
             axis = face % 3
-            to = space.boxes[i, face] + (growth + SEAM_MARGIN) * (1.0 if face > 2 else -1.0)
+            to = space.boxes[i, face] + (growth + SIGHT_MARGIN) * (1.0 if face > 2 else -1.0)
             if abs(to - q[axis]) < least and space.low[axis] <= to <= space.high[axis]:
                 least, at, side = abs(to - q[axis]), to, axis
-        if side < 0 or least > 8.0 * SEAM_MARGIN:
+        if side < 0 or least > 8.0 * SIGHT_MARGIN:
             return q, False
         q[side] = at
     return q, False

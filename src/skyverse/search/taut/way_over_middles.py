@@ -7,7 +7,7 @@ from skyverse.numerics.arrays import put
 from skyverse.numerics.heap import make_heap, push
 from skyverse.numerics.kernel import inner
 from skyverse.numerics.norm import distance
-from skyverse.numerics.tolerances import SEAM_MARGIN
+from skyverse.numerics.tolerances import SIGHT_MARGIN
 from skyverse.search.taut.edge_geometry import move_off
 from skyverse.search.taut.edge_search import next_leg, walk_back
 from skyverse.search.taut.interval_graph import FACES, Graph, LegLists
@@ -27,7 +27,7 @@ def way_over_middles(
     """
     at, legs = graph.intervals.middle.copy(), graph.legs
     for i in range(2, len(at)):  # where lines of sight have their margin
-        move_off(edges, graph.intervals.piece[i], at[i], SEAM_MARGIN)
+        move_off(edges, graph.intervals.piece[i], at[i], SIGHT_MARGIN)
     guide = graph.behind if source == 0 else graph.ahead
     states = 2 * len(at)
     price, came = np.full(states, np.inf), np.full(states, -1)

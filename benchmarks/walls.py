@@ -1,4 +1,4 @@
-"""Adversarial flights for `certificates.py`: through, along and over walls with slits, seams and exact corridors."""
+"""Adversarial flights for `certificates.py`: through, along and over walls with slits and exact corridors."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -11,30 +11,30 @@ import skyverse as sky
 from skyverse.model.quantities import derived
 from skyverse.model.shapes import Obstacle, Sphere, Terrain, Voxels
 
-SEAMS = (0.0, 1e-9, 5e-7, 9e-7, -1e-9, -5e-7, -1.9e-6)
-"""Metres between neighbours that leave no way; negative where they overlap."""
+GAPS = (0.0, 1e-9, 5e-7, -1e-9, -5e-7, -1.9e-6, -2.1e-6, -3e-6)
+"""Metres between grown neighbours; negative where they overlap, which leaves no way beyond two micrometres."""
 SLITS = (1e-4, 1e-3, 1e-2)
 KINDS = ("box", "prism", "diamond", "cylinder", "sphere", "voxels", "slot")
 
 
 class Wall(NamedTuple):
-    """The obstacles and ground of a wall, where its seams are along x, and the place of its middle."""
+    """The obstacles and ground of a wall, where its shapes meet along x, and the place of its middle."""
 
     shapes: list[Obstacle]
     terrain: Terrain | None
-    seams: list[float]
+    joints: list[float]
     middle: np.ndarray
 
 
-def seamed(seed: int) -> sky.Mission:
+def walled(seed: int) -> sky.Mission:
     """Return one seed's mission."""
     rng = np.random.default_rng([seed, 1])
     scale = float(rng.choice([1e-2, 1.0, 1.0, 100.0]))
-    clearance = scale * float(rng.choice([0.0, 0.0, 1e-9, 1e-3, 0.1, 0.5]))
+    clearance = max(scale * float(rng.choice([1e-3, 1e-3, 0.1, 0.5])), 1e-3)
     corner = rng.choice([0.0, 0.0, 1e3, -1e5, 3e5]) * np.array([1.0, -1.0, 0.0])
     wall = random_wall(rng, scale, clearance, corner)
     scenario = sky.Scenario(
-        name="seams",
+        name="wall",
         bounds=sky.Bounds(min=corner, max=corner + scale * np.array([10, 10, 5])),
         obstacles=wall.shapes,
         terrain=wall.terrain,
@@ -43,7 +43,7 @@ def seamed(seed: int) -> sky.Mission:
         objective=sky.Objective(unit="metres"),
     )
     kind = rng.choice(["through", "planned", "aeroplane", "skewed"])
-    x = float(rng.choice(wall.seams)) if wall.seams else wall.middle[0]
+    x = float(rng.choice(wall.joints)) if wall.joints else wall.middle[0]
     begin, end = (np.array([x, wall.middle[1] + by * scale, wall.middle[2]]) for by in (-3.5, 3.5))
     if kind == "skewed":
         begin[0], end[0] = rng.uniform(0.1, 9.9, 2) * scale + corner[0]
@@ -73,19 +73,19 @@ def seamed(seed: int) -> sky.Mission:
 def random_wall(rng: np.random.Generator, scale: float, clearance: float, corner: np.ndarray) -> Wall:
     """Put up to four shapes side by side across the space, sometimes on a ridge of the ground."""
     count = int(rng.integers(1, 5))
-    gaps = rng.choice(SEAMS, count + 1)
+    gaps = rng.choice(GAPS, count + 1)
     slits = rng.random(count + 1) < 0.3
     gaps[slits] = scale * rng.choice(SLITS, slits.sum())
     places = np.linspace(0.0, 10.0, count + 1) * scale
     y, z = corner[1] + 4.5 * scale, 2.5 * scale
     ridge = scale if rng.random() < 0.3 else None
-    low = -scale if ridge is None else ridge + clearance + float(rng.choice(SEAMS))
+    low = -scale if ridge is None else ridge + clearance + float(rng.choice(GAPS))
     shapes: list[Obstacle] = []
     for k in range(count):
         a, b = places[k] + gaps[k] / 2 + clearance + corner[0], places[k + 1] - gaps[k + 1] / 2 - clearance + corner[0]
         if b - a > 1e-6:
             shapes += pieces(str(rng.choice(KINDS)), (a, b), y, (low, 6 * scale), scale, clearance)
-    seams = [float(np.clip(place + corner[0], corner[0], corner[0] + 10 * scale)) for place in places]
+    joints = [float(np.clip(place + corner[0], corner[0], corner[0] + 10 * scale)) for place in places]
     slots = [
         float(np.mean([x for x, _ in one.vertices[1:3]] + [x for x, _ in one.vertices[3:5]]))
         for one in shapes
@@ -96,9 +96,9 @@ def random_wall(rng: np.random.Generator, scale: float, clearance: float, corner
         heights = np.full((4, 12), -3.0 * scale)
         heights[:, 4:6] = ridge
         start = corner[:2] - scale * np.array([5.0, 0.5])
-        terrain = Terrain(origin=start, step=(10 * scale, scale), heights=heights, clearance=0.0)
+        terrain = Terrain(origin=start, step=(10 * scale, scale), heights=heights, clearance=clearance)
     height = ridge if ridge is not None and rng.random() < 0.3 else z
-    return Wall(shapes, terrain, [*seams, *slots], np.array([corner[0] + 5 * scale, y, height]))
+    return Wall(shapes, terrain, [*joints, *slots], np.array([corner[0] + 5 * scale, y, height]))
 
 
 def pieces(
@@ -119,9 +119,8 @@ def pieces(
     half = 0.3 * scale
     if kind == "diamond":
         corners = [(a, y), (middle, y - half), (b, y), (middle, y + half)]
-    elif kind == "slot" and b - a > 8 * max(clearance, 1e-6):  # a corridor within one prism that fits exactly
-        half_slot = max(clearance, 2.5e-7)
-        left, right = middle - half_slot, middle + half_slot
+    elif kind == "slot" and b - a > 8 * clearance:  # a corridor within one prism that fits exactly
+        left, right = middle - clearance, middle + clearance
         corners = [(a, y - half), (left, y - half), (left, y + half / 2), (right, y + half / 2), (right, y - half)]
         corners += [(b, y - half), (b, y + half), (a, y + half)]
     else:
