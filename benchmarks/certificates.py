@@ -1,7 +1,7 @@
 """Certificates against an oracle: ``python benchmarks/certificates.py [WORLDS] [--first SEED] [--processes P]``.
 
 Random worlds and fleets (`wild`), some with tracking errors, ceilings, climb limits and obstacles closed above
-(`margins`), flights that rise and land in columns (`columns`), and walls with slits and corridors that fit
+(`margins`), flights that rise and land on pads (`pads`), and walls with slits and corridors that fit
 exactly (`walls`), are judged by `certify` and `check`, and by dense sampling (`oracle`), which shares no code with the
 referee. What is called proven must look so at all samples, and at random places within the tracking error of each; what
 is called refuted must be so at the instant that is named. The first disagreement ends the run with exit code 1 and
@@ -17,10 +17,10 @@ from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
-from columns import by_columns, rising
 from machine import describe, table
 from margins import astray, narrowed, reach, strays
 from oracle import RATE, Motion, excess, moving, norm, sampled, where
+from pads import by_pads, rising
 from walls import walled
 from wild import world
 
@@ -77,8 +77,8 @@ def trajectory(
     exact = error == sky.TrackingError()
     if certificate.verdict is sky.Verdict.PROVEN:
         counted["strayed", ""] += not exact
-        counted["in column", ""] += "column" in certificate.sentence
-        for kept in by_columns(mission, uav, motion):
+        counted["on pad", ""] += "on the pad" in certificate.sentence
+        for kept in by_pads(mission, uav, motion):
             for fault, value in strays(mission, uav, kept).items():
                 if value > ROUNDING:
                     wrong.append(f"{vehicle.name} is proven, but {fault.value} by {value:.3g} when it strays")
@@ -196,8 +196,8 @@ def main(worlds: int, first: int, processes: int) -> int:
     print(f"\n{1e3 * seconds / max(flown, 1):.1f} ms per trajectory, separations included. Violations:\n")
     rows = [[f.value, f"{counted['violation', f]:,}"] for f in sky.Fault if counted["violation", f]]
     table(["", "found"], rows)
-    strayed, columns = counted["strayed", ""], counted["in column", ""]
-    print(f"\n{strayed:,} of the proven trajectories had a tracking error; {columns:,} rose or landed in a column.")
+    strayed, pads = counted["strayed", ""], counted["on pad", ""]
+    print(f"\n{strayed:,} of the proven trajectories had a tracking error; {pads:,} rose or landed on a pad.")
     return 0
 
 

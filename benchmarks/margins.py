@@ -4,8 +4,8 @@ from dataclasses import replace
 from math import radians, tan
 
 import numpy as np
-from columns import Kept, too_near_steep_ground
 from oracle import Motion, depth, excess, ground, norm, sampled
+from pads import Kept, too_near_steep_ground
 from wild import OFF
 
 import skyverse as sky

@@ -10,6 +10,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.errors import InputError, shown
 from skyverse.model.by_name import index_of
+from skyverse.model.pad import pad_at
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, told_metres, told_point
@@ -18,10 +19,10 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import SIGHT_MARGIN
 from skyverse.search.lattice_astar import LatticePath, shortest_route
 from skyverse.space.cells import Cells, make_cells
-from skyverse.space.column import column_top
 from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, make_grid, positions, snap
 from skyverse.space.moving_shapes import MovingShapes, moving_shapes
+from skyverse.space.pads import lifted
 from skyverse.space.timed_shapes import timed_shapes
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World, point_free
@@ -63,9 +64,9 @@ class Airspace:
             straying.world = World(self.scenario, error)
         return known[error]
 
-    def column_top(self, point: ArrayLike) -> Floats:
-        """Return the lowest place straight above a start or target, (3,) metres, from which the UAV may stray."""
-        return column_top(self.nominal.world, self.world, point)
+    def lifted(self, uav: int, place: tuple[float, float, float]) -> Floats:
+        """Return the lowest place straight above a UAV's start or target, (3,) metres, from which it may stray."""
+        return lifted(self.nominal.world, self.world, pad_at(self.scenario, uav, place), np.array(place))
 
     @cached_property
     def grid(self) -> Grid:
@@ -116,8 +117,8 @@ class Problem:
     airspace
         Of this UAV, with its tracking error.
     start, end
-        (3,) metres: where the path is planned from and to. That is where the UAV and its target are, or the tops of the
-        columns above them, in which a UAV takes off and lands that strays too far from its nominal position there.
+        (3,) metres: where the path is planned from and to. That is where the UAV and its target are, or above
+        them, where the UAV may stray that takes off from a pad and lands on one.
     uav_place, target_place
         (3,) metres: where the UAV and its target are.
 
@@ -140,9 +141,8 @@ class Problem:
         self.airspace = airspace.of(uav)
         self.uav_place = np.array(self.scenario.uavs[uav].start)
         self.target_place = np.array(self.scenario.targets[target].position)
-        hovers = self.scenario.uavs[uav].fixed_wing is None  # an aeroplane climbs no column
-        self.start = self.airspace.column_top(self.uav_place) if hovers else self.uav_place
-        self.end = self.airspace.column_top(self.target_place) if hovers else self.target_place
+        self.start = self.airspace.lifted(uav, self.scenario.uavs[uav].start)
+        self.end = self.airspace.lifted(uav, self.scenario.targets[target].position)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Problem):
@@ -162,17 +162,17 @@ class Problem:
         )
 
     @property
-    def columns(self) -> tuple[Floats, Floats]:
-        """The UAV's start and its target, (1, 3) metres each, where a column is above them; (0, 3) where none is."""
+    def lifts(self) -> tuple[Floats, Floats]:
+        """The UAV's start and its target, (1, 3) metres each, where it must rise from them first; (0, 3) elsewhere."""
         up, down = (
             place[None][: int(not np.array_equal(place, top))]
             for place, top in ((self.uav_place, self.start), (self.target_place, self.end))
         )
         return up, down
 
-    def without_columns(self, path: Floats) -> Floats:
-        """Return the path (n, 3) of a result of any angle without the columns at its ends: what is planned."""
-        up, down = self.columns
+    def without_lifts(self, path: Floats) -> Floats:
+        """Return the path (n, 3) of a result of any angle without the legs on the pads at its ends: what is planned."""
+        up, down = self.lifts
         if len(up):
             path = path[1:]
         return path[:-1] if len(down) and np.array_equal(path[-1], self.target_place) else path

@@ -1,4 +1,4 @@
-"""What is kept around flights is drawn: tracking errors, columns, separations, the ceiling, and the time of a place."""
+"""What is kept around flights is drawn: tracking errors, pads, separations, the ceiling, and the time of a place."""
 
 import base64
 import dataclasses
@@ -100,15 +100,15 @@ def test_only_uavs_that_may_stray_have_tubes(planned):
     assert not any(name.startswith("Tracking") for name in bands[1])
 
 
-def test_columns_are_drawn_and_told_where_there_are_any(planned):
+def test_pads_are_drawn_and_told_where_there_are_any(planned):
     drawn = scene(planned)
-    assert {(column.uav, column.end) for column in drawn.columns} == {(0, "start"), (0, "target")}
-    traces = of_role(in_space(drawn), "column")
-    for trace, column in zip(traces, drawn.columns, strict=True):
+    assert {(one.uav, one.end) for one in drawn.pads} == {(0, "start"), (0, "target")}
+    traces = of_role(in_space(drawn), "pad")
+    for trace, one in zip(traces, drawn.pads, strict=True):
         points = columns_of(trace, "xyz")
-        assert points[:, 2].min() == pytest.approx(column.foot[2], abs=1e-3)
-        assert points[:, 2].max() == pytest.approx(column.top, abs=1e-3)
-    assert "of ada over its start up to z = " in page(drawn)
+        assert points[:, 2].min() == pytest.approx(one.pad.place[2], abs=1e-3)
+        assert points[:, 2].max() == pytest.approx(one.pad.top, abs=1e-3)
+    assert "of ada at its start up to z = " in page(drawn)
 
 
 def test_half_the_separation_is_drawn_around_each_of_several_uavs(planned, grounded):
@@ -192,7 +192,7 @@ def test_margins_are_drawn_and_switched_off_in_a_browser(planned, tmp_path, tab)
     tab.get_by_label("ceiling, 60 m above ground").click()
     tab.get_by_label("Tracking error").click()
     tab.get_by_label("Separation").click()
-    for role in ("ceiling", "rim", "tube", "column", "separation"):
+    for role in ("ceiling", "rim", "tube", "pad", "separation"):
         until(tab, f"{ROLE.format(role)}.visible === false")
     seconds = "document.querySelectorAll('#profile .x2tick').length"
     assert tab.evaluate(seconds) >= 3

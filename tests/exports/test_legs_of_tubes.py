@@ -30,8 +30,8 @@ def test_waypoints_keep_the_tracking_error_from_obstacles():
     planned = mission()
     (route,) = routes(planned)
     assert (
-        "straight legs proven: with its tracking error (which does not count for the ground and roofs below in the "
-        "column over its start up to z = 2.001 m) it stays inside the bounds and keeps at least 0.48 m from every "
+        "straight legs proven: with its tracking error (which does not count for the ground and roofs below on the "
+        "pad at its start up to z = 2.001 m) it stays inside the bounds and keeps at least 0.48 m from every "
         "obstacle."
     ) in route.sentence(planned.scenario)
     assert route.points[0] == pytest.approx((9, 12, 0.5))
@@ -44,13 +44,13 @@ def test_waypoints_keep_the_tracking_error_from_obstacles():
 
 def test_only_in_a_column_over_the_own_start_the_error_does_not_count():
     (certificate,) = leg_certificates(mission(), mission().scenario, "amsl")
-    foot, top = certificate.legs.columns[0]
+    foot, top = certificate.legs.lifts[0]
     assert (foot[2], top[2]) == pytest.approx((0.5, 2.001))
     up, beside = np.array([0.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0])
     found = certificate.legs.leg(foot, foot + up)
     assert found.fault is None
     assert [part.strays for part in found.clear] == [False, True, True]
-    assert [part.foot for part in found.clear] == [None, (9, 12, 0.5), None]
+    assert [part.base for part in found.clear] == [None, (9, 12, 0.5), None]
     assert certificate.legs.leg(foot + beside, foot + beside + up).fault is not None
     assert LegChecker(mission().scenario, "amsl").leg(foot + beside, foot + beside + up).fault is None
 

@@ -43,18 +43,18 @@ def test_every_planner_plans_for_the_tube_and_every_flight_within_it_is_clear(na
     certificate, flight = mission.certificates[0], mission.trajectories[0]
     assert certificate.verdict is Verdict.PROVEN
     assert certificate.sentence.endswith(
-        ", for every flight within 1 m horizontally and 1.5 m vertically of it; only in the column over its start up "
-        "to z = 1.5 m and in that over its target up to z = 6 m that error does not count for the ground and roofs "
+        ", for every flight within 1 m horizontally and 1.5 m vertically of it; only on the pad at its start up to "
+        "z = 3.01 m and on that at its target up to z = 7.11 m that error does not count for the ground and roofs "
         "below."
     )
     nominal = flight.at(np.linspace(flight.start, flight.end, 300)).position
     np.testing.assert_allclose(nominal[[0, -1]], [(3, 4, 0.5), (14, 4, 4.6)], atol=1e-9)
     (start, top), (end, down) = ((3, 4), 1.5), ((14, 4), 6.0)
-    column = ((nominal[:, :2] == start).all(axis=1) & (nominal[:, 2] < top + 2e-3)) | (
+    on_pad = ((nominal[:, :2] == start).all(axis=1) & (nominal[:, 2] < top + 2e-3)) | (
         (np.abs(nominal[:, :2] - end) < 1e-6).all(axis=1) & (nominal[:, 2] < down + 2e-3)
     )
-    assert column.any()
-    free, turn = nominal[~column], np.linspace(0, 2 * np.pi, 12)
+    assert on_pad.any()
+    free, turn = nominal[~on_pad], np.linspace(0, 2 * np.pi, 12)
     world = sky.World(given.model_copy(update={"clearance": 0.499}))
     for up in (-1.4999, 0.0, 1.4999):
         for aside, across in zip(0.9999 * np.cos(turn), 0.9999 * np.sin(turn), strict=True):
@@ -72,12 +72,12 @@ def test_a_mission_that_was_planned_without_the_error_is_refuted_with_it():
     assert said.endswith("0.5 m are required.")
 
 
-def test_beside_its_column_a_uav_keeps_its_error_from_everything():
+def test_beside_its_pad_a_uav_keeps_its_error_from_everything():
     given = scenario()
     mission = sky.plan_mission(given, sky.Taut())
     flight = mission.trajectories[0]
     rows = flight.coefficients.copy()
-    rows[0, 3, 0] += 1e-3 / (flight.knots[1] - flight.knots[0]) ** 3  # leaves the column by a millimetre
+    rows[0, 3, 0] += 0.6 / (flight.knots[1] - flight.knots[0]) ** 3  # leaves the pad
     strayed = replace(mission, trajectories=(replace(flight, coefficients=rows),))
     assert Fault.TRAJECTORY_BOUNDS in {violation.fault for violation in sky.check(given, strayed)}
 
@@ -89,7 +89,7 @@ def test_uavs_with_the_same_error_share_one_airspace_and_those_without_have_that
     assert airspace.of(0) is airspace.of(2) is not airspace
 
 
-def test_a_start_from_which_no_column_leads_out_is_unsafe():
+def test_a_start_without_room_for_a_pad_is_unsafe():
     roof = sky.Box(min=(1, 2, 3), max=(5, 6, 12))
     shut = scenario(obstacles=(roof,))
     mission = sky.plan_mission(shut, sky.Taut())

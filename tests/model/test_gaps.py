@@ -75,7 +75,7 @@ def test_a_bound_that_knows_the_obstacles_is_not_called_the_straight_line(around
     assert not sky.AStar().plan(sky.Problem(around_a_wall)).straight_bound
 
 
-def test_the_straight_line_of_a_path_with_columns_joins_their_tops(around_a_wall):
+def test_the_straight_line_of_a_path_with_lifts_joins_their_tops(around_a_wall):
     strays = sky.UAV(start=(1, 1, 0.5), tracking_error=sky.TrackingError(horizontal=0.2, vertical=1))
     problem = sky.Problem(
         around_a_wall.model_copy(update={"objective": sky.Objective(unit="metres"), "uavs": (strays,)})

@@ -94,12 +94,12 @@ def test_what_is_priced_lies_between_the_columns_and_what_is_told_begins_at_the_
     uav = sky.UAV(start=(0.6, 0.7, 0.02), tracking_error=TrackingError(vertical=0.05))
     low = EMPTY.model_copy(update={"uavs": (uav,)})
     problem, objective = sky.Problem(low), Danger()
-    assert len(problem.columns[0]) == 1
+    assert len(problem.lifts[0]) == 1
     for found in (
         sky.WOA(waypoints=1, objective=objective).plan(problem, stop=STOP, rng=0),
         rescored(problem, objective, sky.Taut().plan(problem)),
     ):
-        assert found.cost == objective.prices(problem, problem.without_columns(found.path)[None])[0]
+        assert found.cost == objective.prices(problem, problem.without_lifts(found.path)[None])[0]
         assert sky.check_result(low, 0, 0, found) == []
 
 

@@ -74,7 +74,7 @@ def test_what_is_no_free_path_is_refused(path, says):
 def test_a_path_from_the_place_itself_gets_its_columns():
     low = STRAYING.model_copy(update={"uavs": (STRAYING.uavs[0].model_copy(update={"start": (0, -4, 0.02)}),)})
     problem = sky.Problem(low)
-    assert len(problem.columns[0])
+    assert len(problem.lifts[0])
     found = sky.Taut().plan(problem)
     for path in (np.vstack([problem.uav_place, found.path[2:]]), found.path[1:]):
         mine = sky.result_of_path(problem, path)

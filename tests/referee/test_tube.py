@@ -6,7 +6,7 @@ import pytest
 import skyverse as sky
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.referee.clearance import judge_segments
-from skyverse.referee.column import column_over, parts_of_flight
+from skyverse.referee.pads import parts_of_flight
 from skyverse.referee.tube import raised_heights
 from skyverse.referee.world import referee_world
 from skyverse.space.tube import raised
@@ -75,22 +75,19 @@ def test_the_ground_is_raised_as_the_players_raise_it(error, step):
 @pytest.mark.parametrize(
     ("start", "top"),
     [
-        ((1, 1, 0.5), 2.0),  # above the bounds' floor
+        ((1.5, 1.5, 0.5), 2.0),  # above the bounds' floor
         ((4, 4.5, 4.5), 6.4),  # above a roof
-        ((12, 4, 9.5), None),  # higher above a roof than the UAV strays
-        ((12, 13, 7.5), 7.4 + np.hypot(0.5, 2.0)),  # above a sphere
-        ((1, 1, 3), None),  # it may stray from there
-        ((0.1, 1, 3), None),  # it may stray from nowhere above
+        ((12, 4, 9.5), 9.5),  # higher above a roof than the UAV strays
+        ((12, 13, 7.45), 7.4 + np.hypot(0.5, 2.0)),  # above a sphere
+        ((1.5, 1.5, 3), 3),  # it may stray from there
+        ((0.1, 1, 3), 3),  # it may stray from nowhere above
     ],
 )
-def test_a_column_ends_at_the_lowest_place_from_which_the_uav_may_stray(start, top):
+def test_a_uav_lifts_off_to_the_lowest_place_from_which_it_may_stray(start, top):
     uav = sky.UAV(start=start, tracking_error=ERRORS[0])
     given = scenario(uavs=(uav,), terrain=None, max_height=None)
-    column = column_over(referee_world(given, ERRORS[0]), 0, np.array(start, dtype=float))
-    assert (None if column is None else column.top) == (None if top is None else pytest.approx(top, abs=1e-5))
-    if top is not None:
-        planned = sky.Airspace(given).of(0).column_top(start)[2]
-        assert planned == pytest.approx(top + 1e-3, abs=1e-5)
+    planned = sky.Airspace(given).of(0).lifted(0, start)[2]
+    assert planned == pytest.approx(top + 1e-3 * (top > start[2]), abs=1e-5)
 
 
 @pytest.mark.parametrize("turn", [0, 20, 45, 70, 90])
@@ -122,16 +119,13 @@ def test_a_violation_tells_what_is_left_of_the_distance_within_the_error_and_the
     assert told.endswith("0.4 m are required.")
 
 
-def test_a_flight_up_and_down_one_line_is_judged_in_both_columns_but_once():
-    """Start and target lie on one vertical line, so that every piece is in both columns."""
+def test_a_flight_up_and_down_one_line_is_judged_once():
+    """Start and target lie on one vertical line, so that every piece is on both pads."""
     error = ERRORS[0]
-    uav, target = sky.UAV(start=(1, 1, 0.5), tracking_error=error), sky.Target(position=(1, 1, 1.0))
+    uav, target = sky.UAV(start=(1.5, 1.5, 0.5), tracking_error=error), sky.Target(position=(1.5, 1.5, 1.0))
     given = scenario(terrain=None, max_height=None, uavs=(uav,), targets=(target,))
-    b = np.array([[[1, 1, low], [1, 1, low + 0.1]] for low in (0.5, 0.6, 0.7, 0.8, 0.9)])
+    b = np.array([[[1.5, 1.5, low], [1.5, 1.5, low + 0.1]] for low in (0.5, 0.6, 0.7, 0.8, 0.9)])
     world = referee_world(given, error)
-    parts = parts_of_flight(world, 0, 0, b, np.zeros(len(b)))
-    assert [(part.start, part.stop) for _, part in parts] == [(0, 5), (0, 5)]
-    (once, _), (again, _) = parts
-    assert once is world.nominal
-    assert again.error == error
-    assert again.low[2] == 0 < world.low[2]
+    ((judged_in, part),) = parts_of_flight(world, 0, 0, b, np.zeros(len(b)))
+    assert (part.start, part.stop) == (0, 5)
+    assert judged_in.error == sky.TrackingError()

@@ -32,39 +32,32 @@ def test_a_start_and_a_target_beside_or_below_what_does_not_end_above_are_told()
     start, target = unsafe_points(scenario((12, 5, 5), target=(8.2, 5, 9)))
     assert start.field == "uavs[0].start"
     assert start.reason == (
-        "is 1 m too near obstacles[0] for the clearance of 0.5 m and the tracking error of 1 m horizontally and 1.5 m "
-        "vertically, from which only ground and roofs below it are exempt"
+        "is 4.01 m too near obstacles[0]: all but what it stands on must keep the tracking error of 1 m horizontally "
+        "and 1.5 m vertically from its pad, 1 m about it and up to z = 7.51 m"
     )
     assert start.nearest == (12, 5, 4)
     assert target.field == "targets[0].position"
 
 
-def test_a_start_too_near_a_wall_is_told_by_how_much_and_where_the_nearest_place_with_a_column_is():
+def test_a_start_too_near_a_wall_is_told_by_how_much_and_where_the_nearest_place_with_room_for_a_pad_is():
     given = scenario((8.2, 5, 0.5), obstacles=(sky.Box(min=(9, 0, 0), max=(15, 12, 11)),))
     (bad,) = unsafe_points(given)
-    assert bad.reason.startswith("is 0.7 m too near obstacles[0] for the clearance of 0.5 m and the tracking error")
-    x, y, z = bad.nearest
-    assert 7.4 < x <= 7.5
-    assert abs(y - 5) < 0.5
-    assert z == 0.5
+    assert bad.reason.startswith("is 1.2 m too near obstacles[0]: all but what it stands on")
+    assert bad.nearest == (7.5, 5, 1.5)  # from where it may stray
 
 
-def test_a_start_beside_steep_ground_is_told_so_and_how_high_it_would_have_to_climb():
+def test_a_start_beside_steep_ground_is_told_so():
     terrain = {"origin": (0, 0), "step": (10, 12), "heights": [[0, 0], [0, 0], [30, 30]]}
     around = {"bounds": {"min": (0, 0, 0), "max": (20, 12, 60)}, "obstacles": ()}
-    (within,) = unsafe_points(scenario((9.5, 5, 0.5), terrain=terrain, **around))
-    assert within.reason == (
-        "is within its tracking error of ground that is steeper than 45 degrees: it would have to be 4.5 m higher"
+    (within,) = unsafe_points(scenario((8.6, 5, 0.5), terrain=terrain, **around))
+    assert within.reason.startswith(
+        "is too near ground that is steeper than 45 degrees: all but what it stands on must"
     )
-    (near,) = unsafe_points(scenario((8.9, 5, 0.5), terrain=terrain, **around))
-    assert near.reason == (
-        "is beside ground that rises so steeply that it may stray by its tracking error only from 4.5 m above; "
-        "no more than 3 m are allowed"
-    )
+    (near,) = unsafe_points(scenario((8.4, 5, 0.5), terrain=terrain, **around))
+    assert near.reason.startswith("has nothing above it, up to z = 3.01 m, from where the UAV may stray")
 
 
-def test_a_start_over_airspace_is_told_that_only_ground_and_roofs_are_exempt():
+def test_a_start_over_airspace_is_told_that_nobody_stands_on_it():
     zone = sky.Box(min=(0, 0, 0), max=(5, 5, 1), kind="no-fly zone", solid=False)
     (bad,) = unsafe_points(scenario((3, 3, 1.5), obstacles=(zone,)))
-    assert bad.reason.startswith("is 1.5 m too near obstacles[0] (no-fly zone) for the clearance of 0.5 m and")
-    assert bad.reason.endswith("from which only ground and roofs below it are exempt")
+    assert bad.reason.startswith("is 2 m too near obstacles[0] (no-fly zone): all but what it stands on must keep")

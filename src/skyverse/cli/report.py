@@ -51,8 +51,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.model.short_lines import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions
-    from skyverse.space.named_columns import named_columns
     from skyverse.space.nearest_obstacle import nearest_obstacle
+    from skyverse.space.pads import fleet_pads, pads_sentence
 
     if as_json:
         print(json_text(_summary(mission, written)), end="")
@@ -93,7 +93,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
             print(f"Proven at every instant: {what_is_proven(mission.scenario, mission.makespan)}.")
-            named = named_columns(mission.scenario, mission.assignment)
+            named = pads_sentence(mission.scenario, fleet_pads(mission.scenario, mission.assignment))
             if named:
                 print(named)
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")

@@ -14,10 +14,8 @@ from skyverse.model.shapes import Cylinder
 
 MIN_DEVIATION = 0.15
 """The lines at the corners of a tube are drawn to this share of the tracking error."""
-MIN_COLUMN = 0.1
-"""The least radius of a drawn column, as a share of its height."""
-COLUMN_SIDES = 16
-"""Sides of the polygon that stands for a column's circle."""
+PAD_SIDES = 16
+"""Sides of the polygon that stands for a pad's circle."""
 LEVEL = 1e-6
 """A piece of a line that runs less than this share of its length horizontally is taken for a vertical one."""
 
@@ -63,15 +61,14 @@ def duct(line: Floats, aside: float, up: float) -> tuple[Floats, Ints]:
     return corners.reshape(-1, 3), triangles
 
 
-def columns(scene: Scene) -> list[Trace]:
-    """Return the columns over starts and targets, in which the tracking error does not count for what lies below."""
+def pads(scene: Scene) -> list[Trace]:
+    """Return the pads at starts and targets, where the tracking error does not count for what the UAV stands on."""
     made = []
-    for column in scene.columns:
-        track, (x, y, z) = scene.tracks[column.uav], column.foot
-        radius = max(track.error.horizontal, MIN_COLUMN * (column.top - z))
-        points, triangles = surface(Cylinder(centre=(x, y), radius=radius, low=z, high=column.top), COLUMN_SIDES)
-        named = f"{plain(track.name)}: column over its {column.end}"
-        made.append(_mesh(named, points, triangles, track.colour, {"role": "column", "uav": column.uav}))
+    for uav, end, ((x, y, z), radius, _, top) in scene.pads:
+        track = scene.tracks[uav]
+        points, triangles = surface(Cylinder(centre=(x, y), radius=radius, low=z, high=top), PAD_SIDES)
+        named = f"{plain(track.name)}: pad at its {end}"
+        made.append(_mesh(named, points, triangles, track.colour, {"role": "pad", "uav": uav}))
     return made
 
 
@@ -92,7 +89,7 @@ def told(scene: Scene) -> str:
     rings = "Rings: half the separation of each UAV." if separations(scene) else ""
     straying = any(track.error.horizontal + track.error.vertical > 0 for track in scene.tracks)
     tubes = "Tubes: how far UAVs may stray." if straying else ""
-    darker = "Darker at their ends: columns, where that does not count for what lies below." if scene.columns else ""
+    darker = "Cylinders at their ends: pads, where that does not count for what UAVs stand on." if scene.pads else ""
     return " ".join(filter(None, [rings, tubes, darker, ways_and_edges(scene), when_they_are_drawn(scene)]))
 
 

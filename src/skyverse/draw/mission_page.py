@@ -26,8 +26,8 @@ from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.result import NO_STOP, Status
 from skyverse.model.short_lines import counted, told_gap, told_metres, told_seconds
 from skyverse.model.what_is_proven import what_is_proven
-from skyverse.space.named_columns import columns_sentence
 from skyverse.space.nearest_obstacle import nearest_obstacle
+from skyverse.space.pads import pads_sentence
 
 _AXIS = """
         <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
@@ -160,9 +160,9 @@ def _what_was_judged(scene: MissionScene) -> str:
     proven = f" Proven at every instant: {what_is_proven(scene.scenario, scene.mission.makespan)}."
     world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
     claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
-    named = columns_sentence(scene.scenario, scene.columns)
-    columns = f" {escape(named)}" if scene.proven and named else ""
-    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{columns}{claim}{world}</p>"
+    named = pads_sentence(scene.scenario, scene.pads)
+    pads = f" {escape(named)}" if scene.proven and named else ""
+    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{pads}{claim}{world}</p>"
 
 
 def _called_optimal(scene: MissionScene) -> bool:

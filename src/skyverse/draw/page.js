@@ -100,7 +100,7 @@
       trace.line = { color: own && !solid ? own : colour("edge"), width: crowded || data.mapped ? 1 : 1.5, dash: hard ? "solid" : "dash" };
       trace.opacity = data.mapped ? 1 : crowded ? 0.3 : 0.75;  // where anything is seen through, plotly draws all twice
     }
-    if (role === "tube" || role === "column") Object.assign(trace, { opacity: role === "tube" ? 0.16 : 0.35, flatshading: true, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
+    if (role === "tube" || role === "pad") Object.assign(trace, { opacity: role === "tube" ? 0.16 : 0.35, flatshading: true, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
     if (role === "ceiling") Object.assign(trace, { color: colour("ceiling"), opacity: 0.16, lighting: { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 } });
     if (role === "rim") Object.assign(trace, { line: { color: colour("ceiling"), width: 2 } });
     if (role === "separation") trace.line.color = colour("soft");
@@ -123,7 +123,7 @@
     if (role === "path") return layers.paths && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
     if (role === "ends" || role === "landing") return shown[uav];
-    if (role === "tube" || role === "column") return layers.tube && shown[uav];
+    if (role === "tube" || role === "pad") return layers.tube && shown[uav];
     if (role === "ceiling" || role === "rim") return layers.ceiling;
     if (role === "separation") return layers.separation;
     if (role === "mover" || role === "way") return layers.movers;

@@ -21,7 +21,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.uav import kept_ellipsoid
 from skyverse.model.verdict import Fault, Verdict, Violation
 from skyverse.space.mission_cautions import mission_cautions
-from skyverse.space.named_columns import NamedColumn, fleet_columns
+from skyverse.space.pads import FleetPad, fleet_pads
 from skyverse.space.unsafe_points import unsafe_points
 
 MAX_PROFILE_POINTS = 10_000
@@ -67,7 +67,7 @@ class Scene:
     """All that a picture shows, of a scenario or of a mission.
 
     `spare_targets` are the names and positions of targets to which no UAV flies; `findings` are what is wrong. The
-    planning of a mission may have been `interrupted`. The `columns` over starts and targets are those of a mission that
+    planning of a mission may have been `interrupted`. The `pads` at starts and targets are those of a mission that
     is proven. The `landings` are the places where UAVs of an export may land when they return.
     """
 
@@ -76,7 +76,7 @@ class Scene:
     spare_targets: tuple[tuple[str, Point], ...]
     findings: tuple[SceneFinding, ...]
     interrupted: bool = False
-    columns: tuple[NamedColumn, ...] = ()
+    pads: tuple[FleetPad, ...] = ()
     landings: tuple[LandingPlace, ...] = ()
     spare_note: ClassVar[str] = ""
     """What is said of a spare target besides its name."""
@@ -166,7 +166,7 @@ def scene(mission: Mission) -> MissionScene:
         interrupted=mission.interrupted,
         judged=mission.apart is not None,
         proven=proven,
-        columns=tuple(fleet_columns(scenario, mission.assignment)) if proven else (),
+        pads=tuple(fleet_pads(scenario, mission.assignment)) if proven else (),
         cautions=tuple(caution.sentence for caution in mission_cautions(mission)),
     )
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.margin_traces import ceiling, columns, landings_in_space, separations, tube
+from skyverse.draw.margin_traces import ceiling, landings_in_space, pads, separations, tube
 from skyverse.draw.mover_traces import active_zones_in_space, movers_in_space
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
@@ -108,7 +108,7 @@ def in_space(scene: Scene) -> list[Trace]:
     kinds = [kind(shapes, number, top) for number, shapes in enumerate(scene.world.kinds)]
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
     tubes = [each for number, track in enumerate(scene.tracks) for each in tube(track, number, fine)]
-    margins = [*tubes, *columns(scene), *ceiling(scene), *separations(scene)]
+    margins = [*tubes, *pads(scene), *ceiling(scene), *separations(scene)]
     moving = [*movers_in_space(scene), *active_zones_in_space(scene)]
     return [*world, *moving, *tracks, spare, findings(scene), *margins, *landings_in_space(scene), *fleet(scene)]
 

@@ -15,8 +15,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.leg_geometry import (
+    Base,
     Checked,
-    Foot,
     ObstacleSearch,
     Segments,
     Shortfall,
@@ -52,8 +52,8 @@ class LegChecker:
         As given.
     error
         How far the flown position may be from the legs.
-    columns
-        (foot, top) of the vertical lines over the UAV's own start and target in which the error does not count for what
+    lifts
+        (base, top) of the vertical lines over the UAV's own start and target in which the error does not count for what
         lies below, (3,) metres each.
     worlds
         What is compiled for each error; checkers of the same scenario and reference may share it.
@@ -62,7 +62,7 @@ class LegChecker:
     scenario: Scenario
     reference: AltitudeReference
     error: TrackingError = NO_ERROR
-    columns: tuple[tuple[Floats, Floats], ...] = ()
+    lifts: tuple[tuple[Floats, Floats], ...] = ()
     worlds: dict[TrackingError, World] = field(default_factory=dict)
     _known: dict[bytes, Checked] = field(default_factory=dict)
     _known_margins: dict[bytes, tuple[float, float]] = field(default_factory=dict)
@@ -104,21 +104,21 @@ class LegChecker:
 
     def leg(self, a: Floats, b: Floats) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each."""
-        found = [self._straight(*part) for part in self._cut_at_columns(a, b)]
+        found = [self._straight(*part) for part in self._cut_at_pads(a, b)]
         fault = next((one.fault for one in found if one.fault is not None), None)
         return Checked(fault, () if fault is not None else tuple(part for one in found for part in one.clear))
 
-    def _cut_at_columns(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool, Foot | None]]:
-        """Yield the parts of a leg, whether the error counts for each, and the foot of a column in which it does."""
-        for foot, top in self.columns:
+    def _cut_at_pads(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool, Base | None]]:
+        """Yield the parts of a leg, whether the error counts for each, and the place of a pad in which it does."""
+        for base, top in self.lifts:
             low, high = (a, b) if a[2] <= b[2] else (b, a)
-            if np.abs(np.stack([a, b])[:, :2] - foot[:2]).max() > SAME_PLACE or low[2] < foot[2] - SAME_PLACE:
+            if np.abs(np.stack([a, b])[:, :2] - base[:2]).max() > SAME_PLACE or low[2] < base[2] - SAME_PLACE:
                 continue
             if low[2] >= top[2]:
                 yield a, b, True, None
                 return
             held = (a, b) if high[2] <= top[2] else (low, top)
-            x, y, z = foot.tolist()
+            x, y, z = base.tolist()
             yield *held, False, None
             yield *held, True, (x, y, z)
             if high[2] > top[2]:
@@ -126,15 +126,15 @@ class LegChecker:
             return
         yield a, b, True, None
 
-    def _straight(self, a: Floats, b: Floats, strays: bool, foot: Foot | None) -> Checked:
+    def _straight(self, a: Floats, b: Floats, strays: bool, base: Base | None) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each, with or without the tracking error."""
         if self.reference == "agl":
             ends = np.stack([a, b])
-            fault = self._limits(ends, self._above(ends), strays, below=foot is None)
+            fault = self._limits(ends, self._above(ends), strays, below=base is None)
             if fault is not None:
                 return Checked(fault)
         beside, upright = self._margins(np.stack([a, b]), strays)
-        return self.search.checked(Segments(a[None], b[None], beside, strays, foot, upright))
+        return self.search.checked(Segments(a[None], b[None], beside, strays, base, upright))
 
     def _limits(self, points: Floats, above: Floats, strays: bool, *, below: bool = True) -> Shortfall | None:
         """Return where a UAV that follows the ground may be too low, or above the ceiling.
@@ -193,7 +193,7 @@ class LegChecker:
     def below_ceiling(self, points: Floats) -> Floats:
         """Return a curve's points (n, 3) metres, lowered where legs between them, or rounding, exceed the ceiling.
 
-        What is above the ceiling stays there, and so does what is in a column over the UAV's own start or target.
+        What is above the ceiling stays there, and so does what is on the pad at the UAV's own start or target.
         """
         most = self.scenario.max_height
         if most is None:
@@ -202,8 +202,8 @@ class LegChecker:
         excess = greatest_height(points, self._lowest, most - room) - most + room
         above = points[:, 2] - self._lowest.height(points[:, :2])
         excess[above > most + LEG_ALLOWANCE] = 0.0  # a waypoint cannot mend that
-        for foot, top in self.columns:
-            beside = np.abs(points[:, :2] - foot[:2]).max(axis=1) <= SAME_PLACE
+        for base, top in self.lifts:
+            beside = np.abs(points[:, :2] - base[:2]).max(axis=1) <= SAME_PLACE
             excess[beside & (points[:, 2] <= top[2])] = 0.0
         return points - np.maximum(excess, 0.0)[:, None] * np.array([0.0, 0.0, 1.0])
 

@@ -15,6 +15,7 @@ from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.ground_height import ground_height
+from skyverse.model.pad import pad_at
 from skyverse.model.polygon import are_inside
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
@@ -23,7 +24,7 @@ from skyverse.model.shapes import AnyShape, Box, Prism, Sphere, Voxels
 from skyverse.model.short_lines import counted
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.problem import Airspace
-from skyverse.space.column import why_no_column
+from skyverse.space.pads import why_no_pad
 from skyverse.space.tube import NO_ERROR, steepest_within
 from skyverse.space.world import BESIDE, World
 
@@ -104,7 +105,7 @@ def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` if a descent from the last waypoint comes too near to an obstacle beside it.
 
     Down to the clearance above where the UAV lands it keeps the clearance, and the tracking error but for what lies
-    below in the column over that place; and above ground down to the ground clearance, if that is larger. An aeroplane
+    below on the pad there; and above ground down to the ground clearance, if that is larger. An aeroplane
     has no such descent.
     """
     vehicles = [scenario.uavs[plan.route.uav] for plan in plans]
@@ -133,7 +134,7 @@ class _Descents:
 
     @cached_property
     def airspace(self) -> Airspace:
-        """The space in which columns are looked for."""
+        """The space in which pads are looked for."""
         return Airspace(self.scenario)
 
     def require(self, plan: FlightPlan) -> None:
@@ -144,12 +145,13 @@ class _Descents:
         name, error = scenario.uavs[uav].name, scenario.uavs[uav].tracking_error
         certificate = exact
         if error != NO_ERROR:
-            own = self.airspace.of(uav)
-            why = why_no_column(self.airspace.world, own.world, lowest)
+            own, place = self.airspace.of(uav), (float(lowest[0]), float(lowest[1]), float(lowest[2]))
+            pad = pad_at(scenario, uav, place)
+            why = pad and why_no_pad(self.airspace.world, own.world, pad, lowest)
             if why is not None:
                 raise InputError(f"{name}: it cannot land below its last waypoint: its place there {why}", field="end")
-            columns = ((lowest, own.column_top(lowest)), *plan.route.columns)
-            legs = LegChecker(scenario, "amsl", error, columns, exact.legs.worlds)
+            lifts = ((lowest, own.lifted(uav, place)), *plan.route.lifts)
+            legs = LegChecker(scenario, "amsl", error, lifts, exact.legs.worlds)
             certificate = LegCertificate(legs, exact.worlds)
         descent = Polyline(np.stack([plan.waypoints[-1], lowest]), 0.0, np.ones(2))
         unproven = certificate.refused([descent])
@@ -261,7 +263,7 @@ def why_not_clear(scenario: Scenario, uav: int, place: Floats) -> str | None:
     """
     error = scenario.uavs[uav].tracking_error
     obstacles = World(derived(scenario, terrain=None, max_height=None), error)
-    world = obstacles.beside(place, float(place[2]) + KERB, BESIDE)
+    world = obstacles.without_support(place, float(place[2]) + KERB, BESIDE)
     top = place + np.array([0.0, 0.0, scenario.clearance])
     if world.first_crossing(place[None], top[None]) is None:
         return None

@@ -12,12 +12,12 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.global_positions import home
-from skyverse.exports.leg_geometry import Foot, Segments, Shortfall, place_text
+from skyverse.exports.leg_geometry import Base, Segments, Shortfall, place_text
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.clearance import judge_segments
-from skyverse.referee.column import without_below
+from skyverse.referee.pads import without_support
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import named
 from skyverse.referee.world import RefereeWorld, referee_world
@@ -43,7 +43,7 @@ class LegCertificate:
 
     def refused(self, polylines: Sequence[Polyline]) -> set[int]:
         """Return the numbers of polylines that are not proven; the checker then knows which of their parts are not."""
-        wanted: dict[tuple[float, bool, Foot | None, float], list[tuple[int, bytes, Segments]]] = defaultdict(list)
+        wanted: dict[tuple[float, bool, Base | None, float], list[tuple[int, bytes, Segments]]] = defaultdict(list)
         for number, polyline in enumerate(polylines):
             for _, checked, key in self.legs.parts(*polyline):
                 for segments in checked.clear:
@@ -82,14 +82,14 @@ class LegCertificate:
             return f"whether it keeps the clearance could not be decided between {ends}"
         return incursion.sentence(world.scenario, named("it", world.error), "there").rstrip(".")
 
-    def _world(self, growth: float, strays: bool, foot: Foot | None, upright: float = 0.0) -> RefereeWorld:
+    def _world(self, growth: float, strays: bool, base: Base | None, upright: float = 0.0) -> RefereeWorld:
         key = growth, self.legs.search.stray(strays, upright)
         if key not in self.worlds:
             shapes = next((world.shapes for world in self.worlds.values()), None)
             self.worlds[key] = referee_world(self.legs.search.grown(growth), key[1], shapes=shapes)
-        if foot is None:
+        if base is None:
             return self.worlds[key]
-        return without_below(self.worlds[key], np.array(foot), self.legs.search.roof(foot) + LET_PASS)
+        return without_support(self.worlds[key], np.array(base), self.legs.search.support(base) + LET_PASS)
 
 
 def _batches(parts: list[tuple[int, bytes, Segments]]) -> list[list[tuple[int, bytes, Segments]]]:

@@ -20,7 +20,7 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GR
 from skyverse.space.tube import NO_ERROR, raised
 from skyverse.space.world import World
 
-Foot = tuple[float, float, float]
+Base = tuple[float, float, float]
 
 
 class Segments(NamedTuple):
@@ -33,10 +33,10 @@ class Segments(NamedTuple):
     growth
         Metres beside the clearance less `LEG_ALLOWANCE`.
     strays
-        Whether the tracking error counts. In a column over the UAV's own start or target, segments are asked for twice:
+        Whether the tracking error counts. On the pad at the UAV's own start or target, segments are asked for twice:
         without the error, and with it among all but what lies below.
-    foot
-        In the latter case, x, y and z of the foot of that column, metres.
+    base
+        In the latter case, x, y and z of the place of that pad, metres.
     upright
         Metres by which the UAV may be above or below them besides.
     """
@@ -45,7 +45,7 @@ class Segments(NamedTuple):
     ends: Floats
     growth: float
     strays: bool = True
-    foot: Foot | None = None
+    base: Base | None = None
     upright: float = 0.0
 
 
@@ -237,32 +237,32 @@ class ObstacleSearch:
     reference: AltitudeReference
     error: TrackingError
     worlds: dict[TrackingError, World]
-    _beside: dict[tuple[TrackingError, Foot], World] = field(default_factory=dict)
+    _beside: dict[tuple[TrackingError, Base], World] = field(default_factory=dict)
 
     def stray(self, strays: bool, upright: float) -> TrackingError:
         """Return the tracking error or none, with some metres more up and down."""
         error = self.error if strays else NO_ERROR
         return derived(error, vertical=error.vertical + upright) if upright else error
 
-    def world(self, error: TrackingError, foot: Foot | None = None) -> World:
-        """Return the planners' world of `grown` with an error, perhaps that of a column."""
+    def world(self, error: TrackingError, base: Base | None = None) -> World:
+        """Return the planners' world of `grown` with an error, perhaps that of a pad."""
         if error not in self.worlds:
             self.worlds[error] = World(self.grown(0.0), error)
-        if foot is None:
+        if base is None:
             return self.worlds[error]
-        if (error, foot) not in self._beside:
-            self._beside[error, foot] = self.worlds[error].beside(foot, self.roof(foot) + SURFACE_DEPTH)
-        return self._beside[error, foot]
+        if (error, base) not in self._beside:
+            self._beside[error, base] = self.worlds[error].without_support(base, self.support(base) + SURFACE_DEPTH)
+        return self._beside[error, base]
 
-    def roof(self, foot: Foot) -> float:
-        """Return z of the highest roof that is exempt from the error in a column, metres."""
-        return foot[2] - self.scenario.clearance
+    def support(self, base: Base) -> float:
+        """Return z of the highest thing that a UAV may stand on there, metres."""
+        return base[2] - self.scenario.clearance
 
     def checked(self, given: Segments) -> Checked:
         """Return what is found of segments; their growth is rounded up, since a world is made for each."""
-        starts, ends, extra, strays, foot, upright = given
+        starts, ends, extra, strays, base, upright = given
         given = given._replace(growth=growth_of(extra), upright=growth_of(upright) if upright else 0.0)
-        world = self.world(self.stray(strays, given.upright), foot)
+        world = self.world(self.stray(strays, given.upright), base)
         places = np.concatenate([starts, ends])
         room = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
         least = int(np.argmin(room))

@@ -19,7 +19,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING, MIN_GROWTH, SURFACE_DEPTH
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.closed_above import SolidShapes
-from skyverse.referee.column import without_below
+from skyverse.referee.pads import without_support
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.world import referee_world
 from skyverse.space.world import BESIDE, World
@@ -304,7 +304,9 @@ class ReturnSpace:
             return self._worlds[key]
         if asked not in self._beside:
             x, y, roof = asked.pad
-            self._beside[asked] = self._worlds[key].beside((x, y, roof), roof + SURFACE_DEPTH, asked.growth + BESIDE)
+            self._beside[asked] = self._worlds[key].without_support(
+                (x, y, roof), roof + SURFACE_DEPTH, asked.growth + BESIDE
+            )
         return self._beside[asked]
 
     def proven(self, each: Sequence[Lines]) -> bool:
@@ -320,7 +322,7 @@ class ReturnSpace:
             world = referee_world(grown, error, shapes=shapes.get(among))
             shapes[among] = world.shapes
             if pad is not None:
-                world = without_below(world, np.array(pad), pad[2] + LET_PASS)
+                world = without_support(world, np.array(pad), pad[2] + LET_PASS)
             for first in range(0, len(once), SEGMENTS_AT_ONCE):
                 some = once[first : first + SEGMENTS_AT_ONCE]
                 judged = judge_segments(world, some[:, :3], some[:, 3:])

@@ -72,7 +72,7 @@ class Route:
         (n,) seconds that the UAV stops at each waypoint; above 0 where the corner must not be cut.
     deviations
         (m - 1,) metres: how far each flown leg between two of the `waypoints` may be off the straight line.
-    columns
+    lifts
         As those of its `LegChecker`.
     """
 
@@ -85,7 +85,7 @@ class Route:
     off: float
     holds: Floats
     deviations: Floats
-    columns: tuple[tuple[Floats, Floats], ...]
+    lifts: tuple[tuple[Floats, Floats], ...]
 
     @property
     def waypoints(self) -> Floats:
@@ -128,9 +128,9 @@ class Route:
         vehicle = scenario.uavs[self.uav]
         error = vehicle.tracking_error
         it = "with its tracking error" if error.horizontal or error.vertical else "it"
-        over = [("start" if tuple(foot) == vehicle.start else "target", top[2]) for foot, top in self.columns]
-        tops = " and ".join(f"over its {noun} up to z = {top:.4g} m" for noun, top in over)
-        it += f" (which does not count for the ground and roofs below in the column {tops})" if tops else ""
+        over = [("start" if tuple(base) == vehicle.start else "target", top[2]) for base, top in self.lifts]
+        tops = " and ".join(f"at its {noun} up to z = {top:.4g} m" for noun, top in over)
+        it += f" (which does not count for the ground and roofs below on the pad {tops})" if tops else ""
         it += " it" if it != "it" else ""
         without = "" if scenario.obstacles else "; the scenario has no obstacles"
         return f"straight legs proven: {it} {_what_is_kept(scenario)}{without}."
@@ -168,8 +168,8 @@ def route(
     radius
         The largest acceptance radius, metres. It is halved until every leg and every cut corner is clear.
     takeoff
-        The first climb, at least `radius` above the top of a column over the start; what is above that top is halved
-        twice, then left out, where an obstacle is above the start.
+        The first climb, at least `radius` above the height at which it leaves a pad at the start; what is above that
+        height is halved twice, then left out, where an obstacle is above the start.
     stops
         Whether the UAV stops at every waypoint and cuts no corner.
 
@@ -184,31 +184,31 @@ def route(
     instants, flown = _samples(trajectory)
     curve = legs.below_ceiling(flown)
     lowered = float((flown - curve)[:, 2].max())
-    foot, risen = curve[0], _count_in_column(legs, curve)
-    sunk = _count_in_column(legs, curve[::-1])
+    base, risen = curve[0], _count_on_pad(legs, curve)
+    sunk = _count_on_pad(legs, curve[::-1])
     stop_at = set()
-    if risen and stops:  # it stops at the top of the column over the start, to which it flies straight up
+    if risen and stops:  # it stops above the pad at the start, to which it flies straight up
         kept = [0, *range(risen, len(curve))]
         instants, curve, risen = instants[kept], curve[kept], 0
-        curve[1, :2] = foot[:2]
+        curve[1, :2] = base[:2]
         stop_at = {1}
     instants, curve = instants[risen:], curve[risen:]
-    if sunk:  # it stops at the top of the column over the target, and flies straight down from there
+    if sunk:  # it stops above the pad at the target, and flies straight down from there
         kept = [*range(len(curve) - sunk), len(curve) - 1]
         instants, curve = instants[kept], curve[kept]
         curve[-2, :2] = curve[-1, :2]
         stop_at |= {len(curve) - 2}
-    height = float(curve[0, 2] - foot[2]) if risen else 0.0
-    more = max(takeoff.climb - height, radius if risen else 0.0)  # the corner above a column may be cut
+    height = float(curve[0, 2] - base[2]) if risen else 0.0
+    more = max(takeoff.climb - height, radius if risen else 0.0)  # the corner above a pad may be cut
     climbs = [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]
     early = takeoff.early(0.0, 0.0 if stops else radius)
     for climb in [*climbs, height + early] if early else climbs:  # the last leaves nothing below the start to prove
-        lifted = foot + np.array([0.0, 0.0, climb])
-        if climb > height and legs.leg(foot, lifted).fault is not None:
+        lifted = base + np.array([0.0, 0.0, climb])
+        if climb > height and legs.leg(base, lifted).fault is not None:
             continue
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
             early = 0.0 if stops else takeoff.early(climb, size)
-            lead = (foot - np.array([0.0, 0.0, early]))[None] if climb or early else curve[:0]
+            lead = (base - np.array([0.0, 0.0, early]))[None] if climb or early else curve[:0]
             given = (legs, np.concatenate([lead, lifted[None]]), curve, 0.0 if stops else size, size, may_stop, stop_at)
             search = WaypointPlacement(*given)
             found = search.run()
@@ -218,7 +218,7 @@ def route(
             if isinstance(found, Obstruction):
                 said = found
             elif len(found) <= MAX_WAYPOINTS:
-                return _made(uav, search, instants, found, foot, climb, lowered)
+                return _made(uav, search, instants, found, base, climb, lowered)
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
@@ -248,7 +248,7 @@ def _made(
     search: WaypointPlacement,
     instants: Floats,
     found: list[tuple[int, Floats]],
-    foot: Floats,
+    base: Floats,
     climb: float,
     lowered: float,
 ) -> Route:
@@ -265,17 +265,17 @@ def _made(
     times = times + np.cumsum(np.r_[0.0, holds[:-1]])
     if climb:
         holds = np.r_[0.0, holds]
-        points = np.concatenate([foot[None], points])
+        points = np.concatenate([base[None], points])
         times = np.concatenate([times[:1], times])
     deviations = legs.deviations(points, radius, holds)[1 if climb else 0 :]
-    return Route(uav, points, times, radius, climb, search.lead, off, holds, deviations, legs.columns)
+    return Route(uav, points, times, radius, climb, search.lead, off, holds, deviations, legs.lifts)
 
 
-def _count_in_column(legs: LegChecker, curve: Floats) -> int:
-    """Return how many samples of a curve, (n, 3), are in the column over its first place, below the column's top."""
-    for foot, top in legs.columns:
-        if np.abs(foot - curve[0]).max() <= SAME_PLACE:
-            below = (np.abs(curve[:, :2] - foot[:2]).max(axis=1) <= SAME_PLACE) & (curve[:, 2] < top[2] - SAME_PLACE)
+def _count_on_pad(legs: LegChecker, curve: Floats) -> int:
+    """Return how many samples of a curve, (n, 3), are on the pad at its first place, below where it leaves the pad."""
+    for base, top in legs.lifts:
+        if np.abs(base - curve[0]).max() <= SAME_PLACE:
+            below = (np.abs(curve[:, :2] - base[:2]).max(axis=1) <= SAME_PLACE) & (curve[:, 2] < top[2] - SAME_PLACE)
             return int(np.argmin(below))
     return 0
 

@@ -120,10 +120,10 @@ def leg_certificates(mission: Mission, scenario: Scenario, altitude: AltitudeRef
             continue
         airspace = airspace or Airspace(scenario)
         places = [vehicle.start] + ([] if target is None else [scenario.targets[target].position])
-        feet = [np.array(place) for place in places if vehicle.fixed_wing is None]
-        tops = [airspace.of(uav).column_top(foot) for foot in feet]
-        columns = tuple((foot, top) for foot, top in zip(feet, tops, strict=True) if top[2] > foot[2])
-        checker = LegChecker(scenario, altitude, error, columns, exact.legs.worlds)
+        bases = [np.array(place) for place in places if vehicle.fixed_wing is None]
+        tops = [airspace.of(uav).lifted(uav, tuple(base)) for base in bases]
+        lifts = tuple((base, top) for base, top in zip(bases, tops, strict=True) if top[2] > base[2])
+        checker = LegChecker(scenario, altitude, error, lifts, exact.legs.worlds)
         found.append(LegCertificate(checker, exact.worlds))
     return found
 

@@ -131,13 +131,13 @@ class Pad(NamedTuple):
 
     Attributes
     ----------
-    foot
+    base
         (3,) metres: how low the centre of the UAV comes there.
     roof, top
         z of the highest roof below it, and z above which the error counts for all, metres.
     """
 
-    foot: Floats
+    base: Floats
     roof: float
     top: float
 
@@ -155,12 +155,12 @@ class _Returns:
         self.home = np.array([*start[:2], home_z])
         self.low = min(home_z + max(clearance, scenario.ground_clearance), float(start[2]))
         self.pad = self._pad(self._over(self.home, min(home_z + clearance, self.low)), self.low, self.landing)
-        foot = last
+        base = last
         if len(plan.ending) == 1:
             below = plan.ending[0]
-            foot = self._over(below, min(float(below[2]) + max(clearance, scenario.ground_clearance), float(last[2])))
-        self.legs = flown_legs(plan, scenario, float(foot[2]))
-        self.pads = [self._pad(one, float(one[2]), self.called_back) for one in (start, foot)]
+            base = self._over(below, min(float(below[2]) + max(clearance, scenario.ground_clearance), float(last[2])))
+        self.legs = flown_legs(plan, scenario, float(base[2]))
+        self.pads = [self._pad(one, float(one[2]), self.called_back) for one in (start, base)]
         self.whole = self.legs.parts(LARGEST_PART)
         self.samples = self.legs.samples(SAMPLES)
 
@@ -168,16 +168,16 @@ class _Returns:
     def _over(place: Floats, z: float) -> Floats:
         return np.array([*place[:2], z])
 
-    def _pad(self, foot: Floats, low: float, error: TrackingError) -> Pad:
+    def _pad(self, base: Floats, low: float, error: TrackingError) -> Pad:
         """Return the pad over a place; its top is where the UAV may stray, as far as there is one above z = `low`."""
-        roof, terrain = float(foot[2]) - self.scenario.clearance, self.scenario.terrain
-        if error == NO_ERROR or is_wall_within(terrain, foot[:2], self.error.horizontal):
-            return Pad(foot, roof, low)
+        roof, terrain = float(base[2]) - self.scenario.clearance, self.scenario.terrain
+        if error == NO_ERROR or is_wall_within(terrain, base[:2], self.error.horizontal):
+            return Pad(base, roof, low)
         highest = self.scenario.clearance + error.horizontal + error.vertical
         levels = low + np.append(np.arange(0.0, highest, PAD_STEP), highest)
-        points = np.column_stack([np.tile(foot[:2], (len(levels), 1)), levels])
+        points = np.column_stack([np.tile(base[:2], (len(levels), 1)), levels])
         clear = self._free(list(self.space.lines(points, points, error, _rounding(len(levels)))), len(levels))
-        return Pad(foot, roof, float(levels[np.argmax(clear)]) if clear.any() else low)
+        return Pad(base, roof, float(levels[np.argmax(clear)]) if clear.any() else low)
 
     def _free(self, lines: Sequence[Lines], count: int) -> NDArray[np.bool_]:
         """Tell for each of some parts whether all of its lines are clear, (count,)."""
@@ -188,7 +188,7 @@ class _Returns:
 
     def _over_pad(self, pad: Pad, error: TrackingError, beside: float) -> Iterator[Lines]:
         """Yield vertical lines over a pad: without the error, and with it among all but roofs below and the ground."""
-        x, y, bottom = pad.foot.tolist()
+        x, y, bottom = pad.base.tolist()
         if pad.top <= bottom:
             return
         rows, some = (np.array([[x, y, z]]) for z in (pad.top, bottom)), np.zeros(1, dtype=np.intp)
@@ -239,8 +239,8 @@ class _Returns:
     @staticmethod
     def _on_pad(parts: Parts, pad: Pad) -> NDArray[np.bool_]:
         """Tell which parts are straight above a pad, (n,)."""
-        beside = np.abs(parts.corners[..., :2] - pad.foot[:2]).max(axis=(1, 2, 3))
-        return np.asarray((beside <= SAME_PLACE) & (parts.box[0][:, 2] >= pad.foot[2] - LEG_ALLOWANCE))
+        beside = np.abs(parts.corners[..., :2] - pad.base[:2]).max(axis=(1, 2, 3))
+        return np.asarray((beside <= SAME_PLACE) & (parts.box[0][:, 2] >= pad.base[2] - LEG_ALLOWANCE))
 
     def _in_bounds(self, parts: Parts, level: float) -> NDArray[np.bool_]:
         """Tell which parts are within the bounds, and all of their ways home, (n,)."""

@@ -202,16 +202,19 @@ def cost_matrix(airspace: Airspace, assignment: Assignment, workers: int = 1) ->
     if assignment == "identity":
         np.fill_diagonal(matrix, 1.0)
         return matrix
-    open_goals: dict[Airspace, tuple[list[int], Ints]] = {}  # those of UAVs with one tracking error are the same
-    for own in {airspace.of(i) for i in range(uavs)}:
-        ends = [snap_endpoint(own, own.column_top(t.position), start=False) for t in scenario.targets]
+    kinds = [(airspace.of(i), uav.fixed_wing is None) for i, uav in enumerate(scenario.uavs)]
+    open_goals: dict[tuple[Airspace, bool], tuple[list[int], Ints]] = {}  # the same for all UAVs of a kind
+    for i, kind in enumerate(kinds):
+        if kind in open_goals:
+            continue
+        ends = [snap_endpoint(kind[0], kind[0].lifted(i, t.position), start=False) for t in scenario.targets]
         free = [j for j, (_, refusal) in enumerate(ends) if refusal is None]
-        open_goals[own] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
+        open_goals[kind] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
 
     def row(i: int) -> Floats:
         own, prices = airspace.of(i), np.full(targets, np.inf)
-        free, nodes = open_goals[own]
-        source, refusal = snap_endpoint(own, own.column_top(scenario.uavs[i].start), start=True)
+        free, nodes = open_goals[kinds[i]]
+        source, refusal = snap_endpoint(own, own.lifted(i, scenario.uavs[i].start), start=True)
         if refusal is None and free:
             prices[free] = prices_to(own.grid, own.pricing, source, nodes)
         return prices

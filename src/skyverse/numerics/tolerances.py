@@ -276,14 +276,17 @@ STRAIGHT_ENOUGH = 1e-3
 MIN_HORIZON = 1e-3
 """Seconds for which conflicts are looked for at least, also where nobody flies."""
 
-COLUMN_LIFT = 1e-3
-"""Metres: a column over a start or target ends this much above what it leads out of, clear of all rounding."""
+PAD_LIFT = 1e-3
+"""Metres: a UAV leaves a pad this much above the least height from which it may stray, clear of all rounding."""
 
 MIN_OVERLAP = 2e-3
 """Metres that consecutive boxes of a corridor overlap at least: a spline could not pass through less."""
 
-MIN_GROWTH = 0.01
-"""Metres: the least growth of the clearance for exported legs. Growths are this times powers of two: few worlds."""
+MIN_GROWTH = 0.009999
+"""Metres: the least growth of the clearance for exported legs. Growths are this times powers of two: few worlds.
+
+It is a little less than half of `LEG_ALLOWANCE`, so that samples of what touches a limit may be off by micrometres.
+"""
 
 MAVLINK_ROUNDING = 0.016
 """Metres: the largest error of degrees that QGroundControl truncates to 1e-7 and of single-precision altitudes."""

@@ -136,4 +136,4 @@ def _as_legs(problem: Problem, result: Result) -> Floats:
     """Return the path of a result from the problem's start to its end; empty if it does not get there."""
     if not result.status.reached:
         return np.empty((0, 3))
-    return problem.without_columns(result.path) if result.any_angle else joined_to_ends(problem, result.path)
+    return problem.without_lifts(result.path) if result.any_angle else joined_to_ends(problem, result.path)

@@ -121,7 +121,7 @@ class StraightHybrid(Multiverse, Metaheuristic[StraightRun]):
 def _as_legs(problem: Problem, result: Result) -> Floats:
     """Return the path of a seed as straight legs from the problem's start to its end; shorten a lattice path."""
     if result.any_angle:
-        return problem.without_columns(result.path)
+        return problem.without_lifts(result.path)
     path = joined_to_ends(problem, result.path)
     space = problem.airspace.world.space
     return shorten_by_steps(space, float(problem.airspace.grid.step.max()), path)

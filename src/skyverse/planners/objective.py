@@ -121,7 +121,7 @@ def priced_result(
             said = f"expected no path below {objective!r:.60}'s bound of {bound:g}, found one that costs {price:g}"
             raise InputError(said, field="objective")
         status = Status.OPTIMAL if price <= bound + within else status
-    terms, ends, (up, down) = {"objective": price}, (problem.uav_place, problem.target_place), problem.columns
+    terms, ends, (up, down) = {"objective": price}, (problem.uav_place, problem.target_place), problem.lifts
     path = np.concatenate([up, path, down])
     result = Result(status, path, price, terms, bound, *ends, **vars(record), any_angle=True)
     return replace(result, objective=repr(objective))
@@ -134,7 +134,7 @@ def rescored(problem: Problem, objective: PathObjective, result: Result) -> Resu
     """
     if result.objective or not len(result.path):
         return result
-    path = problem.without_columns(result.path) if result.any_angle else result.path
+    path = problem.without_lifts(result.path) if result.any_angle else result.path
     price = float(prices_of(problem, objective, path[None])[0]) if result.status.reached else math.inf
     effort, iteration = result.effort, int(result.history.iteration.max(initial=0))
     end = History(*map(np.atleast_1d, (price, *astuple(effort), iteration)))

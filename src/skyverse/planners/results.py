@@ -42,13 +42,13 @@ def lattice_result(problem: Problem, nodes: Ints, record: SearchRecord) -> Resul
 def any_angle_result(problem: Problem, path: Floats, bound: float | None, record: SearchRecord) -> Result:
     """Return the result of a path (n, 3) of straight legs from the problem's start; the bound must be proven, if given.
 
-    The columns above the UAV's start and its target, where there are any, are added to the path, its price and bound.
+    The legs on the pads at the UAV's start and target, where there are any, are added to the path, its price and bound.
     """
     terms = cost.terms_of_legs(problem.scenario, problem.airspace.rates, path, problem.end)
     straight = problem.airspace.rates.metre * math.dist(problem.start, problem.end)
     straight_bound = bound is not None and bound <= straight * (1 + LENGTH_ROUNDING)
     reached = np.array_equal(path[-1], problem.end)
-    up, down = problem.columns
+    up, down = problem.lifts
     if len(up) or (len(down) and reached):
         price = sum(terms.values())
         path = np.vstack([up, path, down[: int(reached)]])

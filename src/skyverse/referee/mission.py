@@ -17,10 +17,10 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
-from skyverse.referee.column import Columns, columns_of
 from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.movers import judge_movers
+from skyverse.referee.pads import Pads, pads_of
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
 from skyverse.referee.trajectory import judge_trajectory
@@ -113,8 +113,8 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     for uav in range(count):
         violations[uav] += [one for judged in in_time for one in judged[uav].violations]
         if isinstance(entry(mission.trajectories, uav), Trajectory):
-            columns = columns_of(worlds.of(uav), uav, targets[uav])
-            sentence = _proven_sentence(scenario, digest, uav, curves, columns)
+            pads = pads_of(worlds.of(uav), uav, targets[uav])
+            sentence = _proven_sentence(scenario, digest, uav, curves, pads)
             cuts = halvings[uav] + sum(judged[uav].halvings for judged in in_time)
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, targets, curves, unknown)
@@ -130,7 +130,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
 
 
 def _proven_sentence(
-    scenario: Scenario, digest: str, uav: int, curves: Sequence[PolynomialCurve | None], columns: Columns
+    scenario: Scenario, digest: str, uav: int, curves: Sequence[PolynomialCurve | None], pads: Pads
 ) -> str:
     vehicle, curve = scenario.uavs[uav], curves[uav]
     knots = np.zeros(2) if curve is None else curve.knots
@@ -155,16 +155,16 @@ def _proven_sentence(
     return (
         f"{vehicle.name} is {clear}{ground}inside the bounds and within its limits of {kept}, "
         f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, {stays if changing else ''}"
-        f"{_where(scenario, digest)}{without}{_for_every_flight(vehicle.tracking_error, columns)}."
+        f"{_where(scenario, digest)}{without}{_for_every_flight(vehicle.tracking_error, pads)}."
     )
 
 
-def _for_every_flight(error: TrackingError, columns: Columns) -> str:
-    """Say that what is proven holds for all flights within a tracking error, and in which columns it does not count."""
+def _for_every_flight(error: TrackingError, pads: Pads) -> str:
+    """Say that what is proven holds for all flights within a tracking error, and on which pads it does not count."""
     if error == EXACT:
         return ""
     stray = f"{error.horizontal:.6g} m horizontally and {error.vertical:.6g} m vertically"
-    return f", for every flight within {stray} of it{columns.sentence}"
+    return f", for every flight within {stray} of it{pads.sentence}"
 
 
 def _where(scenario: Scenario, digest: str) -> str:

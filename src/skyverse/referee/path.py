@@ -5,12 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.pad import Pad
 from skyverse.model.result import Result
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_segments
-from skyverse.referee.column import columns_of, parts_of_flight
 from skyverse.referee.judgement import position_text, position_tuple
-from skyverse.referee.tolerances import COLUMN_SLACK, LET_PASS
+from skyverse.referee.pads import pads_of, parts_of_flight
+from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import named
 from skyverse.referee.untrusted import finite_point, float_array
 from skyverse.referee.world import RefereeWorld
@@ -19,7 +20,7 @@ from skyverse.referee.world import RefereeWorld
 def judge_safety(world: RefereeWorld, uav: int, target: int | None, path: Floats) -> Iterator[Violation]:
     """Yield where a path (n, 3) is out of bounds or too close to an obstacle, at its worst.
 
-    In the columns over the UAV's start and target its tracking error does not count.
+    On the pads at the UAV's start and target its tracking error does not count.
     """
     if len(path) < 2:  # a path of one node is judged as a segment of length zero
         path = np.concatenate([path, path])
@@ -76,15 +77,12 @@ def judge_ends(world: RefereeWorld, uav: int, target: int | None, path: Floats, 
     """Yield what is wrong with a result's start and goal nodes, and with a status that says the goal is reached."""
     scenario = world.scenario
     name, status = scenario.uavs[uav].name, result.status
-    columns = columns_of(world, uav, target)
-    ends = [("start", result.start, scenario.uavs[uav].start, columns.start)]
+    pads = pads_of(world, uav, target)
+    ends = [("start", result.start, scenario.uavs[uav].start, pads.start)]
     if target is not None:
-        ends.append(("goal", result.goal, scenario.targets[target].position, columns.target))
-    for noun, given, place, column in ends:
-        due, slack = np.array(place), LET_PASS
-        if column is not None and not result.any_angle:  # on the lattice, a node stands for the top of the column
-            due[2], slack = column.top, COLUMN_SLACK
-        complaint = _end_complaint(world, noun, given, due, path, result.any_angle, slack)
+        ends.append(("goal", result.goal, scenario.targets[target].position, pads.target))
+    for noun, given, place, pad in ends:
+        complaint = _end_complaint(world, noun, given, np.array(place), pad, path, result.any_angle)
         if complaint is not None:
             message = f"{name}'s {noun} node {complaint}."
             at = position_tuple(path[0 if noun == "start" else -1])
@@ -99,12 +97,9 @@ def judge_ends(world: RefereeWorld, uav: int, target: int | None, path: Floats, 
 
 
 def _end_complaint(
-    world: RefereeWorld, noun: str, given: object, due: Floats, path: Floats, any_angle: bool, slack: float
+    world: RefereeWorld, noun: str, given: object, due: Floats, pad: Pad | None, path: Floats, any_angle: bool
 ) -> str | None:
-    """Return what is wrong with a start or goal node that stands for the position `due`, or ``None``.
-
-    `slack` is let pass in metres where the node must be within a step of that position.
-    """
+    """Return what is wrong with a start or goal node that stands for the position `due`, or ``None``."""
     node = finite_point(given)
     if node is None:
         return f"must be x, y, z, but is {given!r}"
@@ -114,7 +109,9 @@ def _end_complaint(
         return f"{position_text(node)} is no lattice node"
     if not (world.nominal if any_angle else world).beyond_bounds(node[None])[0] <= LET_PASS:
         return f"{position_text(node)} is out of bounds"
-    if not (np.abs(node - due) <= world.step + slack).all():
+    if pad is not None and not any_angle:  # the node stands for some place on the pad's axis
+        due = np.array([*due[:2], np.clip(node[2], due[2], pad.top)])
+    if not (np.abs(node - due) <= world.step + LET_PASS).all():
         return f"{position_text(node)} is no corner of the lattice cell of {position_text(due)}"
     if noun == "start" and not _same(path[0], node):
         return f"is {position_text(node)}, but the path begins at {position_text(path[0])}"

@@ -26,6 +26,9 @@ Turns that follow one another begin where others end, at instants that are equal
 OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
 
+ON_AXIS = 1e-8
+"""Metres: a UAV so near to the axis of its pad is on it; more than rounding moves either of them."""
+
 LET_PASS = 1e-6
 """Metres, also m/s and m/s^2 at rest: what is wrong by no more than this is let pass, a micrometre being no danger.
 
@@ -38,17 +41,11 @@ LIMIT_LET_PASS = 1e-6
 SURELY_OUTSIDE = 2e-5
 """Metres: what is so far above or below a shape is outside it, however its coordinates are rounded."""
 
-COLUMN_REACH = 1e-3
-"""Metres: what a column does not meet by more than this, grown by what must be kept, does not matter in it."""
-
 MOVER_SLACK = 1e-3
 """Metres by which boxes about UAVs and movers are compared too generously, more than all their roundings make."""
-
-COLUMN_SLACK = 2e-3
-"""Metres that a leg in a column over a start or target may end above the lowest place from which the UAV may stray."""
 
 AIRSPEED_BAND = 0.01
 """Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""
 
 EXEMPT_SLOPE = 1 + 1e-9
-"""Metres of height a metre: ground up to this slope, of 45 degrees and rounding, lies below a column and not beside."""
+"""Metres of height a metre: ground up to this slope, 45 degrees and rounding, carries a UAV; steeper is a wall."""

@@ -9,10 +9,10 @@ from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_curve
-from skyverse.referee.column import parts_of_flight
 from skyverse.referee.curve import PolynomialCurve, curve_of, judge_continuity
 from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.limits import FlightLimit, flight_limits, judge_heading
+from skyverse.referee.pads import parts_of_flight
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
@@ -61,7 +61,7 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
 def _parts(
     world: RefereeWorld, uav: int, target: int | None, curve: PolynomialCurve
 ) -> list[tuple[RefereeWorld, PolynomialCurve]]:
-    """Return the parts of a curve with the worlds in which they are judged: in a column, the one without an error."""
+    """Return the parts of a curve with the worlds in which they are judged: on a pad, that without an error."""
     if world.error == EXACT:
         return [(world, curve)]
     position = bernstein(curve.pieces, curve.durations)

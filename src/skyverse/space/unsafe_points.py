@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.model.geodesy import to_wgs84
+from skyverse.model.pad import pad_at
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import told_metres
 from skyverse.model.uav import UAV, TrackingError
-from skyverse.space.column import column_top, why_no_column
+from skyverse.space.pads import lifted, why_no_pad
 from skyverse.space.regions import Regions
 from skyverse.space.roof import roof_z
 from skyverse.space.tube import NO_ERROR
@@ -30,7 +31,7 @@ RADIUS_RATIO = 1.15
 DIRECTIONS = 400
 """Places on each sphere, spread evenly, besides the six along the axes."""
 CIRCLE = 32
-"""Places on each circle on which places with a column are sought."""
+"""Places on each circle on which places with room for a pad are sought."""
 BISECTIONS = 40
 """Halvings of the way to a free place, which find where it begins to be free."""
 MAX_DECIMALS = 6
@@ -84,7 +85,7 @@ class UnsafePoint(NamedTuple):
 def unsafe_points(scenario: Scenario, world: World | None = None) -> list[UnsafePoint]:
     """Return all starts and targets of a scenario that are not safe, in its order.
 
-    A start is safe if its UAV may stray from it, or has a column over it; a target is if that holds for some UAV.
+    A start is safe if its UAV may stray from it, or has a pad there; a target is if that holds for some UAV.
 
     Parameters
     ----------
@@ -107,7 +108,8 @@ def unsafe_points(scenario: Scenario, world: World | None = None) -> list[Unsafe
             if not uavs or any(_can_leave(scenario, worlds, uav, point) for uav in uavs):
                 continue
             strict = worlds[uavs[0].tracking_error]
-            reason = why_no_column(world, strict, point) if uavs[0].fixed_wing is None else None
+            pad = pad_at(scenario, scenario.uavs.index(uavs[0]), point)
+            reason = None if pad is None else why_no_pad(world, strict, pad, np.array(point))
             reason = reason or _reason(scenario, strict, point)
         nearest = _nearest_safe(scenario, worlds, uavs, point, allowed)
         if nearest is None and allowed is not None:
@@ -134,7 +136,7 @@ def free_place_noun(uavs: Sequence[UAV]) -> str:
     """Return what to call a free place for any of these UAVs.
 
     It is the nearest, to within about one per cent of its distance, where none of them has a tracking error. With one,
-    a place from which the UAV can stray or leave by a column is sought on circles, and another may be nearer.
+    a place from which the UAV can stray or that has room for its pad is sought on circles, and another may be nearer.
     """
     return "the nearest free place" if all(uav.tracking_error == NO_ERROR for uav in uavs) else "a free place"
 
@@ -171,7 +173,7 @@ def _nearest_safe(
     point: Place,
     allowed: AreFree | None = None,
 ) -> Place | None:
-    """Return a free place that some UAV can leave: it may stray from there, or has a column.
+    """Return a free place that some UAV can leave: it may stray from there, or has a pad.
 
     It is the free place nearest to a point, or, if no UAV can leave that, a place on a circle at the height of it.
     """
@@ -203,14 +205,14 @@ def _on_circles(point: Place, longest: float) -> Iterator[Place]:
 
 
 def _can_leave(scenario: Scenario, worlds: dict[TrackingError, World], uav: UAV, point: Place) -> bool:
-    """Tell whether a UAV may stray from a place that is safe, or from the top of the column above it."""
+    """Tell whether a UAV may stray from a place that is safe, or from above it if it has a pad there."""
     error = uav.tracking_error
     if error == NO_ERROR:
         return True
     if error not in worlds:
         worlds[error] = World(scenario, error)
-    top = point if uav.fixed_wing is not None else column_top(worlds[NO_ERROR], worlds[error], point)
-    return bool(worlds[error].free(top)[0])
+    pad = pad_at(scenario, scenario.uavs.index(uav), point)
+    return bool(worlds[error].free(lifted(worlds[NO_ERROR], worlds[error], pad, np.array(point)))[0])
 
 
 def _reason(scenario: Scenario, world: World, point: Place) -> str:

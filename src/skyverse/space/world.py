@@ -51,7 +51,7 @@ def path_free(space: Space, path: Floats) -> bool:
 
 
 BESIDE = 1.0
-"""Metres: what is farther than this from a vertical line, beside what must be kept, is not looked at; see `beside`."""
+"""Metres: what is farther from a vertical line, beside what must be kept, is not in `World.without_support`."""
 
 
 @kernel
@@ -149,18 +149,18 @@ class World:
             ceiling=ground.make_ground(ceiling, -growth),
         )
 
-    def beside(self, place: ArrayLike, roof: float, reach: float = BESIDE) -> "World":
-        """Return the world of the vertical line through a place, without what lies below and carries a UAV.
+    def without_support(self, place: ArrayLike, highest: float, reach: float = BESIDE) -> "World":
+        """Return the world of the vertical line through a place, without what a UAV stands on there.
 
-        It has neither the bounds' floor less the error, nor obstacles that end, as given, no higher than z = `roof`,
-        unless they are airspace, nor the ground, unless that `is_steep_about` the place. Of all other obstacles it has
+        It has neither the bounds' floor less the error, nor obstacles that end, as given, no higher than z =
+        `highest` and are solid, nor the ground, unless that `is_steep_about` the place. Of all other obstacles it has
         those that the line meets if they are grown by `reach` metres more.
 
         Parameters
         ----------
         place
             (3,) metres.
-        roof, reach
+        highest, reach
             Metres.
         """
         space, error = self.space, self.error
@@ -174,7 +174,9 @@ class World:
             for table in (space.boxes, space.solids.bounds)
         )
         boxes, others = (
-            np.array([k for k in near if top[k] > roof or self._is_airspace(number[k])], dtype=np.int64)
+            np.array(
+                [k for k in near if top[k] > highest or not self._scenario.obstacles[number[k]].solid], dtype=np.int64
+            )
             for near, top, number in zip((boxes, others), tops, (self._boxes, self._solids), strict=True)
         )
         table = space.boxes[boxes]
@@ -195,13 +197,14 @@ class World:
         """The zones with a speed limit, as they are for a nominal position."""
         return make_speed_zones(self._scenario, self.error)
 
-    def is_steep_about(self, place: ArrayLike) -> bool:
-        """Tell whether the ground is steeper than 45 degrees somewhere within the horizontal error of a place (3,)."""
-        return is_wall_within(self._scenario.terrain, _rows(place)[0, :2], self.error.horizontal)
+    @property
+    def clearance(self) -> float:
+        """Metres that are kept from obstacles, beside the error."""
+        return self._scenario.clearance
 
-    def _is_airspace(self, number: int) -> bool:
-        """Tell whether an obstacle is a part of the air, on which nothing can stand."""
-        return not self._scenario.obstacles[number].solid
+    def is_steep_about(self, place: ArrayLike, radius: float = 0.0) -> bool:
+        """Tell whether the ground is steeper than 45 degrees within a radius and the error, metres, of a place (3,)."""
+        return is_wall_within(self._scenario.terrain, _rows(place)[0, :2], radius + self.error.horizontal)
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of (m, 3) points in metres whether it is safe; (m,) booleans."""

@@ -77,28 +77,28 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
     waypoints, priced = needed_waypoints(problem, result), bool(soft_terms(scenario))
     for trajectory in _attempts(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
-            flown = _with_columns(problem, trajectory)
+            flown = _with_lifts(problem, trajectory)
             return None if flown is None else with_heading(flown, uav)
     return None
 
 
 def needed_waypoints(problem: Problem, result: Result) -> Floats:
     """Return the waypoints of a result's path that a flight needs, from the true start to the true target, (n, 3)."""
-    path = problem.without_columns(result.path) if result.any_angle else result.path
+    path = problem.without_lifts(result.path) if result.any_angle else result.path
     waypoints = drop_collinear(np.vstack([problem.start, path, problem.end]))
     if not soft_terms(problem.scenario):
         waypoints = shortcut(problem.airspace.world.space, waypoints)
     return waypoints
 
 
-def _with_columns(problem: Problem, trajectory: Trajectory) -> Trajectory | None:
-    """Return a trajectory with the legs in the columns above start and target, at rest at both ends of each leg.
+def _with_lifts(problem: Problem, trajectory: Trajectory) -> Trajectory | None:
+    """Return a trajectory with the legs on the pads at start and target, at rest at both ends of each leg.
 
     There the UAV's nominal position alone keeps the clearance, which is proven here; ``None`` where it is not.
     """
     uav, nominal = problem.scenario.uavs[problem.uav], problem.airspace.nominal.world
-    up, down = problem.columns
-    zones = problem.airspace.world.speed_zones  # the tracking error counts for these in columns too
+    up, down = problem.lifts
+    zones = problem.airspace.world.speed_zones  # the tracking error counts for these on pads too
     parts = [trajectory]
     if len(up):
         parts.insert(0, rest_to_rest(np.vstack([up, problem.start]), uav, zones=zones))

@@ -91,8 +91,8 @@ class WaitingFlights:
         if len(found.vertices) < 2:
             return None
         points = graph.points[found.vertices]
-        up, down = (len(column) for column in problem.columns)
-        stops = {k for k, column in ((1, up), (len(points) - 2, down)) if column}
+        up, down = map(len, problem.lifts)
+        stops = {k for k, there in ((1, up), (len(points) - 2, down)) if there}
         runs = split_at_waits(points, found.departures, found.arrivals, limited, stops)
         taking_off, landing = runs[:up], runs[len(runs) - down :]
         traffic, start = pool.traffic(planned, placed), planned.trajectory.start
@@ -160,7 +160,7 @@ class WaitingFlights:
             problems = [
                 (own, Problem(self._pool.airspace, own.uav, own.target)) for own in alike if own.target is not None
             ]
-            paths = [problem.without_columns(own.result.path) for own, problem in problems if own.result is not None]
+            paths = [problem.without_lifts(own.result.path) for own, problem in problems if own.result is not None]
             columns = [
                 np.array([ground, top])
                 for _, problem in problems

@@ -67,7 +67,7 @@ def test_a_return_that_lands_in_a_column_keeps_the_error_from_walls_but_not_from
     assert not space.free(everywhere).any()
 
 
-@pytest.mark.parametrize(("away", "lands"), [(1.0, False), (2.05, True)])
+@pytest.mark.parametrize(("away", "lands"), [(1.0, False), (3.05, True)])
 def test_a_landing_keeps_the_error_from_a_wall_beside_it(tmp_path, away, lands):
     """The roof of what is beside the target is below the target, but not below where the UAV lands."""
     mission = sky.plan_mission(scenario(wall(away, 11.5, TARGET)), sky.Taut())
@@ -77,15 +77,15 @@ def test_a_landing_keeps_the_error_from_a_wall_beside_it(tmp_path, away, lands):
         assert (tmp_path / "m.plan").exists()
     else:
         with pytest.raises(
-            InputError, match=r"cannot land below its last waypoint: its place there is 1 m too near obstacles\[1\]"
+            InputError, match=r"cannot land below its last waypoint: its place there is 2 m too near obstacles\[1\]"
         ):
             sky.export(mission, tmp_path / "m.plan", end="land")
 
 
-def test_an_export_of_a_roof_start_says_in_which_column_the_error_does_not_count(tmp_path):
+def test_an_export_of_a_roof_start_says_on_which_pad_the_error_does_not_count(tmp_path):
     mission = sky.plan_mission(scenario(), sky.Taut())
     notes = []
     sky.export(mission, tmp_path / "m.plan", on_note=notes.append)
     said = " ".join(notes)
-    assert "does not count for the ground and roofs below in the column over its start up to z = 7.501 m" in said
+    assert "does not count for the ground and roofs below on the pad at its start up to z = 7.501 m" in said
     assert "its way home is proven at every instant" in said

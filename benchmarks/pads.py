@@ -1,8 +1,8 @@
-"""Columns for `certificates.py`: flights that rise and land among roofs, walls, airspace and steep ground.
+"""Pads for `certificates.py`: flights that rise and land among roofs, walls, airspace and steep ground.
 
-In the column over a start or target, a UAV need not keep its tracking error from what lies below. This says by rules of
-its own what that is, and shares them with no judge: obstacles other than airspace that end low enough to be stood on,
-and each single place of the ground that the foot of the column sees at 45 degrees or flatter.
+On the pad at a start or target, a UAV need not keep its tracking error from what it stands on. This says by rules of
+its own what that is, and shares them with no judge: solid obstacles that end low enough, and each single place of the
+ground that the start or target sees at 45 degrees or flatter.
 """
 
 from collections.abc import Iterator
@@ -16,18 +16,14 @@ from wild import MADE_BY, generous, hermite
 import skyverse as sky
 from skyverse.model.quantities import derived
 from skyverse.model.shapes import Obstacle, Sphere, Terrain, Voxels
-from skyverse.referee.column import columns_of
-from skyverse.referee.world import referee_world
 
-IN_COLUMN = 2e-6
-"""Metres beside the vertical line over a start or target within which a UAV is in its column."""
-OVER_COLUMN = 3e-3
-"""Metres that a UAV may be above its column, which is no higher than the clearance and both errors."""
+BESIDE = 2e-6
+"""Metres beside a pad within which a UAV counts as on it."""
+OVER = 0.01
+"""Metres by which a pad is higher than both errors."""
 UP = np.array([0.0, 0.0, 1.0])
-LIFT = 1e-3
-"""Metres above the end of a column where a flight is cut, clear of all rounding."""
 CRUISE = 40.0
-"""z at which it flies from the one column to the other, metres."""
+"""z at which it flies from the one pad to the other, metres."""
 
 
 class Kept(NamedTuple):
@@ -40,7 +36,7 @@ class Kept(NamedTuple):
     positions
         (n, 3) metres.
     foot
-        (3,) metres: where the column begins in which they are, ``None`` outside of columns.
+        (3,) metres: the start or target on whose pad they are, ``None`` elsewhere.
     """
 
     scenario: sky.Scenario
@@ -48,19 +44,19 @@ class Kept(NamedTuple):
     foot: np.ndarray | None
 
 
-def by_columns(mission: sky.Mission, uav: int, motion: Motion) -> Iterator[Kept]:
-    """Yield what the positions straight above a UAV's start or target must keep clear of, then all others."""
+def by_pads(mission: sky.Mission, uav: int, motion: Motion) -> Iterator[Kept]:
+    """Yield what the positions on the pads at a UAV's start and target must keep clear of, then all others."""
     scenario, target = mission.scenario, mission.assignment[uav]
     error = scenario.uavs[uav].tracking_error
-    highest = scenario.clearance + error.horizontal + error.vertical + OVER_COLUMN
+    highest, radius = error.horizontal + error.vertical + OVER, max(scenario.clearance, error.horizontal)
     feet = [scenario.uavs[uav].start] + ([] if target is None else [scenario.targets[target].position])
     p = motion.position
     left = np.ones(len(p), dtype=bool)
     for foot in map(np.array, feet if scenario.uavs[uav].fixed_wing is None else []):
         height = p[:, 2] - foot[2]
-        held = np.abs(p[:, :2] - foot[:2]).max(axis=1) <= IN_COLUMN
-        held &= (height >= -IN_COLUMN) & (height <= highest)
-        yield Kept(without_below(scenario, foot[2] - scenario.clearance + IN_COLUMN), p[held], foot)
+        held = norm(p[:, :2] - foot[:2]) <= radius + BESIDE
+        held &= (height >= -BESIDE) & (height <= highest + BESIDE)
+        yield Kept(without_below(scenario, foot[2] - scenario.clearance + BESIDE), p[held], foot)
         left &= ~held
     yield Kept(scenario, p[left], None)
 
@@ -91,7 +87,7 @@ def too_near_steep_ground(mission: sky.Mission, foot: np.ndarray, strayed: np.nd
         return -np.inf
     keep = scenario.ground_clearance
     heights = ground(scenario.terrain, strayed[:, :2])
-    beside = heights - (foot[2] - keep) > norm(strayed[:, :2] - foot[:2]) + 2 * IN_COLUMN
+    beside = heights - (foot[2] - keep) > norm(strayed[:, :2] - foot[:2]) + 2 * BESIDE
     return float(np.max(heights + keep - strayed[:, 2] - 1e-6, where=beside, initial=-np.inf))
 
 
@@ -127,9 +123,7 @@ def rising(seed: int) -> sky.Mission:
     plain = sky.Scenario.model_validate(given)
     clear = [one for one in shapes if depth(derived(plain, obstacles=(one,)), up).max() < 0]
     scenario = sky.Scenario.model_validate(given | {"obstacles": clear, "terrain": terrain})
-    # where the judge sees a column end is only where the flight is cut: it says nothing of what is kept in it
-    columns = columns_of(referee_world(scenario, error), 0, 0)
-    cuts = [foot[2] + 1.0 if one is None else one.top + LIFT for foot, one in zip(feet, columns, strict=True)]
+    cuts = [foot[2] + error.horizontal + error.vertical + OVER for foot in feet]
     a, b = ([*foot[:2]] for foot in feet)
     places = np.array([feet[0], [*a, cuts[0]], [*a, CRUISE], [*b, CRUISE], [*b, cuts[1]], feet[1]])
     still = np.zeros_like(places)

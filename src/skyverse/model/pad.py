@@ -1,0 +1,45 @@
+"""Pads: the places where a UAV stands, takes off and lands, too near to what carries it for its tracking error.
+
+On a pad the clearance alone counts for what the UAV stands on: the bounds' floor, ground that is nowhere steeper than
+45 degrees as near as the UAV may come, and solid obstacles that end, grown by the clearance, no higher than the start
+or target. All else must keep the error from the pad; where something does not, the UAV has no pad, and a start or
+target that needs one is refused. An aeroplane has no pads.
+"""
+
+from typing import NamedTuple
+
+from skyverse.model.scenario import Scenario
+
+ABOVE_ERRORS = 0.01
+"""Metres by which a pad is higher than both errors, clear of rounding."""
+
+
+class Pad(NamedTuple):
+    """An upright cylinder about a start or target.
+
+    Attributes
+    ----------
+    place
+        (3,) metres: the start or target, in the middle of its lower side.
+    radius
+        Metres: the larger of the clearance and the horizontal tracking error.
+    spare
+        Metres from its axis within which the nominal position must be: the radius less the clearance.
+    top
+        z of its upper side, metres: as far above as both errors together.
+    """
+
+    place: tuple[float, float, float]
+    radius: float
+    spare: float
+    top: float
+
+
+def pad_at(scenario: Scenario, uav: int, place: tuple[float, float, float]) -> Pad | None:
+    """Return the pad that a UAV would have at a start or target, (3,) metres; ``None`` if it has no error or wings."""
+    vehicle = scenario.uavs[uav]
+    error = vehicle.tracking_error
+    if vehicle.fixed_wing is not None or (error.horizontal == 0.0 and error.vertical == 0.0):
+        return None
+    radius = max(scenario.clearance, error.horizontal)
+    return Pad(place, radius, radius - scenario.clearance, place[2] + error.horizontal + error.vertical + ABOVE_ERRORS)

@@ -1,0 +1,155 @@
+"""Where a UAV's tracking error does not count: on the pads at its own start and target.
+
+`model.pad` says what a pad is and what the UAV stands on there. All else keeps the error from the pad, or there
+is no pad. So on a pad the nominal position alone is judged, and only the ceiling is lowered by the error.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats, Indices
+from skyverse.model.pad import Pad, pad_at
+from skyverse.referee.boxes import GrownBoxes
+from skyverse.referee.ground import Ceiling, GrownGround
+from skyverse.referee.prisms import GrownPrisms
+from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
+from skyverse.referee.solids import GrownSolids
+from skyverse.referee.tolerances import EXEMPT_SLOPE, LET_PASS, ON_AXIS
+from skyverse.referee.tube import EXACT, narrower, shorter
+from skyverse.referee.world import RefereeWorld
+
+
+class Pads(NamedTuple):
+    """The pads at a UAV's start and its target, ``None`` where there is none."""
+
+    start: Pad | None
+    target: Pad | None
+
+    @property
+    def sentence(self) -> str:
+        """What a certificate says of them, to be added to a sentence; empty where there are none."""
+        named = [f"at its {noun} up to z = {pad.top:.6g} m" for noun, pad in self._asdict().items() if pad is not None]
+        told = " and on that ".join(named)
+        return f"; only on the pad {told} that error does not count for the ground and roofs below" if named else ""
+
+
+def pads_of(world: RefereeWorld, uav: int, target: int | None) -> Pads:
+    """Return the pads at a UAV's start and at its target, if it has one."""
+    scenario = world.scenario
+    there = None if target is None else pad_of(world, uav, scenario.targets[target].position)
+    return Pads(pad_of(world, uav, scenario.uavs[uav].start), there)
+
+
+def pad_of(world: RefereeWorld, uav: int, place: tuple[float, float, float]) -> Pad | None:
+    """Return the pad at a UAV's start or target, (3,) metres; ``None`` if it has none there, or needs none."""
+    pad = None if world.error == EXACT else pad_at(world.scenario, uav, place)
+    if pad is None:
+        return None
+    axis = np.array([place, (*place[:2], pad.top)])
+    wide = np.array([[-1.0], [1.0]]) * pad.spare
+    taller = axis + wide * np.array([0.0, 0.0, 1.0])
+    low, high = axis + wide * np.array([1.0, 1.0, 0.0])
+    if (low[:2] < world.low[:2] - LET_PASS).any() or (high > world.high + LET_PASS).any():
+        return None
+    if world.ground is not None and (
+        world.ground.steepest_about(axis[0], pad.spare + world.error.horizontal) > EXEMPT_SLOPE
+    ):
+        return None
+    carries = place[2] < world.low[2]
+    for kind in (world.boxes, *world.others):
+        if isinstance(kind, GrownGround):
+            carries |= bool(kind.depth(axis[None, :1], np.array([0]))[0] > 0)
+        elif not isinstance(kind, Ceiling):
+            part = axis if isinstance(kind, GrownSpheres) else taller  # others grow by the radius upright, too
+            for pairs in kind.tree.overlapping((axis + wide)[:1], (axis + wide)[1:]):
+                which = pairs[:, 1]
+                below = supports(world, kind, which, place[2] - world.scenario.clearance + LET_PASS)
+                depth = kind.depth(np.repeat(part[None], len(which), axis=0), which)
+                if (depth[~below] > -pad.spare).any():
+                    return None
+                carries |= bool((kind.depth(np.repeat(axis[None, :1], len(which), axis=0), which)[below] > 0).any())
+    return pad if carries else None
+
+
+def without_support(world: RefereeWorld, place: Floats, highest: float) -> RefereeWorld:
+    """Return what there is about the vertical line through a place, (3,) metres, but for what a UAV stands on there.
+
+    Left out are what the error takes of the bounds' floor, the ground if it is not steep, solid shapes that end, as
+    given, no higher than `highest`, metres, and all shapes that the line does not meet.
+    """
+    steep = world.ground is not None and world.ground.steepest_about(place, world.error.horizontal) > EXEMPT_SLOPE
+    reach = np.array([LET_PASS, LET_PASS, np.inf])
+
+    def rest(kind: GrownSolids) -> Indices:
+        pairs = kind.tree.overlapping((place - reach)[None], (place + reach)[None])
+        near = np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *(found[:, 1] for found in pairs)]))
+        return near[~supports(world, kind, near, highest)]
+
+    terrain = [kind for kind in world.others if isinstance(kind, Ceiling) or (steep and isinstance(kind, GrownGround))]
+    shapes = [kind.of(rest(kind)) for kind in world.others if not isinstance(kind, Ceiling | GrownGround)]
+    low = np.array([*world.low[:2], world.nominal.low[2]])
+    others = (*(kind for kind in shapes if len(kind.obstacle)), *terrain)
+    return replace(world, low=low, boxes=world.boxes.of(rest(world.boxes)), others=others)
+
+
+def supports(world: RefereeWorld, kind: GrownSolids, which: Indices, highest: float) -> NDArray[np.bool_]:
+    """Tell which shapes of a kind, (n,), a UAV may stand on: solid ones that end, as given, no higher than that."""
+    solid = np.array([world.scenario.obstacles[number].solid for number in kind.obstacle[which]], dtype=np.bool_)
+    return solid & (_tops(kind, which, world) <= highest)
+
+
+def _tops(kind: GrownSolids, which: Indices, world: RefereeWorld) -> Floats:
+    """Return z (n,) at which shapes end as they are given, without the error and the clearance, metres."""
+    match kind:
+        case GrownBoxes():
+            return shorter(kind.high[which, 2], world.error)
+        case GrownCylinders():
+            return shorter(kind.high[which], world.error)
+        case GrownPrisms():
+            return shorter(kind.outlines.high[which], world.error)
+        case GrownSpheres():
+            return kind.centre[which, 2] + narrower(kind.radius[which], world.error)
+    raise TypeError(f"{type(kind).__name__} has no tops")
+
+
+def parts_of_flight(
+    world: RefereeWorld, uav: int, target: int | None, b: Floats, error: Floats
+) -> Iterator[tuple[RefereeWorld, slice]]:
+    """Cut the pieces of a flight where it leaves and enters its pads, and yield in which world each part is judged.
+
+    Parameters
+    ----------
+    world
+        For the nominal position of the UAV.
+    uav, target
+        The indices of the UAV, and of its target, ``None`` where it has none.
+    b, error
+        (n, degree + 1, 3) coefficients of the pieces, metres, and (n,) bounds on their errors.
+    """
+    pads, count = pads_of(world, uav, target), len(b)
+    rise = 0 if pads.start is None else _leading(holds(pads.start, b, error))
+    descent = 0 if pads.target is None else min(_leading(holds(pads.target, b, error)[::-1]), count - rise)
+    ceiling = tuple(kind for kind in world.others if isinstance(kind, Ceiling))
+    others = tuple(kind for kind in world.nominal.others if not isinstance(kind, Ceiling))
+    on_pad = replace(world.nominal, others=others + ceiling)
+    cuts = (on_pad, slice(0, rise)), (world, slice(rise, count - descent)), (on_pad, slice(count - descent, count))
+    for judged_in, part in cuts:
+        if part.start < part.stop:
+            yield judged_in, part
+
+
+def holds(pad: Pad, b: Floats, error: Floats) -> NDArray[np.bool_]:
+    """Tell which pieces, (n, degree + 1, 3) coefficients and (n,) bounds on their errors, are on a pad."""
+    aside = np.hypot(*np.moveaxis(b[:, :, :2] - pad.place[:2], -1, 0)).max(axis=1)
+    low, high = b[:, :, 2].min(axis=1), b[:, :, 2].max(axis=1)
+    held: NDArray[np.bool_] = (aside + error <= pad.spare + ON_AXIS) & (low + error >= pad.place[2] - LET_PASS)
+    return held & (high + error <= pad.top + LET_PASS)
+
+
+def _leading(held: NDArray[np.bool_]) -> int:
+    """Return how many of the first of some are true in a row."""
+    return len(held) if held.all() else int(np.argmin(held))

@@ -1,0 +1,155 @@
+"""From where a UAV may stray that takes off or lands on a pad, which UAVs have pads, and why one has none."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.pad import Pad, pad_at
+from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import PAD_LIFT, SURFACE_DEPTH
+from skyverse.space.tube import NO_ERROR
+from skyverse.space.world import World
+
+MAX_EXITS = 1000
+"""Obstacles one above another out of which a UAV is led at most."""
+PLACES = 40
+"""Places on a pad's axis of which the one nearest to what is too near is told."""
+MAX_NAMED = 3
+"""UAVs whose pads are named; of more it is told how many there are."""
+
+
+class FleetPad(NamedTuple):
+    """The pad of a UAV's start or target.
+
+    Attributes
+    ----------
+    uav
+        The index of its UAV.
+    end
+        ``"start"`` or ``"target"``.
+    pad
+        Where it is.
+    """
+
+    uav: int
+    end: str
+    pad: Pad
+
+
+def lifted(nominal: World, world: World, pad: Pad | None, place: Floats) -> Floats:
+    """Return the lowest place straight above a start or target from which a UAV may stray, (3,) metres.
+
+    Parameters
+    ----------
+    nominal, world
+        The worlds without the tracking error and with it.
+    pad
+        Where the error does not count for what the UAV stands on; ``None`` for one that has none.
+    place
+        (3,) metres: the start or target.
+
+    Returns
+    -------
+    Floats
+        The place itself where a UAV may stray from it, and also where something else is too near the pad.
+    """
+    if pad is None or world.free(place)[0] or _too_near(world, pad) is not None:
+        return place
+    top = _way_out(world, pad)
+    return place if top is None or not nominal.segments_free(place, top)[0] else top
+
+
+def why_no_pad(nominal: World, world: World, pad: Pad, place: Floats) -> str | None:
+    """Return the end of a sentence that says why a UAV cannot take off from a safe place, or ``None`` if it can."""
+    if world.free(place)[0] or lifted(nominal, world, pad, place)[2] > place[2]:
+        return None
+    error = world.error
+    reason = _too_near(world, pad)
+    if reason is None:
+        return (
+            f"has nothing above it, up to z = {pad.top:.6g} m, from where the UAV may stray by its tracking error of "
+            f"{error.horizontal:g} m horizontally and {error.vertical:g} m vertically"
+        )
+    return (
+        f"is {reason}: all but what it stands on must keep the tracking error of {error.horizontal:g} m horizontally "
+        f"and {error.vertical:g} m vertically from its pad, {pad.radius:g} m about it and up to z = {pad.top:.6g} m"
+    )
+
+
+def _way_out(world: World, pad: Pad) -> Floats | None:
+    """Return the lowest place above that of a pad, up to its top, from which a UAV may stray, or ``None``."""
+    top = np.array(pad.place)
+    for _ in range(MAX_EXITS):
+        above = world.way_out_above(top)
+        if above is None or above + PAD_LIFT > pad.top:
+            return None
+        top[2] = max(above, top[2]) + PAD_LIFT
+        if world.free(top)[0]:
+            return top
+    return None
+
+
+def _too_near(world: World, pad: Pad) -> str | None:
+    """Return what is too near a pad beside what the UAV stands on, in words, or ``None`` if nothing is."""
+    if world.is_steep_about(pad.place, pad.spare):
+        return "too near ground that is steeper than 45 degrees"
+    others = world.without_support(pad.place, pad.place[2] - world.clearance + SURFACE_DEPTH, pad.spare)
+    low, high = others.space.low, others.space.high
+    wide = np.array([pad.spare, pad.spare, 0.0])
+    axis = np.array([pad.place, (*pad.place[:2], pad.top)])
+    if (axis - wide < low).any() or (axis + wide > high).any():
+        return "too near the bounds"
+    if others.segments_free(*axis, margin=pad.spare)[0]:
+        return None
+    places = np.linspace(axis[0], axis[1], PLACES)
+    gaps = others.distance(places)
+    number = others.blocker(places[gaps.argmin()], margin=pad.spare)
+    if number is None:
+        return "too near the ceiling above ground, or to an obstacle beside it"
+    short = world.clearance + world.error.horizontal + pad.spare - gaps.min()
+    return f"{short:.3g} m too near {others.named(number)}"
+
+
+def fleet_pads(scenario: Scenario, assignment: Sequence[int | None]) -> list[FleetPad]:
+    """Return the pads of a fleet on which a tracking error matters.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    assignment
+        The target of each UAV, ``None`` where it has none.
+    """
+    worlds: dict[TrackingError, World] = {}
+    found = []
+    for number, (uav, target) in enumerate(zip(scenario.uavs, assignment, strict=True)):
+        places = {"start": uav.start} | ({} if target is None else {"target": scenario.targets[target].position})
+        for end, place in places.items():
+            pad = pad_at(scenario, number, place)
+            if pad is None:
+                continue
+            for error in {NO_ERROR, uav.tracking_error} - worlds.keys():
+                worlds[error] = World(scenario, error)
+            if lifted(worlds[NO_ERROR], worlds[uav.tracking_error], pad, np.array(place))[2] > place[2]:
+                found.append(FleetPad(number, end, pad))
+    return found
+
+
+def pads_sentence(scenario: Scenario, pads: Sequence[FleetPad]) -> str:
+    """Return a sentence that names the pads of a fleet; empty where there are none."""
+    told = []
+    for number in dict.fromkeys(one.uav for one in pads):
+        own = [f"at its {one.end} up to z = {one.pad.top:.4g} m" for one in pads if one.uav == number]
+        told.append(f"{scenario.uavs[number].name} {' and '.join(own)}")
+    if not told:
+        return ""
+    rest = len(told) - MAX_NAMED
+    more = f"; and of {counted(rest, 'more UAV')}" if rest > 0 else ""
+    return (
+        "On the pads at starts and targets the tracking error does not count for the ground and roofs below: "
+        f"of {'; of '.join(told[:MAX_NAMED])}{more}."
+    )
