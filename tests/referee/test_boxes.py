@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from judged_missions import SCENARIO
 from skyverse.model.shapes import Box
 from skyverse.referee.boxes import deepest_in_boxes, grown_boxes
-from skyverse.referee.closed_above import solid_shapes
+from skyverse.referee.solid_shapes import solid_shapes
 
 THICK = Box(min=(5, 0, 0), max=(7, 6, 4))
 

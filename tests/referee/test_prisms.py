@@ -5,8 +5,8 @@ import pytest
 
 from judged_clearance import world
 from skyverse.model.shapes import Prism
-from skyverse.referee.closed_above import solid_shapes
 from skyverse.referee.prisms import grown_prisms
+from skyverse.referee.solid_shapes import solid_shapes
 
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
 COURT = ((0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5))

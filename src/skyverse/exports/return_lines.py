@@ -18,8 +18,8 @@ from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING, MIN_GROWTH, SURFACE_DEPTH
 from skyverse.referee.clearance import judge_segments
-from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.pads import without_support
+from skyverse.referee.solid_shapes import SolidShapes
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.world import referee_world
 from skyverse.space.world import BESIDE, World

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices, Ints
 from skyverse.model.shapes import Box, Voxels
 from skyverse.model.uav import TrackingError
-from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.judgement import Incursion
+from skyverse.referee.solid_shapes import SolidShapes
 from skyverse.referee.solids import GrownSolids, grown
 from skyverse.referee.tolerances import TWO_ROUNDINGS
 from skyverse.referee.tube import EXACT, taller

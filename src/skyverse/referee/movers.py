@@ -19,7 +19,6 @@ from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
 from skyverse.model.what_is_proven import JUDGED_STAY
 from skyverse.referee.boxes import grown_boxes
-from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import FleetMotion, fleet_motion, near_pairs, time_slices
 from skyverse.referee.judgement import Judgement, position_text, position_tuple
@@ -27,6 +26,7 @@ from skyverse.referee.mover_motion import EnclosedMotion, enclosed_motion
 from skyverse.referee.outlines import outlines_of
 from skyverse.referee.polynomial import bernstein
 from skyverse.referee.round_solids import grown_cylinders, grown_ellipsoids, grown_spheres
+from skyverse.referee.solid_shapes import SolidShapes
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
 from skyverse.referee.tolerances import LET_PASS, MOVER_SLACK

@@ -9,7 +9,7 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.mover import Ellipsoid
 from skyverse.model.shapes import Cylinder, Sphere
 from skyverse.model.uav import TrackingError
-from skyverse.referee.closed_above import SolidShapes
+from skyverse.referee.solid_shapes import SolidShapes
 from skyverse.referee.solids import GrownSolids, chords, distance_to_segment, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, taller, wider

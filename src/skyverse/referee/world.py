@@ -9,10 +9,10 @@ from skyverse.errors import require_kind
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
-from skyverse.referee.closed_above import SolidShapes, solid_shapes
 from skyverse.referee.ground import GrownGround, ceiling_above_ground, grown_ground
 from skyverse.referee.prisms import grown_prisms
 from skyverse.referee.round_solids import grown_cylinders, grown_spheres
+from skyverse.referee.solid_shapes import SolidShapes, solid_shapes
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.tube import EXACT
 

@@ -20,13 +20,13 @@ from skyverse.model.temporary_zones import is_closed_at_times, told_zone
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.boxes import grown_boxes
-from skyverse.referee.closed_above import solid_shapes
 from skyverse.referee.curve import PolynomialCurve, derivative
 from skyverse.referee.fleet_motion import FleetMotion, fleet_motion
 from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.polynomial import bernstein, squared
 from skyverse.referee.prisms import grown_prisms
 from skyverse.referee.round_solids import grown_cylinders, grown_spheres
+from skyverse.referee.solid_shapes import solid_shapes
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LIMIT_LET_PASS, MACHINE_EPSILON

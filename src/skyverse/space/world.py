@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind
+from skyverse.model.closed_above import extruded
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
@@ -15,7 +16,6 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import kernel, query, writable
 from skyverse.numerics.tolerances import CLEARANCE_EASE, SURFACE_DEPTH
 from skyverse.space import ground, solids, tree
-from skyverse.space.closed_above import ABOVE_BOUNDS, numbered_shapes
 from skyverse.space.obstacles import (
     Space,
     above_ceiling,
@@ -116,15 +116,16 @@ class World:
     def __init__(self, scenario: Scenario, error: TrackingError = NO_ERROR) -> None:
         require_kind(scenario, Scenario, "scenario")
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
-        top = scenario.bounds.max[2] + ABOVE_BOUNDS
-        for number, obstacle in numbered_shapes(scenario.obstacles, top):
-            if isinstance(obstacle, Box | Voxels):
-                rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else merged(obstacle)
-                blocks.append(rows)
-                boxes += [number] * len(rows)
-            else:
-                shapes.append(obstacle)
-                others.append(number)
+        top = scenario.bounds.max[2]
+        for number, obstacle in enumerate(scenario.obstacles):
+            for shape in extruded(obstacle, top):
+                if isinstance(shape, Box | Voxels):
+                    rows = np.array([[*shape.min, *shape.max]]) if isinstance(shape, Box) else merged(shape)
+                    blocks.append(rows)
+                    boxes += [number] * len(rows)
+                else:
+                    shapes.append(shape)
+                    others.append(number)
         table = np.concatenate(blocks, dtype=np.float64)
         if error != NO_ERROR:
             stretch_boxes(table, error)
