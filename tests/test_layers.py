@@ -1,6 +1,7 @@
-"""No two files of the package import each other, directly or through others, not even inside functions."""
+"""No two files of the package import each other, directly or through others, and no two classes have one name."""
 
 import ast
+from collections import Counter
 from pathlib import Path
 
 import skyverse
@@ -21,6 +22,12 @@ def test_a_circle_is_found_wherever_its_imports_stand():
     assert names_in("p.q", True, "from . import r\nfrom .s import t") >= {"p.q.r", "p.q.s"}
     assert names_in("p.q", False, "from . import r") >= {"p.r"}
     assert names_in("p.q", False, "def f(): return importlib.import_module('p.s')") >= {"p.s"}
+
+
+def test_no_class_name_stands_for_two_things():
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.py")]
+    names = Counter(node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def name_of(path):

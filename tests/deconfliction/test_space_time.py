@@ -14,7 +14,7 @@ from skyverse.deconfliction.space_time import waiting_flights
 from skyverse.deconfliction.space_time.leg_profiles import SECONDS, leg_profiles
 from skyverse.deconfliction.space_time.others import make_others
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
-from skyverse.deconfliction.space_time.search import Graph, earliest_arrival, seconds_to
+from skyverse.deconfliction.space_time.search import RoadmapGraph, earliest_arrival, seconds_to
 from skyverse.model.trajectory import joined
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import LIMIT_MARGIN
@@ -42,7 +42,7 @@ def lattice(cells):
     ]
     starts, ends, kinds = np.array(legs).T
     first = np.searchsorted(starts, np.arange(len(points) + 1))
-    return Graph(points, first, np.ascontiguousarray(ends), np.ascontiguousarray(kinds), ways)
+    return RoadmapGraph(points, first, np.ascontiguousarray(ends), np.ascontiguousarray(kinds), ways)
 
 
 def ticked(graph, profiles, flights, source, target, separation):

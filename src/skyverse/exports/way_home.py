@@ -126,7 +126,7 @@ class WayHome:
         return not self.gaps or self.gaps[-1].end < self.plan.arrivals[-1]
 
 
-class Pad(NamedTuple):
+class ReturnPad(NamedTuple):
     """A place where a UAV starts or lands, and the heights above it in which its error counts beside it only.
 
     Attributes
@@ -168,16 +168,16 @@ class _Returns:
     def _over(place: Floats, z: float) -> Floats:
         return np.array([*place[:2], z])
 
-    def _pad(self, base: Floats, low: float, error: TrackingError) -> Pad:
+    def _pad(self, base: Floats, low: float, error: TrackingError) -> ReturnPad:
         """Return the pad over a place; its top is where the UAV may stray, as far as there is one above z = `low`."""
         roof, terrain = float(base[2]) - self.scenario.clearance, self.scenario.terrain
         if error == NO_ERROR or is_wall_within(terrain, base[:2], self.error.horizontal):
-            return Pad(base, roof, low)
+            return ReturnPad(base, roof, low)
         highest = self.scenario.clearance + error.horizontal + error.vertical
         levels = low + np.append(np.arange(0.0, highest, PAD_STEP), highest)
         points = np.column_stack([np.tile(base[:2], (len(levels), 1)), levels])
         clear = self._free(list(self.space.lines(points, points, error, _rounding(len(levels)))), len(levels))
-        return Pad(base, roof, float(levels[np.argmax(clear)]) if clear.any() else low)
+        return ReturnPad(base, roof, float(levels[np.argmax(clear)]) if clear.any() else low)
 
     def _free(self, lines: Sequence[Lines], count: int) -> NDArray[np.bool_]:
         """Tell for each of some parts whether all of its lines are clear, (count,)."""
@@ -186,7 +186,7 @@ class _Returns:
             np.logical_and.at(free, one.some, self.space.free(one))
         return free
 
-    def _over_pad(self, pad: Pad, error: TrackingError, beside: float) -> Iterator[Lines]:
+    def _over_pad(self, pad: ReturnPad, error: TrackingError, beside: float) -> Iterator[Lines]:
         """Yield vertical lines over a pad: without the error, and with it among all but roofs below and the ground."""
         x, y, bottom = pad.base.tolist()
         if pad.top <= bottom:
@@ -237,7 +237,7 @@ class _Returns:
         return np.asarray(np.linalg.norm(parts.middle[:, :2] - self.home[:2], axis=1))
 
     @staticmethod
-    def _on_pad(parts: Parts, pad: Pad) -> NDArray[np.bool_]:
+    def _on_pad(parts: Parts, pad: ReturnPad) -> NDArray[np.bool_]:
         """Tell which parts are straight above a pad, (n,)."""
         beside = np.abs(parts.corners[..., :2] - pad.base[:2]).max(axis=(1, 2, 3))
         return np.asarray((beside <= SAME_PLACE) & (parts.box[0][:, 2] >= pad.base[2] - LEG_ALLOWANCE))

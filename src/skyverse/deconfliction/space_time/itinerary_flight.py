@@ -24,7 +24,7 @@ LEAST_PARTS = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Nonstop:
     """A part of a flight, from rest to rest, that is flown without a wait.
 
     Attributes
@@ -47,11 +47,11 @@ class Run:
         return self.departure + self.flown.end - self.flown.start
 
 
-IsClear = Callable[[Sequence[Run]], bool]
+IsClear = Callable[[Sequence[Nonstop]], bool]
 """Tells whether nobody is too near to a flight that consists of these runs."""
 
 
-def split_at_waits(points: Floats, departures: Floats, arrivals: Floats, uav: UAV, stops: set[int]) -> list[Run]:
+def split_at_waits(points: Floats, departures: Floats, arrivals: Floats, uav: UAV, stops: set[int]) -> list[Nonstop]:
     """Return the runs of an itinerary over n points, each with a stop at every point.
 
     Parameters
@@ -70,11 +70,11 @@ def split_at_waits(points: Floats, departures: Floats, arrivals: Floats, uav: UA
     return [_stop_and_go(points[a : b + 1], float(departures[a]), uav) for a, b in pairwise(ends)]
 
 
-def _stop_and_go(path: Floats, departure: float, uav: UAV) -> Run:
-    return Run(path, departure, joined([rest_to_rest(path[k : k + 2], uav) for k in range(len(path) - 1)]))
+def _stop_and_go(path: Floats, departure: float, uav: UAV) -> Nonstop:
+    return Nonstop(path, departure, joined([rest_to_rest(path[k : k + 2], uav) for k in range(len(path) - 1)]))
 
 
-def whole_flight(runs: Sequence[Run]) -> Trajectory:
+def whole_flight(runs: Sequence[Nonstop]) -> Trajectory:
     """Return runs as one trajectory, at rest from the end of each to the departure of the next."""
     parts: list[Trajectory] = []
     for before, run in zip([None, *runs], runs, strict=False):
@@ -86,7 +86,7 @@ def whole_flight(runs: Sequence[Run]) -> Trajectory:
     return replace(joined(parts).retimed(0.0), form=smooth[0] if smooth else "stop-and-go")
 
 
-def smoothed(world: World, uav: UAV, runs: Sequence[Run], clear: IsClear) -> list[Run]:
+def smoothed(world: World, uav: UAV, runs: Sequence[Nonstop], clear: IsClear) -> list[Nonstop]:
     """Return runs that are flown smoothly where that is proven free, meets nobody, and arrives no later."""
     best = list(runs)
     all_smooth = [_smooth_ways(world, uav, run)[:1] or [run] for run in best]
@@ -108,13 +108,13 @@ def smoothed(world: World, uav: UAV, runs: Sequence[Run], clear: IsClear) -> lis
     return best
 
 
-def _halves(run: Run, uav: UAV) -> list[Run]:
+def _halves(run: Nonstop, uav: UAV) -> list[Nonstop]:
     middle = len(run.path) // 2
     first = _stop_and_go(run.path[: middle + 1], run.departure, uav)
     return [first, _stop_and_go(run.path[middle:], first.arrival, uav)]
 
 
-def _smooth_ways(world: World, uav: UAV, run: Run) -> list[Run]:
+def _smooth_ways(world: World, uav: UAV, run: Nonstop) -> list[Nonstop]:
     """Return the run on a straighter path and on its own, both with blends at the bends, where they are proven."""
     if len(run.path) <= LEAST_PARTS:
         return []
@@ -125,7 +125,7 @@ def _smooth_ways(world: World, uav: UAV, run: Run) -> list[Run]:
         if np.ptp(path, axis=0).max() <= MIN_SEGMENT:  # it leads back to where it begins
             continue
         flown = blended(world, path, uav, MAX_DEVIATION)
-        smooth = Run(path, run.departure, flown)
+        smooth = Nonstop(path, run.departure, flown)
         if smooth.arrival <= run.arrival and prove(world, uav, flown).verdict is Verdict.PROVEN:
             found.append(smooth)
     return found

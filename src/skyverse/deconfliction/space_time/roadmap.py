@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from skyverse._typing import Bools, Floats, Ints
-from skyverse.deconfliction.space_time.search import Graph
+from skyverse.deconfliction.space_time.search import RoadmapGraph
 from skyverse.numerics.tolerances import MIN_SEGMENT
 from skyverse.space.world import World
 
@@ -28,7 +28,7 @@ REACH = 2.0
 HALF_OF_26 = np.array([way for way in product((-1, 0, 1), repeat=3) if way > (0, 0, 0)])
 
 
-def make_roadmap(world: World, paths: Sequence[Floats], columns: Sequence[Floats], semi_axes: Floats) -> Graph:
+def make_roadmap(world: World, paths: Sequence[Floats], columns: Sequence[Floats], semi_axes: Floats) -> RoadmapGraph:
     """Return a roadmap of the free space around paths.
 
     Parameters
@@ -69,7 +69,7 @@ def make_roadmap(world: World, paths: Sequence[Floats], columns: Sequence[Floats
     starts, ends = np.concatenate([starts, both[:, 0]]), np.concatenate([ends, both[:, 1]])
     order = np.argsort(starts, kind="stable")
     first = np.searchsorted(starts[order], np.arange(len(points) + 1))
-    return Graph(points, first.astype(np.int64), ends[order], kinds[order], ways)
+    return RoadmapGraph(points, first.astype(np.int64), ends[order], kinds[order], ways)
 
 
 def _places(world: World, paths: Sequence[Floats], nodes: Floats, spacing: Floats) -> tuple[Floats, Ints]:

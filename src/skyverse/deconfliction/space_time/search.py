@@ -22,7 +22,7 @@ SHORTEST = 0.02
 
 
 @by_reference
-class Graph(NamedTuple):
+class RoadmapGraph(NamedTuple):
     """A roadmap's n vertices and its m legs, the legs of one vertex after those of another.
 
     Attributes
@@ -59,7 +59,7 @@ class Itinerary(NamedTuple):
 
 
 @kernel
-def seconds_to(graph: Graph, profiles: Floats, target: int) -> Floats:
+def seconds_to(graph: RoadmapGraph, profiles: Floats, target: int) -> Floats:
     """Return how many seconds it takes from each vertex to the target if nobody is in the way; (n,)."""
     left = np.full(len(graph.points), np.inf)
     left[target] = 0.0
@@ -131,7 +131,7 @@ class Tries(NamedTuple):
 
 @kernel
 def earliest_arrival(
-    graph: Graph,
+    graph: RoadmapGraph,
     profiles: Floats,
     others: Others,
     left: Floats,
@@ -222,7 +222,7 @@ def _no_states(vertices: int) -> States:
 
 
 @inner
-def _with_intervals(states: States, graph: Graph, others: Others, v: int) -> States:
+def _with_intervals(states: States, graph: RoadmapGraph, others: Others, v: int) -> States:
     """Return the states with the safe intervals of a vertex."""
     own = safe_intervals(others, graph.points[v], SHORTEST)
     count = states.known[0]
@@ -251,7 +251,7 @@ def _with_intervals(states: States, graph: Graph, others: Others, v: int) -> Sta
 def _expanded(
     states: States,
     tries: Tries,
-    graph: Graph,
+    graph: RoadmapGraph,
     profiles: Floats,
     others: Others,
     left: Floats,

@@ -9,10 +9,10 @@ from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Hover, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.forbidden_departures import TICK
-from skyverse.deconfliction.space_time.itinerary_flight import Run, smoothed, split_at_waits, whole_flight
+from skyverse.deconfliction.space_time.itinerary_flight import Nonstop, smoothed, split_at_waits, whole_flight
 from skyverse.deconfliction.space_time.leg_profiles import leg_profiles
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
-from skyverse.deconfliction.space_time.search import Graph, Itinerary, earliest_arrival, seconds_to
+from skyverse.deconfliction.space_time.search import Itinerary, RoadmapGraph, earliest_arrival, seconds_to
 from skyverse.model.quantities import derived
 from skyverse.model.result import Effort
 from skyverse.model.uav import UAV, TrackingError
@@ -46,7 +46,7 @@ class WaitingFlights:
 
     def __init__(self, pool: CandidatePool, planned: Sequence[Candidate]) -> None:
         self._pool, self._planned = pool, planned
-        self._roadmaps: dict[TrackingError, Graph] = {}
+        self._roadmaps: dict[TrackingError, RoadmapGraph] = {}
         self._profiles: dict[tuple[TrackingError, Limits], Floats] = {}
         self._left: dict[tuple[TrackingError, Limits, int], Floats] = {}
         self._answers: dict[tuple[object, ...], PlacedFlight | None] = {}
@@ -97,7 +97,7 @@ class WaitingFlights:
         taking_off, landing = runs[:up], runs[len(runs) - down :]
         traffic, start = pool.traffic(planned, placed), planned.trajectory.start
 
-        def clear(flying: Sequence[Run]) -> bool:
+        def clear(flying: Sequence[Nonstop]) -> bool:
             flown = whole_flight([*taking_off, *flying, *landing])
             return pool.is_clear(planned, flown.retimed(start), runs[0].departure, traffic)
 
@@ -121,7 +121,7 @@ class WaitingFlights:
 
     def _itinerary(
         self, problem: Problem, planned: Candidate, placed: Sequence[PlacedFlight], latest: float, searches: int
-    ) -> tuple[Itinerary, Graph, UAV]:
+    ) -> tuple[Itinerary, RoadmapGraph, UAV]:
         """Return the itinerary of a UAV, on which roadmap it is, and the UAV as slow as zones make it."""
         pool = self._pool
         uav, world = pool.scenario.uavs[planned.uav], problem.airspace.world
@@ -152,7 +152,7 @@ class WaitingFlights:
             best, latest = found, float(found.arrivals[-1]) - TICK
         return best._replace(expanded=expanded), graph, limited
 
-    def _roadmap(self, uav: int) -> Graph:
+    def _roadmap(self, uav: int) -> RoadmapGraph:
         """Return the roadmap for UAVs with the tracking error of one of them."""
         error = self._pool.scenario.uavs[uav].tracking_error
         if error not in self._roadmaps:
@@ -174,12 +174,12 @@ class WaitingFlights:
         return self._roadmaps[error]
 
 
-def _vertex(graph: Graph, place: Floats) -> int:
+def _vertex(graph: RoadmapGraph, place: Floats) -> int:
     """Return the vertex at a place, (3,) metres."""
     return int(np.argmin(np.linalg.norm(graph.points - place, axis=1)))
 
 
-def _proven(problem: Problem, uav: UAV, flying: Sequence[Run], in_columns: Sequence[Run]) -> bool:
+def _proven(problem: Problem, uav: UAV, flying: Sequence[Nonstop], in_columns: Sequence[Nonstop]) -> bool:
     """Tell whether all parts of a flight are proven free and within the UAV's limits."""
     worlds = [problem.airspace.world] * len(flying) + [problem.airspace.nominal.world] * len(in_columns)
     return all(

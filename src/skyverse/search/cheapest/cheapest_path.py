@@ -21,7 +21,7 @@ from skyverse.search.cheapest.random_changes import changed_path, draw_place
 from skyverse.search.cheapest.roadmap import (
     GOAL,
     START,
-    Roadmap,
+    BendRoadmap,
     add_point,
     cheapest_ways,
     make_roadmap,
@@ -125,7 +125,7 @@ def cheapest_path(
 
 
 @inner
-def _add(space: Space, rates: Rates, roadmap: Roadmap, places: Floats, steps: Floats, least: float) -> int:
+def _add(space: Space, rates: Rates, roadmap: BendRoadmap, places: Floats, steps: Floats, least: float) -> int:
     """Add places (n, 3) to the roadmap; return how many legs were priced."""
     priced = 0
     for place in places:
@@ -137,7 +137,7 @@ def _add(space: Space, rates: Rates, roadmap: Roadmap, places: Floats, steps: Fl
 def _try_ways(
     space: Space,
     rates: Rates,
-    roadmap: Roadmap,
+    roadmap: BendRoadmap,
     steps: Floats,
     elite: Elite,
     tried: Ints,
@@ -189,7 +189,7 @@ def _try_ways(
 
 
 @inner
-def _make_dearer(roadmap: Roadmap, way: Ints, near: float, dearer: Floats) -> None:
+def _make_dearer(roadmap: BendRoadmap, way: Ints, near: float, dearer: Floats) -> None:
     """Make legs dearer at all points that are near the joints of a way, metres."""
     for j in way[1:-1]:
         for k in range(2, roadmap.size[0]):
@@ -220,7 +220,7 @@ def _name(way: Ints) -> int:
 def _try_changes(
     space: Space,
     rates: Rates,
-    roadmap: Roadmap,
+    roadmap: BendRoadmap,
     steps: Floats,
     elite: Elite,
     spent: Ints,

@@ -18,7 +18,7 @@ START, GOAL = 0, 1
 
 
 @by_reference
-class Roadmap(NamedTuple):
+class BendRoadmap(NamedTuple):
     """Points and legs.
 
     Attributes
@@ -37,9 +37,9 @@ class Roadmap(NamedTuple):
 
 
 @inner
-def make_roadmap(space: Space, rates: Rates, start: Floats, goal: Floats, capacity: int) -> Roadmap:
+def make_roadmap(space: Space, rates: Rates, start: Floats, goal: Floats, capacity: int) -> BendRoadmap:
     """Return a roadmap of start and goal, (3,) metres each, and of the straight leg between them if that is free."""
-    roadmap = Roadmap(np.empty((capacity, 3)), np.full((capacity, capacity), math.inf), np.full(1, 2))
+    roadmap = BendRoadmap(np.empty((capacity, 3)), np.full((capacity, capacity), math.inf), np.full(1, 2))
     roadmap.points[START], roadmap.points[GOAL] = start, goal
     if segment_free(space, start, goal):
         roadmap.price[START, GOAL] = roadmap.price[GOAL, START] = leg_price(rates, start, goal, np.empty(3))
@@ -47,7 +47,7 @@ def make_roadmap(space: Space, rates: Rates, start: Floats, goal: Floats, capaci
 
 
 @inner
-def add_point(space: Space, rates: Rates, roadmap: Roadmap, place: Floats, near: float, most: float) -> int:
+def add_point(space: Space, rates: Rates, roadmap: BendRoadmap, place: Floats, near: float, most: float) -> int:
     """Add a point with its legs, unless there is no room or another one is near; return how many legs were priced.
 
     Parameters
@@ -85,7 +85,7 @@ def add_point(space: Space, rates: Rates, roadmap: Roadmap, place: Floats, near:
 
 
 @inner
-def cheapest_ways(roadmap: Roadmap, turn: float, dearer: Floats, root: int, least: Floats, before: Ints) -> None:
+def cheapest_ways(roadmap: BendRoadmap, turn: float, dearer: Floats, root: int, least: Floats, before: Ints) -> None:
     """Find the cheapest way from one point to each other one (E. Dijkstra), each joint at the price of a turn.
 
     Parameters

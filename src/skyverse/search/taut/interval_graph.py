@@ -25,7 +25,7 @@ from skyverse.space.obstacles import Space
 PAIRS_A_LEG = 8
 """How many pairs are told to be too far apart in about the time in which it is asked whether obstacles are between."""
 FACES, KNOWN = 2, 4
-"""Columns of `Graph.legs`: beside which faces of one end the other end lies, for either end; what is known of them."""
+"""Columns of `IntervalGraph.legs`: beside which faces of one end the other lies, for either end; what is known."""
 
 
 class Values(NamedTuple):
@@ -46,7 +46,7 @@ class Values(NamedTuple):
     slope: Floats
 
 
-class Graph(NamedTuple):
+class IntervalGraph(NamedTuple):
     """Intervals, the pairs of them that legs may join, and what is known of the way to each.
 
     Attributes
@@ -75,7 +75,7 @@ class LegLists(NamedTuple):
 @inner
 def first_graph(
     space: Space, edges: Edges, start: Floats, goal: Floats, limit: float, spacing: float, most: int
-) -> tuple[Graph, int]:
+) -> tuple[IntervalGraph, int]:
     """Return the graph of all intervals, of at most `spacing` metres, that a path shorter than `limit` can touch.
 
     Also return how many pairs were looked at; where that would be more than `most`, the graph is incomplete. The space
@@ -111,11 +111,13 @@ def first_graph(
             if _could_join(intervals, ahead, behind, i, j, limit):
                 looked += 1
                 legs, found = _join(space, edges, intervals, i, j, SOME_FREE, legs, found)
-    return Graph(intervals, legs[:found], ahead, behind), looked
+    return IntervalGraph(intervals, legs[:found], ahead, behind), looked
 
 
 @inner
-def finer(space: Space, edges: Edges, graph: Graph, limit: float, spacing: float, most: int) -> tuple[Graph, int]:
+def finer(
+    space: Space, edges: Edges, graph: IntervalGraph, limit: float, spacing: float, most: int
+) -> tuple[IntervalGraph, int]:
     """Return the graph without what no path shorter than `limit` touches, with intervals of `spacing` metres at most.
 
     Longer ones are halved. Also return how many pairs were looked at; where that would be more than `most`, the graph
@@ -152,11 +154,11 @@ def finer(space: Space, edges: Edges, graph: Graph, limit: float, spacing: float
             for j in range(first[b], first[b] + parts[b]):
                 if _could_join(new, new_ahead, new_behind, i, j, limit):
                     legs, found = _join(space, edges, new, i, j, graph.legs[leg, KNOWN], legs, found)
-    return Graph(new, legs[:found], new_ahead, new_behind), looked
+    return IntervalGraph(new, legs[:found], new_ahead, new_behind), looked
 
 
 @inner
-def legs_by_interval(graph: Graph) -> LegLists:
+def legs_by_interval(graph: IntervalGraph) -> LegLists:
     """Return the legs of each interval."""
     n, legs = len(graph.intervals.half), graph.legs
     first = np.zeros(n + 2, np.int64)
@@ -218,7 +220,7 @@ def _straight(intervals: Intervals, source: int) -> Values:
 
 
 @inner_query
-def _could_touch(graph: Graph, i: int, limit: float) -> bool:
+def _could_touch(graph: IntervalGraph, i: int, limit: float) -> bool:
     """Tell whether a path shorter than `limit` could touch interval i."""
     half, ahead, behind = graph.intervals.half[i], graph.ahead, graph.behind
     could = False

@@ -22,7 +22,7 @@ from skyverse._typing import Ints
 from skyverse.numerics.heap import make_heap, pop, push
 from skyverse.numerics.kernel import inner, inner_query
 from skyverse.numerics.tolerances import DETOUR_GAIN
-from skyverse.search.taut.interval_graph import FACES, Graph, LegLists, Values
+from skyverse.search.taut.interval_graph import FACES, IntervalGraph, LegLists, Values
 from skyverse.search.taut.legs import Intervals, leg_bound, middle_leg, quick_leg_bound
 
 MAX_REVISITS = 6
@@ -30,18 +30,18 @@ MAX_REVISITS = 6
 
 
 @inner
-def sharpen(graph: Graph, lists: LegLists, source: int, limit: float) -> tuple[Graph, float]:
+def sharpen(graph: IntervalGraph, lists: LegLists, source: int, limit: float) -> tuple[IntervalGraph, float]:
     """Bound the lengths from the start (0) or from the goal (1) anew.
 
     Return the graph with these values, and a length of at most `limit` that no path from start to goal beats.
     """
     values, to_other_end = _bound_lengths(graph, lists, source, limit)
     ahead, behind = (values, graph.behind) if source == 0 else (graph.ahead, values)
-    return Graph(graph.intervals, graph.legs, ahead, behind), min(to_other_end, limit)
+    return IntervalGraph(graph.intervals, graph.legs, ahead, behind), min(to_other_end, limit)
 
 
 @inner
-def _bound_lengths(graph: Graph, lists: LegLists, source: int, limit: float) -> tuple[Values, float]:
+def _bound_lengths(graph: IntervalGraph, lists: LegLists, source: int, limit: float) -> tuple[Values, float]:
     """Bound the lengths of paths from start (0) or goal (1) to all states, and to the other end; see the file's top.
 
     A value is first set by the best leg to the interval's middle, which also decides the slope, and lowered later where
@@ -103,7 +103,7 @@ def _bound_lengths(graph: Graph, lists: LegLists, source: int, limit: float) -> 
 
 
 @inner
-def _least_value(graph: Graph, lists: LegLists, source: int, visits: Ints, values: Values, state: int) -> float:
+def _least_value(graph: IntervalGraph, lists: LegLists, source: int, visits: Ints, values: Values, state: int) -> float:
     """Return the greatest value that a state with this slope may have beside all states that have a value."""
     intervals, legs = graph.intervals, graph.legs
     i = state >> 1

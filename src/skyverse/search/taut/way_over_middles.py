@@ -10,7 +10,7 @@ from skyverse.numerics.norm import distance
 from skyverse.numerics.tolerances import SIGHT_MARGIN
 from skyverse.search.taut.edge_geometry import move_off
 from skyverse.search.taut.edge_search import next_leg, walk_back
-from skyverse.search.taut.interval_graph import FACES, Graph, LegLists
+from skyverse.search.taut.interval_graph import FACES, IntervalGraph, LegLists
 from skyverse.space.edges import Edges
 from skyverse.space.obstacles import Space
 from skyverse.space.world import segment_free
@@ -18,7 +18,7 @@ from skyverse.space.world import segment_free
 
 @inner
 def way_over_middles(
-    space: Space, edges: Edges, graph: Graph, lists: LegLists, source: int, length: float, spent: Ints
+    space: Space, edges: Edges, graph: IntervalGraph, lists: LegLists, source: int, length: float, spent: Ints
 ) -> Floats:
     """Return the shortest free path (k, 3) from start to goal over middles of intervals; empty if `length` or longer.
 
