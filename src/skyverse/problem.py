@@ -10,7 +10,6 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.errors import InputError, shown
 from skyverse.model.by_name import index_of
-from skyverse.model.pad import pad_at
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, told_metres, told_point
@@ -66,7 +65,7 @@ class Airspace:
 
     def lifted(self, uav: int, place: tuple[float, float, float]) -> Floats:
         """Return the lowest place straight above a UAV's start or target, (3,) metres, from which it may stray."""
-        return lifted(self.nominal.world, self.world, pad_at(self.scenario, uav, place), np.array(place))
+        return lifted(self.nominal.world, self.world, uav, place)
 
     @cached_property
     def grid(self) -> Grid:

@@ -58,7 +58,7 @@ def test_a_climb_in_a_shaft_wide_enough_for_the_error_is_planned_and_proven():
     assert mission.violations == ()
     assert mission.certificates[0].verdict is Verdict.PROVEN
     assert mission.certificates[0].sentence.endswith(
-        "; only on the pad at its start up to z = 5.11 m that error does not count for the ground and roofs below."
+        "; only on the pad at its start up to z = 3.51 m that error does not count for the ground and roofs below."
     )
 
 
@@ -74,9 +74,9 @@ ON_ROOF = (10, 10, 5.5)
         (sky.Box(min=(11, 6, 0), max=(12, 14, 5.001)), False),  # a parapet
         (sky.Box(min=(13.25, 6, 0), max=(13.9, 14, 30)), True),  # a wall far enough away
         (sky.Box(min=(13.15, 6, 0), max=(13.9, 14, 30)), False),
-        (sky.Box(min=(9, 9, 14.75), max=(11, 11, 16)), True),  # a roof above
-        (sky.Box(min=(9, 9, 14.65), max=(11, 11, 16)), False),
-        (sky.Sphere(centre=(10, 10, 4), radius=1), True),
+        (sky.Box(min=(9, 9, 12.05), max=(11, 11, 16)), True),  # a roof above
+        (sky.Box(min=(9, 9, 11.95), max=(11, 11, 16)), False),
+        (sky.Sphere(centre=(10, 10, 4), radius=1), False),  # it grows by the diagonal of the error
         (sky.Sphere(centre=(11.5, 10, 4.2), radius=1), False),
         (sky.Cylinder(centre=(11, 10), radius=0.4, low=0, high=5), True),
         (sky.Cylinder(centre=(11, 10), radius=0.4, low=0, high=6), False),
@@ -87,7 +87,7 @@ ON_ROOF = (10, 10, 5.5)
         (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 6), bool)), False),
         (sky.Box(min=(11, 6, 0), max=(12, 14, 5), solid=False), False),  # nothing stands on airspace
         (sky.Cylinder(centre=(10, 10), radius=0.4, low=0, high=4, solid=False), False),
-        (sky.Prism(vertices=[(9, 9), (12, 9), (12, 11)], low=0, high=0.8, solid=False), True),  # far below
+        (sky.Prism(vertices=[(9, 9), (12, 9), (12, 11)], low=0, high=1.9, solid=False), True),  # far below
         (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool), solid=False), False),
         (sky.Sphere(centre=(10, 10, 4), radius=1, solid=False), False),
         (sky.Box(min=(11, 6, 0), max=(12, 14, 5), kind="no-fly zone office space"), True),  # words mean nothing
@@ -105,7 +105,7 @@ def test_only_what_ends_below_a_start_or_target_is_exempt(beside, free, end):
     assert mission.results[0].status.reached == free
     if free:
         assert mission.violations == ()
-        assert f"at its {end} up to z = 10.11 m" in mission.certificates[0].sentence
+        assert f"at its {end} up to z = 8.51 m" in mission.certificates[0].sentence
     else:
         faults = {one.fault for one in sky.check(given, exact(given))}
         assert Fault.TRAJECTORY_CLEARANCE in faults
@@ -126,7 +126,7 @@ def test_ground_that_rises_too_steeply_beside_a_start_is_a_wall(rise, free):
     assert mission.results[0].status.reached == free
     if free:
         assert mission.violations == ()
-        top = given.uavs[0].start[2] + ERROR.vertical + ERROR.horizontal + 0.01
+        top = given.uavs[0].start[2] + ERROR.vertical + rise * ERROR.horizontal + 0.01
         assert f"at its start up to z = {top:.6g} m" in mission.certificates[0].sentence
     else:
         assert Fault.TRAJECTORY_CLEARANCE in {one.fault for one in sky.check(given, exact(given))}
@@ -225,7 +225,7 @@ def test_strayed_flights_come_near_nothing_but_what_they_stand_on():
         for foot in (given.uavs[0].start, given.targets[0].position):
             height = nominal[:, 2] - foot[2]
             held = (np.abs(nominal[:, :2] - foot[:2]).max(axis=1) < 1e-6) & (height > -1e-6)
-            held &= height < error.horizontal + error.vertical + 0.011
+            held &= height < error.horizontal + error.vertical + 0.02
             roofs = [
                 shape.kind is None and top_of(shape) + given.clearance <= foot[2] + 1e-6 for shape in given.obstacles
             ]

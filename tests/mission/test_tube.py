@@ -44,7 +44,7 @@ def test_every_planner_plans_for_the_tube_and_every_flight_within_it_is_clear(na
     assert certificate.verdict is Verdict.PROVEN
     assert certificate.sentence.endswith(
         ", for every flight within 1 m horizontally and 1.5 m vertically of it; only on the pad at its start up to "
-        "z = 3.01 m and on that at its target up to z = 7.11 m that error does not count for the ground and roofs "
+        "z = 2.01 m and on that at its target up to z = 6.11 m that error does not count for the ground and roofs "
         "below."
     )
     nominal = flight.at(np.linspace(flight.start, flight.end, 300)).position

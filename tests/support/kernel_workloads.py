@@ -287,8 +287,6 @@ def questions_about_space():
             space.free(points)
             space.segments_free(points[:20], points[20:])
             space.first_crossing(points[:20], points[20:])
-            for a, b in zip(points[:20], points[20:], strict=True):
-                space.first_crossing(a, b, -clearance)  # shapes as they are
             space.distance(points)
     rubble = sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=rng.random((12, 12, 8)) < 0.5)
     sky.World(world(16, ()).model_copy(update={"obstacles": (rubble,)}))

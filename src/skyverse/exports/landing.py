@@ -15,7 +15,6 @@ from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.ground_height import ground_height
-from skyverse.model.pad import pad_at
 from skyverse.model.polygon import are_inside
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
@@ -146,8 +145,7 @@ class _Descents:
         certificate = exact
         if error != NO_ERROR:
             own, place = self.airspace.of(uav), (float(lowest[0]), float(lowest[1]), float(lowest[2]))
-            pad = pad_at(scenario, uav, place)
-            why = pad and why_no_pad(self.airspace.world, own.world, pad, lowest)
+            why = why_no_pad(self.airspace.world, own.world, uav, place)
             if why is not None:
                 raise InputError(f"{name}: it cannot land below its last waypoint: its place there {why}", field="end")
             lifts = ((lowest, own.lifted(uav, place)), *plan.route.lifts)

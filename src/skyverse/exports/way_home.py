@@ -320,8 +320,13 @@ class _Returns:
                 found = self.at(one)
                 if all(gap.why == WAYS[-1] for gap in found.gaps):
                     return found
-        tried = [self.at(one) for one in sorted(altitudes, key=lambda one: blocked[one])[:SEARCHED]]
-        return min(tried, key=lambda way: (not way.ends_safely, sum(gap.end - gap.begin for gap in way.gaps)))
+        tried = [self.at(one) for one in sorted(altitudes, key=lambda one: (blocked[one], one not in apart))[:SEARCHED]]
+
+        def worse(way: WayHome) -> tuple[bool, int, bool]:
+            lost = sum(gap.end - gap.begin for gap in way.gaps)
+            return not way.ends_safely, int(lost), way.altitude not in apart  # a part of a second is no reason
+
+        return min(tried, key=worse)
 
     def _altitudes(self, more: Sequence[float]) -> list[float]:
         """Return the return altitudes to try, metres above home, and those of some heights z: the usual ones first.

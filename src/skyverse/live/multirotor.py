@@ -102,6 +102,10 @@ class Multirotor(Pilot):
             return longest
         return min(longest, _seconds_to_rest(self.uav, math.hypot(*self.state(now)[1])) + lead + SPARE)
 
+    def freed(self) -> Self:
+        """Return the pilot that looks far ahead again, as a mover that may have kept it from its target is gone."""
+        return replace(self, waited=False)
+
     @property
     def way_out(self) -> str:
         """What it can do if nothing is observed any more, in words that follow its name."""

@@ -57,6 +57,10 @@ class Pilot(ABC):
         """Return the seconds up to which its motion is proven, no more than are given."""
         return longest
 
+    def freed(self) -> Self:
+        """Return the pilot that knows that a mover which may have kept it from its target is gone."""
+        return self
+
     @property
     @abstractmethod
     def way_out(self) -> str:

@@ -117,6 +117,8 @@ class Replanner:
         if isinstance(candidates, bool) or not isinstance(candidates, int) or candidates < 1:
             raise InputError(f"expected a whole number from 1 on, but it is {candidates!r}", field="candidates")
         self.lead, self.memory, self.candidates = lead, memory, candidates
+        if policy is not None:
+            require_kind(policy, Policy, "policy")
         if policy is not None and any(uav.fixed_wing is not None for uav in scenario.uavs):
             raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
         self.policy, self.effort, self._rng = policy, Effort(0, 0, 0), seeded(rng)[0]
@@ -201,6 +203,8 @@ class Replanner:
         self._tracks.add(instant, sightings)
         reached = [pilot.reached(now, h, scenario) for pilot, h in zip(pilots, self._horizons, strict=True)]
         forgotten = self._tracks.forget(now, gone, reached)
+        if gone or forgotten:
+            self._pilots = [pilot.freed() for pilot in self._pilots]
         self._entered, self._assignment = known.entered, assignment
         self._find_ways(scenario, new=known.scenario is not before)
         join, may_wait = self.now + self.lead, deadline_ms is None

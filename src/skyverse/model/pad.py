@@ -9,9 +9,10 @@ target that needs one is refused. An aeroplane has no pads.
 from typing import NamedTuple
 
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
 
-ABOVE_ERRORS = 0.01
-"""Metres by which a pad is higher than both errors, clear of rounding."""
+ABOVE_ERROR = 0.01
+"""Metres by which a pad is higher than it must be, clear of rounding."""
 
 
 class Pad(NamedTuple):
@@ -26,7 +27,7 @@ class Pad(NamedTuple):
     spare
         Metres from its axis within which the nominal position must be: the radius less the clearance.
     top
-        z of its upper side, metres: as far above as both errors together.
+        z of its upper side, metres: as far above as the vertical error, and where the UAV may stray from the ground.
     """
 
     place: tuple[float, float, float]
@@ -35,11 +36,29 @@ class Pad(NamedTuple):
     top: float
 
 
-def pad_at(scenario: Scenario, uav: int, place: tuple[float, float, float]) -> Pad | None:
-    """Return the pad that a UAV would have at a start or target, (3,) metres; ``None`` if it has no error or wings."""
+def pad_at(scenario: Scenario, uav: int, place: tuple[float, float, float], above_ground: float) -> Pad | None:
+    """Return the pad that a UAV would have at a start or target; ``None`` if it has no tracking error, or wings.
+
+    Parameters
+    ----------
+    scenario, uav
+        The index of the UAV in the scenario.
+    place
+        (3,) metres: the start or target.
+    above_ground
+        The least z there from which the UAV may stray and keeps its clearance from the ground, metres.
+    """
     vehicle = scenario.uavs[uav]
     error = vehicle.tracking_error
-    if vehicle.fixed_wing is not None or (error.horizontal == 0.0 and error.vertical == 0.0):
+    if vehicle.fixed_wing is not None or error == TrackingError():
         return None
     radius = max(scenario.clearance, error.horizontal)
-    return Pad(place, radius, radius - scenario.clearance, place[2] + error.horizontal + error.vertical + ABOVE_ERRORS)
+    top = max(place[2] + error.vertical, above_ground) + ABOVE_ERROR
+    return Pad(place, radius, radius - scenario.clearance, top)
+
+
+def error_about_pads(scenario: Scenario, error: TrackingError) -> TrackingError:
+    """Return how far a UAV may be from the axis of its pads: its error, and beside it what its pads have to spare."""
+    return TrackingError(
+        horizontal=error.horizontal + max(error.horizontal - scenario.clearance, 0.0), vertical=error.vertical
+    )

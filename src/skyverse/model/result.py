@@ -184,7 +184,7 @@ class Result(ArrayRecord):
         path has no nodes to count, so that its fuel is in metres whatever the objective's unit.
     straight_bound
         Whether `bound` is the cost of the straight line from start to goal, which tells nothing of what is in its way.
-        The line joins the tops of the columns in which a UAV takes off and lands, where there are any.
+        The line joins the places where a UAV leaves and enters its pads, where it has any.
     objective
         The objective of one's own by which `cost`, `terms`, `bound` and `history` are meant; empty: the scenario's.
     """

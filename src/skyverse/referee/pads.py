@@ -1,7 +1,7 @@
 """Where a UAV's tracking error does not count: on the pads at its own start and target.
 
 `model.pad` says what a pad is and what the UAV stands on there. All else keeps the error from the pad, or there
-is no pad. So on a pad the nominal position alone is judged, and only the ceiling is lowered by the error.
+is no pad. So on a pad the nominal position alone is judged.
 """
 
 from collections.abc import Iterator
@@ -46,33 +46,29 @@ def pads_of(world: RefereeWorld, uav: int, target: int | None) -> Pads:
 
 def pad_of(world: RefereeWorld, uav: int, place: tuple[float, float, float]) -> Pad | None:
     """Return the pad at a UAV's start or target, (3,) metres; ``None`` if it has none there, or needs none."""
-    pad = None if world.error == EXACT else pad_at(world.scenario, uav, place)
-    if pad is None:
+    start, around = np.array(place), world.about_pads
+    deepest = max(_depth(kind, start[None]) for kind in (world.boxes, *world.others))
+    if world.error == EXACT or max(deepest, float(world.low[2] - start[2])) <= 0:
         return None
-    axis = np.array([place, (*place[:2], pad.top)])
-    wide = np.array([[-1.0], [1.0]]) * pad.spare
-    taller = axis + wide * np.array([0.0, 0.0, 1.0])
-    low, high = axis + wide * np.array([1.0, 1.0, 0.0])
-    if (low[:2] < world.low[:2] - LET_PASS).any() or (high > world.high + LET_PASS).any():
-        return None
-    if world.ground is not None and (
-        world.ground.steepest_about(axis[0], pad.spare + world.error.horizontal) > EXEMPT_SLOPE
+    ground = max((_depth(kind, start[None]) for kind in world.others if isinstance(kind, GrownGround)), default=-np.inf)
+    pad = pad_at(world.scenario, uav, place, float(start[2]) + ground)
+    if pad is None or (
+        world.ground is not None and world.ground.steepest_about(start, around.error.horizontal) > EXEMPT_SLOPE
     ):
         return None
-    carries = place[2] < world.low[2]
-    for kind in (world.boxes, *world.others):
-        if isinstance(kind, GrownGround):
-            carries |= bool(kind.depth(axis[None, :1], np.array([0]))[0] > 0)
-        elif not isinstance(kind, Ceiling):
-            part = axis if isinstance(kind, GrownSpheres) else taller  # others grow by the radius upright, too
-            for pairs in kind.tree.overlapping((axis + wide)[:1], (axis + wide)[1:]):
-                which = pairs[:, 1]
-                below = supports(world, kind, which, place[2] - world.scenario.clearance + LET_PASS)
-                depth = kind.depth(np.repeat(part[None], len(which), axis=0), which)
-                if (depth[~below] > -pad.spare).any():
-                    return None
-                carries |= bool((kind.depth(np.repeat(axis[None, :1], len(which), axis=0), which)[below] > 0).any())
-    return pad if carries else None
+    axis = np.array([place, (*place[:2], pad.top)])
+    others = without_support(around, start, place[2] - world.scenario.clearance + LET_PASS)
+    inside = (axis >= others.low - LET_PASS).all() and (axis <= others.high + LET_PASS).all()
+    return pad if inside and max(_depth(kind, axis) for kind in (others.boxes, *others.others)) <= 0 else None
+
+
+def _depth(kind: GrownSolids, part: Floats) -> float:
+    """Return how deep a vertical line (n, 3) gets inside the shapes of a kind, metres; minus infinity without any."""
+    if isinstance(kind, GrownGround | Ceiling):
+        return float(kind.depth(part[None], np.zeros(1, dtype=np.intp))[0])
+    pairs = kind.tree.overlapping(part.min(axis=0)[None], part.max(axis=0)[None])
+    which = np.concatenate([np.zeros(0, dtype=np.intp), *(found[:, 1] for found in pairs)])
+    return float(kind.depth(np.repeat(part[None], len(which), axis=0), which).max(initial=-np.inf))
 
 
 def without_support(world: RefereeWorld, place: Floats, highest: float) -> RefereeWorld:
@@ -133,10 +129,8 @@ def parts_of_flight(
     pads, count = pads_of(world, uav, target), len(b)
     rise = 0 if pads.start is None else _leading(holds(pads.start, b, error))
     descent = 0 if pads.target is None else min(_leading(holds(pads.target, b, error)[::-1]), count - rise)
-    ceiling = tuple(kind for kind in world.others if isinstance(kind, Ceiling))
-    others = tuple(kind for kind in world.nominal.others if not isinstance(kind, Ceiling))
-    on_pad = replace(world.nominal, others=others + ceiling)
-    cuts = (on_pad, slice(0, rise)), (world, slice(rise, count - descent)), (on_pad, slice(count - descent, count))
+    on_pads = slice(0, rise), slice(count - descent, count)
+    cuts = (world.nominal, on_pads[0]), (world, slice(rise, count - descent)), (world.nominal, on_pads[1])
     for judged_in, part in cuts:
         if part.start < part.stop:
             yield judged_in, part

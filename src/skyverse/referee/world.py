@@ -1,11 +1,13 @@
 """A scenario as the referee's arrays: made once, at the start of a judgement, and handed to everything that judges."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import require_kind
+from skyverse.model.pad import error_about_pads
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
@@ -61,6 +63,12 @@ class RefereeWorld:
     def nominal(self) -> "RefereeWorld":
         """The world without the error."""
         return self if self.without_error is None else self.without_error
+
+    @cached_property
+    def about_pads(self) -> "RefereeWorld":
+        """The world of the axes of pads: what keeps clear in it keeps the error from the pads."""
+        error = error_about_pads(self.scenario, self.error)
+        return self if error == self.error else referee_world(self.scenario, error, self.nominal)
 
     def beyond_bounds(self, positions: Floats) -> Floats:
         """Return how far (n, 3) positions are out of bounds along the worst axis of each, (n,) metres; 0 inside."""

@@ -18,6 +18,8 @@ MAX_EXITS = 1000
 """Obstacles one above another out of which a UAV is led at most."""
 PLACES = 40
 """Places on a pad's axis of which the one nearest to what is too near is told."""
+HALVINGS = 40
+"""Halvings of the metres by which something is too near."""
 MAX_NAMED = 3
 """UAVs whose pads are named; of more it is told how many there are."""
 
@@ -40,44 +42,49 @@ class FleetPad(NamedTuple):
     pad: Pad
 
 
-def lifted(nominal: World, world: World, pad: Pad | None, place: Floats) -> Floats:
+def lifted(nominal: World, world: World, uav: int, place: tuple[float, float, float]) -> Floats:
     """Return the lowest place straight above a start or target from which a UAV may stray, (3,) metres.
 
     Parameters
     ----------
     nominal, world
-        The worlds without the tracking error and with it.
-    pad
-        Where the error does not count for what the UAV stands on; ``None`` for one that has none.
+        The worlds without the UAV's tracking error and with it.
+    uav
+        The index of the UAV.
     place
         (3,) metres: the start or target.
 
     Returns
     -------
     Floats
-        The place itself where a UAV may stray from it, and also where something else is too near the pad.
+        The place itself where a UAV may stray from it, and also where it has no pad.
     """
-    if pad is None or world.free(place)[0] or _too_near(world, pad) is not None:
-        return place
+    start, pad = np.array(place), _pad(world, uav, place)
+    if pad is None or world.free(start)[0] or _too_near(world, pad) is not None:
+        return start
     top = _way_out(world, pad)
-    return place if top is None or not nominal.segments_free(place, top)[0] else top
+    return start if top is None or not nominal.segments_free(start, top)[0] else top
 
 
-def why_no_pad(nominal: World, world: World, pad: Pad, place: Floats) -> str | None:
+def why_no_pad(nominal: World, world: World, uav: int, place: tuple[float, float, float]) -> str | None:
     """Return the end of a sentence that says why a UAV cannot take off from a safe place, or ``None`` if it can."""
-    if world.free(place)[0] or lifted(nominal, world, pad, place)[2] > place[2]:
+    pad = _pad(world, uav, place)
+    if pad is None or world.free(place)[0] or lifted(nominal, world, uav, place)[2] > place[2]:
         return None
-    error = world.error
-    reason = _too_near(world, pad)
+    error, reason = world.error, _too_near(world, pad)
     if reason is None:
         return (
             f"has nothing above it, up to z = {pad.top:.6g} m, from where the UAV may stray by its tracking error of "
             f"{error.horizontal:g} m horizontally and {error.vertical:g} m vertically"
         )
     return (
-        f"is {reason}: all but what it stands on must keep the tracking error of {error.horizontal:g} m horizontally "
-        f"and {error.vertical:g} m vertically from its pad, {pad.radius:g} m about it and up to z = {pad.top:.6g} m"
+        f"{reason}: all but what it stands on must keep the tracking error of {error.horizontal:g} m horizontally and "
+        f"{error.vertical:g} m vertically from its pad, {pad.radius:g} m about it and up to z = {pad.top:.6g} m"
     )
+
+
+def _pad(world: World, uav: int, place: tuple[float, float, float]) -> Pad | None:
+    return pad_at(world.scenario, uav, place, world.least_height(place))
 
 
 def _way_out(world: World, pad: Pad) -> Floats | None:
@@ -95,23 +102,23 @@ def _way_out(world: World, pad: Pad) -> Floats | None:
 
 def _too_near(world: World, pad: Pad) -> str | None:
     """Return what is too near a pad beside what the UAV stands on, in words, or ``None`` if nothing is."""
-    if world.is_steep_about(pad.place, pad.spare):
-        return "too near ground that is steeper than 45 degrees"
-    others = world.without_support(pad.place, pad.place[2] - world.clearance + SURFACE_DEPTH, pad.spare)
-    low, high = others.space.low, others.space.high
-    wide = np.array([pad.spare, pad.spare, 0.0])
+    around = world.about_pads
+    if around.is_steep_about(pad.place):
+        return "is too near ground that is steeper than 45 degrees"
+    others = around.without_support(pad.place, pad.place[2] - world.clearance + SURFACE_DEPTH)
     axis = np.array([pad.place, (*pad.place[:2], pad.top)])
-    if (axis - wide < low).any() or (axis + wide > high).any():
-        return "too near the bounds"
-    if others.segments_free(*axis, margin=pad.spare)[0]:
+    if others.segments_free(*axis)[0]:
         return None
     places = np.linspace(axis[0], axis[1], PLACES)
-    gaps = others.distance(places)
-    number = others.blocker(places[gaps.argmin()], margin=pad.spare)
+    place = places[others.distance(places).argmin()]
+    number = others.blocker(place)
     if number is None:
-        return "too near the ceiling above ground, or to an obstacle beside it"
-    short = world.clearance + world.error.horizontal + pad.spare - gaps.min()
-    return f"{short:.3g} m too near {others.named(number)}"
+        return next((why for why in map(others.why_unsafe, places) if why is not None), "is too near something")
+    near, far = 0.0, others.clearance + others.error.horizontal + float(np.ptp(axis[:, 2]))
+    for _ in range(HALVINGS):  # of the metres by which it is too near
+        middle = (near + far) / 2
+        near, far = (near, middle) if others.blocker(place, -middle) is None else (middle, far)
+    return f"is {far:.3g} m too near {others.named(number)}"
 
 
 def fleet_pads(scenario: Scenario, assignment: Sequence[int | None]) -> list[FleetPad]:
@@ -129,12 +136,13 @@ def fleet_pads(scenario: Scenario, assignment: Sequence[int | None]) -> list[Fle
     for number, (uav, target) in enumerate(zip(scenario.uavs, assignment, strict=True)):
         places = {"start": uav.start} | ({} if target is None else {"target": scenario.targets[target].position})
         for end, place in places.items():
-            pad = pad_at(scenario, number, place)
-            if pad is None:
+            if uav.tracking_error == NO_ERROR or uav.fixed_wing is not None:
                 continue
             for error in {NO_ERROR, uav.tracking_error} - worlds.keys():
                 worlds[error] = World(scenario, error)
-            if lifted(worlds[NO_ERROR], worlds[uav.tracking_error], pad, np.array(place))[2] > place[2]:
+            world = worlds[uav.tracking_error]
+            pad = _pad(world, number, place)
+            if pad is not None and lifted(worlds[NO_ERROR], world, number, place)[2] > place[2]:
                 found.append(FleetPad(number, end, pad))
     return found
 

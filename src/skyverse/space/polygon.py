@@ -7,6 +7,7 @@ import math
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner_query
+from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space.slab import clip
 
 
@@ -53,9 +54,8 @@ def holds(edges: Floats, first: int, stop: int, margin: float, x: float, y: floa
 
 @inner_query
 def crosses(edges: Floats, first: int, stop: int, margin: float, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Tell whether a segment comes nearer to a polygon than a margin; if that is below 0, deeper inside than it."""
-    if margin <= 0.0:
-        return _dives(edges, first, stop, -margin, ax, ay, bx, by)
+    """Tell whether a segment comes nearer to a polygon than a margin, or meets it if that is 0 or less."""
+    margin = max(margin, SURFACE_DEPTH)
     low_x, high_x = min(ax, bx) - margin, max(ax, bx) + margin
     low_y, high_y = min(ay, by) - margin, max(ay, by) + margin
     squared = margin * margin
@@ -88,68 +88,6 @@ def _to_segment(x: float, y: float, ax: float, ay: float, dx: float, dy: float) 
     squared = dx * dx + dy * dy
     t = min(max(((x - ax) * dx + (y - ay) * dy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
     return (ax + t * dx - x) ** 2 + (ay + t * dy - y) ** 2
-
-
-@inner_query
-def _dives(edges: Floats, first: int, stop: int, depth: float, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Tell whether a segment goes deeper into a polygon than `depth`.
-
-    Where it is nearer to an edge than that, it is not deep. What is left of it are pieces that meet no edge; each of
-    them is inside or outside as a whole.
-    """
-    at = 0.0
-    while True:
-        moved = True
-        while moved:  # go past every edge that is near to this place
-            moved = False
-            following = 1.0
-            for e in range(first, stop):
-                enter, leave = _near(edges, e, depth, ax, ay, bx, by)
-                if enter <= at < leave:
-                    at, moved = leave, True
-                elif at < enter <= leave:
-                    following = min(following, enter)
-        middle = (at + following) / 2
-        x, y = ax + middle * (bx - ax), ay + middle * (by - ay)
-        if at <= 1.0 and inside(edges, first, stop, x, y) and to_outline(edges, first, stop, x, y) > depth:
-            return True
-        if following >= 1.0 or at >= 1.0:
-            return False
-        at = following
-
-
-@inner_query
-def _near(edges: Floats, e: int, reach: float, ax: float, ay: float, bx: float, by: float) -> tuple[float, float]:
-    """Return between which shares of a segment an edge is no farther than `reach`; without any, the first is greater.
-
-    In coordinates along the edge and across it, these are the shares within a rectangle around the edge, or within a
-    disc around either of its ends.
-    """
-    px, py = edges[e, 0], edges[e, 1]
-    ex, ey = edges[e, 2] - px, edges[e, 3] - py
-    size = math.sqrt(ex * ex + ey * ey)
-    if size == 0.0:
-        return 2.0, -1.0
-    ex, ey = ex / size, ey / size
-    dx, dy = bx - ax, by - ay
-    u, v = (ax - px) * ex + (ay - py) * ey, (ay - py) * ex - (ax - px) * ey
-    du, dv = dx * ex + dy * ey, dy * ex - dx * ey
-    enter, leave = clip(0.0, size, u, du, 0.0, 1.0)
-    enter, leave = clip(-reach, reach, v, dv, enter, leave)
-    if enter > leave:
-        enter, leave = 2.0, -1.0
-    squared = dx * dx + dy * dy
-    for end in range(2):
-        ox = u - end * size
-        half = reach * reach - (ox * dv - v * du) ** 2 / squared if squared > 0.0 else reach * reach - ox * ox - v * v
-        if half < 0.0:
-            continue
-        middle = -(ox * du + v * dv) / squared if squared > 0.0 else 0.5
-        half = math.sqrt(half / squared) if squared > 0.0 else 0.5
-        one, other = max(0.0, middle - half), min(1.0, middle + half)
-        if one <= other:
-            enter, leave = min(enter, one), max(leave, other)
-    return enter, leave
 
 
 @inner_query

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.pad import pad_at
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import told_metres
 from skyverse.model.uav import UAV, TrackingError
@@ -108,8 +107,7 @@ def unsafe_points(scenario: Scenario, world: World | None = None) -> list[Unsafe
             if not uavs or any(_can_leave(scenario, worlds, uav, point) for uav in uavs):
                 continue
             strict = worlds[uavs[0].tracking_error]
-            pad = pad_at(scenario, scenario.uavs.index(uavs[0]), point)
-            reason = None if pad is None else why_no_pad(world, strict, pad, np.array(point))
+            reason = why_no_pad(world, strict, scenario.uavs.index(uavs[0]), point)
             reason = reason or _reason(scenario, strict, point)
         nearest = _nearest_safe(scenario, worlds, uavs, point, allowed)
         if nearest is None and allowed is not None:
@@ -211,8 +209,7 @@ def _can_leave(scenario: Scenario, worlds: dict[TrackingError, World], uav: UAV,
         return True
     if error not in worlds:
         worlds[error] = World(scenario, error)
-    pad = pad_at(scenario, scenario.uavs.index(uav), point)
-    return bool(worlds[error].free(lifted(worlds[NO_ERROR], worlds[error], pad, np.array(point)))[0])
+    return bool(worlds[error].free(lifted(worlds[NO_ERROR], worlds[error], scenario.uavs.index(uav), point))[0])
 
 
 def _reason(scenario: Scenario, world: World, point: Place) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind
 from skyverse.model.closed_above import extruded
+from skyverse.model.pad import error_about_pads
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
@@ -107,7 +108,7 @@ class World:
     ----------
     space
         What kernels know of it.
-    error
+    scenario, error
         As given.
     low, high
         (3,) metres: the scenario's bounds, in which the lattice lies. Those of the space are narrower by the error.
@@ -134,7 +135,7 @@ class World:
         self._boxes = np.array(boxes[1:], dtype=np.int64)[order]
         self._solids = np.array(others, dtype=np.int64)[rank]
         self._shapes = [shapes[k] for k in rank]
-        self._scenario, self.error = scenario, error
+        self.scenario, self.error = scenario, error
         growth = float(scenario.clearance + error.horizontal)
         self.low, self.high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
         low, high = inner_bounds(self.low, self.high, error)
@@ -176,7 +177,7 @@ class World:
         )
         boxes, others = (
             np.array(
-                [k for k in near if top[k] > highest or not self._scenario.obstacles[number[k]].solid], dtype=np.int64
+                [k for k in near if top[k] > highest or not self.scenario.obstacles[number[k]].solid], dtype=np.int64
             )
             for near, top, number in zip((boxes, others), tops, (self._boxes, self._solids), strict=True)
         )
@@ -187,7 +188,7 @@ class World:
         low = np.array([*space.low[:2], self.low[2]])
         floor = space.ground if self.is_steep_about(place) else ground.make_ground(None)
         found = World.__new__(World)
-        found._scenario, found.error, found.low, found.high = self._scenario, error, self.low, self.high
+        found.scenario, found.error, found.low, found.high = self.scenario, error, self.low, self.high
         found._boxes, found._solids = self._boxes[boxes][order], self._solids[others][rank]
         found._shapes = [shapes[k] for k in rank]
         found.space = space._replace(low=low, boxes=table[order], tree=index, solids=round_, ground=floor)
@@ -196,16 +197,27 @@ class World:
     @cached_property
     def speed_zones(self) -> tuple[SpeedZone, ...]:
         """The zones with a speed limit, as they are for a nominal position."""
-        return make_speed_zones(self._scenario, self.error)
+        return make_speed_zones(self.scenario, self.error)
 
     @property
     def clearance(self) -> float:
         """Metres that are kept from obstacles, beside the error."""
-        return self._scenario.clearance
+        return self.scenario.clearance
 
-    def is_steep_about(self, place: ArrayLike, radius: float = 0.0) -> bool:
-        """Tell whether the ground is steeper than 45 degrees within a radius and the error, metres, of a place (3,)."""
-        return is_wall_within(self._scenario.terrain, _rows(place)[0, :2], radius + self.error.horizontal)
+    @cached_property
+    def about_pads(self) -> "World":
+        """The world of the axes of pads: what keeps clear in it keeps the error from the pads."""
+        error = error_about_pads(self.scenario, self.error)
+        return self if error == self.error else World(self.scenario, error)
+
+    def is_steep_about(self, place: ArrayLike) -> bool:
+        """Tell whether the ground is steeper than 45 degrees somewhere within the horizontal error of a place (3,)."""
+        return is_wall_within(self.scenario.terrain, _rows(place)[0, :2], self.error.horizontal)
+
+    def least_height(self, place: ArrayLike) -> float:
+        """Return the least z above a place, (3,) metres, that keeps clear of the ground; minus infinity without any."""
+        (x, y, _), space = _rows(place)[0], self.space
+        return float(ground.height(space.ground, x, y) + space.clearance + CLEARANCE_EASE + space.ground.extra)
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of (m, 3) points in metres whether it is safe; (m,) booleans."""
@@ -251,13 +263,13 @@ class World:
             return f"lies outside the bounds ({low}) to ({high})"
         found = self.blocker(p)
         if found is not None:
-            clearance = f"the clearance of {self._scenario.clearance:g} m"
+            clearance = f"the clearance of {self.scenario.clearance:g} m"
             return f"lies inside {self.named(found)} grown by {clearance}{straying}"
         margin = self.space.clearance + CLEARANCE_EASE + self.space.ground.extra
         above = p[2] - ground.height(self.space.ground, p[0], p[1])
         counting = ", counting the tracking error" if straying else ""
-        if self._scenario.terrain is not None:
-            level = float(self._scenario.terrain.height(p[:2]))
+        if self.scenario.terrain is not None:
+            level = float(self.scenario.terrain.height(p[:2]))
             required = margin + ground.height(self.space.ground, p[0], p[1]) - level
             most = -ground.height(self.space.ceiling, p[0], p[1]) - level
             if most < required - CLEARANCE_EASE:
@@ -266,10 +278,10 @@ class World:
         if above < margin - CLEARANCE_EASE - SURFACE_DEPTH:
             return f"lies {above:g} m above ground{counting}, but {margin:g} m are required"
         if above_ceiling(self.space, self.space.clearance - SURFACE_DEPTH, p):
-            assert self._scenario.terrain is not None
-            above = p[2] - float(self._scenario.terrain.lowest_ground.height(p[:2]))
+            assert self.scenario.terrain is not None
+            above = p[2] - float(self.scenario.terrain.lowest_ground.height(p[:2]))
             at = "reaches" if straying else f"lies {above:g} m above ground,"
-            return f"{at} above the ceiling of {self._scenario.max_height:g} m{counting}"
+            return f"{at} above the ceiling of {self.scenario.max_height:g} m{counting}"
         return None
 
     def blocker(self, point: ArrayLike, margin: float = 0.0) -> int | None:
@@ -298,12 +310,12 @@ class World:
         solid = solids.containing(space.solids, space.clearance, x, y, z)
         if solid >= 0:
             return solids.top_above(space.solids, solid, whole, x, y)
-        floor = max(float(space.low[2]), ground.height(space.ground, x, y) + whole + space.ground.extra)
+        floor = max(float(space.low[2]), self.least_height(p))
         return floor if p[2] < floor - CLEARANCE_EASE else None
 
     def named(self, number: int) -> str:
         """Describe an obstacle: its number in the scenario, and its name and kind where it has them."""
-        obstacle = self._scenario.obstacles[number]
+        obstacle = self.scenario.obstacles[number]
         known = [repr(obstacle.name)] * bool(obstacle.name) + [str(obstacle.kind)] * bool(obstacle.kind)
         return f"obstacles[{number}]" + (f" ({', '.join(known)})" if known else "")
 

@@ -46,7 +46,7 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
     altitude, risk or climb, which shortcuts would ignore, there are none, and the trajectory keeps close to the path. A
     multirotor flies straight legs with blends at the bends, or a spline through a corridor around the path. Where this
     is not proven, it flies more slowly, or closer to the path, and at last from waypoint to waypoint. An aeroplane
-    flies Dubins paths. In the columns above its start and target, which a UAV with a tracking error may have, it flies
+    flies Dubins paths. On the pads at its start and target, which a UAV with a tracking error may have, it flies
     straight up and down and stops at their tops.
 
     Parameters

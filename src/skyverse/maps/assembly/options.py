@@ -13,7 +13,6 @@ from skyverse.errors import InputError, is_number, require_kind, require_number,
 from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.fleet_limits import FleetLimits
-from skyverse.model.shapes import LEAST_CLEARANCE
 
 if TYPE_CHECKING:
     from skyverse.model.frame import Origin
@@ -163,6 +162,8 @@ class MapDetail:
     fill_nodata: float | Literal["nearest"] | None = None
 
     def __post_init__(self) -> None:
+        from skyverse.model.shapes import LEAST_CLEARANCE  # which imports numpy; help has no need of it
+
         _require(LEAST_CLEARANCE, clearance=self.clearance, ground_clearance=self.ground_clearance)
         _require(0.0, tolerance=self.tolerance)
         _require(1e-3, lattice_step=self.lattice_step, terrain_step=self.terrain_step, band_weight=self.band_weight)
