@@ -109,6 +109,9 @@ def _too_near(world: World, pad: Pad) -> str | None:
     axis = np.array([pad.place, (*pad.place[:2], pad.top)])
     if others.segments_free(*axis)[0]:
         return None
+    beyond = float(np.maximum(others.space.low - axis, axis - others.space.high).max())
+    if beyond > 0:
+        return f"is {beyond:.3g} m too near the bounds"
     places = np.linspace(axis[0], axis[1], PLACES)
     place = places[others.distance(places).argmin()]
     number = others.blocker(place)
