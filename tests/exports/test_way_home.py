@@ -386,3 +386,24 @@ def test_no_return_altitude_is_taken_for_an_aeroplane(tmp_path):
     plane = handmade.mission([handmade.along([(-100, 0, 50), (100, 0, 50)], 40)], origin=ORIGIN, wing=wing)
     with pytest.raises(sky.InputError, match="aeroplanes return as their autopilots are set"):
         exported(plane, tmp_path, return_altitude=40.0)
+
+
+def test_returns_that_have_a_gap_each_are_apart_where_there_is_room(tmp_path):
+    """Each of two UAVs passes a gate that is too narrow for a return, whose error counts twice."""
+    error = TrackingError(horizontal=0.8, vertical=0.5)
+    gates = [(0, 8.4), (12.0, 30), (30, 44.2), (47.8, 60)]
+    scenario = sky.Scenario(
+        name="gates",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(60, 60, 60)),
+        clearance=1.0,
+        obstacles=[sky.Box(min=(28, low, 0), max=(32, high, 17)) for low, high in gates],
+        lattice=sky.Lattice(step=(2, 2, 2)),
+        uavs=[sky.UAV(start=(4, y, 1), home=1.0, separation=2.0, tracking_error=error) for y in (10.2, 46.0)],
+        targets=[sky.Target(position=(56, y, 5)) for y in (10.2, 46.0)],
+        frame=sky.Frame(origin=ORIGIN),
+    )
+    certificate, _ = exported(sky.plan_mission(scenario, sky.Taut()), tmp_path)
+    one, other = certificate.returns
+    assert one.gaps
+    assert other.gaps
+    assert abs(one.altitude - other.altitude) >= 2.0 + 2 * 2 * error.vertical

@@ -7,6 +7,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, certified, faults, hall
+from skyverse.errors import InputError
 from skyverse.live.guidance import Way
 from skyverse.live.policies import make_policy
 from skyverse.live.policies.policy import NO_EFFORT, Found, Policy
@@ -122,3 +123,9 @@ def test_uavs_of_a_fleet_keep_apart():
     assert len(answers) % 2 == 0
     assert certified(one, []).apart.verdict is sky.Verdict.PROVEN
     assert arrived or all(answer.proven for answer in answers)
+
+
+@pytest.mark.parametrize("policy", ["wait", 3, object()])
+def test_what_is_no_policy_is_refused(policy):
+    with pytest.raises(InputError, match="policy: expected a Policy, found"):
+        sky.Replanner(sky.plan_mission(hall(), sky.Taut()), policy=policy)
