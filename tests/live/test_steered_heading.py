@@ -70,19 +70,23 @@ def test_noses_turn_smoothly_within_their_limits_and_their_past_stays(limits, se
 
 @pytest.mark.parametrize("look_at", [None, (10.0, 14.0, 0.0)])
 def test_a_nose_that_may_turn_fast_points_where_it_is_to(look_at):
-    flying = flight(max_yaw_rate=300.0, max_yaw_acceleration=2000.0, look_at=look_at)
-    fly(flying, crowd(0), seconds=8.0, top_speed=3.0, reach=6.0)
-    whole, uav = flying.flown(0), flying.scenario.uavs[0]
-    t = np.linspace(0.0, whole.end, 3001)
-    wanted, _ = bearings(whole, t, uav)
-    off = np.degrees(np.abs(wrapped(whole.heading(t).yaw - wanted)))
-    if look_at is None:  # the course of a UAV that turns back may leap
-        off = off[np.hypot(*whole.at(t).velocity[:, :2].T) > 2.0]
+    off = []
+    for seed in range(3):
+        flying = flight(max_yaw_rate=300.0, max_yaw_acceleration=2000.0, look_at=look_at)
+        fly(flying, crowd(seed), seconds=8.0, top_speed=3.0, reach=6.0)
+        whole, uav = flying.flown(0), flying.scenario.uavs[0]
+        t = np.linspace(0.0, whole.end, 3001)
+        wanted, _ = bearings(whole, t, uav)
+        off.append(np.degrees(np.abs(wrapped(whole.heading(t).yaw - wanted))))
+        if look_at is None:  # the course of a UAV that turns back may leap
+            off[-1] = off[-1][np.hypot(*whole.at(t).velocity[:, :2].T) > 2.0]
+        else:
+            sight = np.array(look_at) - whole.at(t).position
+            pitch = np.arctan2(-whole.at(t).position[:, 2], np.hypot(*sight[:, :2].T))
+            np.testing.assert_allclose(whole.heading(t).pitch, pitch, atol=1e-9)
+    off = np.concatenate(off)
     assert np.percentile(off, 90) < 3.0
     assert off.max() < 20.0
-    if look_at is not None:
-        pitch = np.arctan2(-whole.at(t).position[:, 2], np.hypot(*(np.array(look_at) - whole.at(t).position)[:, :2].T))
-        np.testing.assert_allclose(whole.heading(t).pitch, pitch, atol=1e-9)
 
 
 @pytest.mark.parametrize("limits", [{}, SLOW, {"look_at": (10.0, 12.0, 0.0)}])
