@@ -1,4 +1,4 @@
-"""Exported legs keep the tracking error from obstacles, but for the columns over the UAV's own start and target."""
+"""Exported legs keep the tracking error from obstacles, but for the pads at the UAV's own start and target."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_waypoints_keep_the_tracking_error_from_obstacles():
         assert world.first_crossing(a[None], b[None]) is None
 
 
-def test_only_in_a_column_over_the_own_start_the_error_does_not_count():
+def test_only_on_the_pad_at_the_own_start_the_error_does_not_count():
     (certificate,) = leg_certificates(mission(), mission().scenario, "amsl")
     foot, top = certificate.legs.lifts[0]
     assert (foot[2], top[2]) == pytest.approx((0.5, 2.001))
@@ -100,7 +100,7 @@ def test_a_uav_on_a_hillside_can_be_as_near_to_the_ground_as_its_clearance(error
 
 
 @pytest.mark.parametrize("above", [1.0, 3.0])
-def test_the_first_climb_leads_out_of_the_column(above):
+def test_the_first_climb_leads_off_the_pad(above):
     planned = hillside(GNSS, above)
     (route,) = routes(planned, takeoff=0.0)
     top = sky.Problem(planned.scenario).start
@@ -113,7 +113,7 @@ def test_the_first_climb_leads_out_of_the_column(above):
 
 
 @pytest.mark.parametrize("stops", [False, True])
-def test_a_uav_stops_above_a_target_in_a_column_and_flies_straight_down(stops):
+def test_a_uav_stops_above_a_pad_at_its_target_and_flies_straight_down(stops):
     scenario = sky.Scenario(
         name="plain",
         bounds=sky.Bounds(min=(0, 0, 0), max=(300, 40, 60)),

@@ -65,14 +65,14 @@ def planned(error=ERROR, start=3.0, **fields):
         *(("wpml.kmz", error) for error in (NO_ERROR, sky.TrackingError(horizontal=1.6, vertical=0.7))),
     ],
 )
-def test_a_uav_that_strays_comes_home_from_everywhere_and_lands_in_its_column(tmp_path, suffix, error):
+def test_a_uav_that_strays_comes_home_from_everywhere_and_lands_on_its_pad(tmp_path, suffix, error):
     back, said = way_home(planned(error), tmp_path, suffix)
     assert all(gap.why == WAYS[-1] for gap in back.gaps)
     assert back.altitude >= 40 + 0.5 + error.vertical - 0.02
     assert ("and its tracking error" in said) == (error != NO_ERROR)
 
 
-def test_a_flight_rises_straight_up_in_its_column():
+def test_a_flight_rises_straight_up_from_its_pad():
     flown = planned().trajectories[0]
     places = flown.at(np.linspace(flown.start, flown.end, 20_000)).position
     assert np.abs(places[places[:, 2] < 5.0, 0] + 200.0).max() < 1e-9
@@ -178,7 +178,7 @@ def test_of_an_aeroplane_it_is_told_from_when_to_when_no_way_home_is_proven(tmp_
 
 
 def returned(back, place):
-    """Places on the way home from one place, but for the descent in the column, where nobody strays."""
+    """Places on the way home from one place, but for the descent to the pad, where nobody strays."""
     goal = back.plan.home
     level = max(goal[2] + back.altitude, place[2])
     shares = np.linspace(0, 1, 300)[:, None]

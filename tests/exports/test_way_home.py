@@ -116,7 +116,7 @@ def assert_above_ground(scenario, place, points, error, home):
     near = 0.5 * min(scenario.clearance, scenario.ground_clearance)
     for flown, least, sinks in ((climb, near, 0.0), (level, kept, error.vertical)):
         if flown is climb and min(np.hypot(*(place - one)[:2]) for one in (home, points[-1])) < 0.01:
-            continue  # in the column over home
+            continue  # on the pad at home
         for around in (flown, *(flown + error.horizontal * np.array([x, y, 0]) for x, y in RIM)):
             assert (around[:, 2] - sinks - handmade.under(scenario, around)).min() >= least - 0.05, place
 

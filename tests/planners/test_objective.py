@@ -90,7 +90,7 @@ def test_a_path_that_was_sought_for_something_else_is_priced_where_it_ended():
     assert rescored(problem, objective, priced) is priced
 
 
-def test_what_is_priced_lies_between_the_columns_and_what_is_told_begins_at_the_uav():
+def test_what_is_priced_lies_between_the_pads_and_what_is_told_begins_at_the_uav():
     uav = sky.UAV(start=(0.6, 0.7, 0.02), tracking_error=TrackingError(vertical=0.05))
     low = EMPTY.model_copy(update={"uavs": (uav,)})
     problem, objective = sky.Problem(low), Danger()

@@ -71,7 +71,7 @@ def test_what_is_no_free_path_is_refused(path, says):
         sky.result_of_path(PROBLEM, path)
 
 
-def test_a_path_from_the_place_itself_gets_its_columns():
+def test_a_path_from_the_place_itself_gets_its_legs_on_pads():
     low = STRAYING.model_copy(update={"uavs": (STRAYING.uavs[0].model_copy(update={"start": (0, -4, 0.02)}),)})
     problem = sky.Problem(low)
     assert len(problem.lifts[0])

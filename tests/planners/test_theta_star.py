@@ -1,4 +1,4 @@
-"""Any-angle paths over the lattice: against closed forms, against the lattice's optimum, and through no seam."""
+"""Any-angle paths over the lattice: closed forms, the lattice's optimum, and boxes that touch."""
 
 import dataclasses
 import itertools
@@ -112,10 +112,10 @@ WALLS = {
 
 @pytest.mark.parametrize("walls", WALLS.values(), ids=WALLS)
 @pytest.mark.parametrize("step", [0.5, 1.0])
-def test_no_leg_slips_through_the_seam_between_boxes_that_touch(walls, step):
-    """The seam runs right along the straight line."""
-    seam = {"flush": ((2, 5, 3), (8, 5, 3)), "diagonal": ((4, 6, 3), (6, 4, 3)), "stacked": ((2, 5, 4), (8, 5, 4))}
-    start, target = next(seam[name] for name, boxes in WALLS.items() if boxes is walls)
+def test_no_leg_slips_between_boxes_that_touch(walls, step):
+    """Where they touch lies right on the straight line."""
+    joint = {"flush": ((2, 5, 3), (8, 5, 3)), "diagonal": ((4, 6, 3), (6, 4, 3)), "stacked": ((2, 5, 4), (8, 5, 4))}
+    start, target = next(joint[name] for name, boxes in WALLS.items() if boxes is walls)
     scenario = hall(start, target, *walls, step=step)
     world = sky.World(scenario)
     assert not world.segments_free([start], [target]).any()

@@ -119,8 +119,8 @@ class Replanner:
         self.lead, self.memory, self.candidates = lead, memory, candidates
         if policy is not None:
             require_kind(policy, Policy, "policy")
-        if policy is not None and any(uav.fixed_wing is not None for uav in scenario.uavs):
-            raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
+            if any(uav.fixed_wing is not None for uav in scenario.uavs):
+                raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
         self.policy, self.effort, self._rng = policy, Effort(0, 0, 0), seeded(rng)[0]
         self.mission, self.scenario, self.now = mission, scenario, 0.0
         self._airspace = Airspace(scenario)
@@ -199,12 +199,11 @@ class Replanner:
         scenario, assignment = with_targets(known.scenario, self._assignment, {} if targets is None else targets)
         for uav in () if targets is None else targets:
             pilots[uav] = self._led_to(scenario, assignment[uav], pilots[uav], now)
-        self.now, self._pilots, self._astray = now, pilots, astray
+        self.now, self._astray = now, astray
         self._tracks.add(instant, sightings)
         reached = [pilot.reached(now, h, scenario) for pilot, h in zip(pilots, self._horizons, strict=True)]
         forgotten = self._tracks.forget(now, gone, reached)
-        if gone or forgotten:
-            self._pilots = [pilot.freed() for pilot in self._pilots]
+        self._pilots = [pilot.freed() for pilot in pilots] if gone or forgotten else pilots
         self._entered, self._assignment = known.entered, assignment
         self._find_ways(scenario, new=known.scenario is not before)
         join, may_wait = self.now + self.lead, deadline_ms is None
