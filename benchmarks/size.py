@@ -34,6 +34,8 @@ class Size:
     lines: int
     classes: list[str]
     many_parameters: list[str]
+    inner_names: int
+    """How many names it imports from inside rooms, from ``skyverse.room.file`` rather than from ``skyverse.room``."""
 
 
 def size_of(file: Path) -> Size:
@@ -44,7 +46,7 @@ def size_of(file: Path) -> Size:
         for token in tokenize.generate_tokens(text.readline):
             if token.type not in _NO_CODE:
                 numbers.update(range(token.start[0], token.end[0] + 1))
-    classes, many = [], []
+    classes, many, inner = [], [], 0
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             numbers.difference_update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
@@ -55,7 +57,9 @@ def size_of(file: Path) -> Size:
             count = len(given) - (bool(given) and given[0].arg in ("self", "cls"))
             if count > MANY_PARAMETERS:
                 many.append(f"{file.relative_to(ROOT)}:{node.lineno} {node.name} ({count})")
-    return Size(len(numbers), len(file.read_text(encoding="utf-8").splitlines()), classes, many)
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("skyverse."):
+            inner += len(node.names) if node.module.count(".") > 1 else 0
+    return Size(len(numbers), len(file.read_text(encoding="utf-8").splitlines()), classes, many, inner)
 
 
 def room_of(file: Path) -> str:
@@ -88,6 +92,7 @@ def main() -> None:
     print(f"functions with more than {MANY_PARAMETERS} parameters: {len(many)}", *many, sep="\n  ")
     tests = [size_of(file) for file in (ROOT / "tests").rglob("*.py")]
     print(f"lines of code of tests: {sum(size.code for size in tests):,} in {len(tests)} files")
+    print(f"names that tests import from inside rooms: {sum(size.inner_names for size in tests):,}")
     if "--kernels" in sys.argv[1:]:
         from skyverse.numerics.compiling.listing import read_listing
 

@@ -14,6 +14,8 @@ sys.path.insert(0, str(Path(__file__).parent / "support"))
 
 from skips import SLOW, cause_of
 
+pytest_plugins = ["golden_messages"]
+
 MIN_EXAMPLES = 20
 
 settings.register_profile(

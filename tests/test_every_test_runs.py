@@ -47,7 +47,7 @@ def run(tmp_path):
 
     def run(text, *options, **how):
         (tmp_path / "support").mkdir(exist_ok=True)
-        for source in (CONFTEST, CONFTEST.parent / "support" / "skips.py"):
+        for source in (CONFTEST, *(CONFTEST.parent / "support" / name for name in ("skips.py", "golden_messages.py"))):
             (tmp_path / source.relative_to(CONFTEST.parent)).write_bytes(source.read_bytes())
         (tmp_path / "test_it.py").write_text(text)
         command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *options, str(tmp_path)]
@@ -95,3 +95,9 @@ def test_a_property_is_given_twenty_examples_or_more(request):
         and found.max_examples < min(20, settings().max_examples)
     }
     assert not few
+
+
+def test_each_golden_message_is_of_a_test_that_there_is(request):
+    from golden_messages import is_test
+
+    assert [name for name in request.config.golden_messages.kept if not is_test(name)] == []

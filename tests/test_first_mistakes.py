@@ -151,17 +151,17 @@ def test_one_instant_is_a_row_of_one(mission):
     assert flown.duration == flown.end - flown.start
 
 
-def test_parts_of_a_mission_are_found_by_index_and_by_name(mission):
+def test_parts_of_a_mission_are_found_by_index_and_by_name(mission, refuses):
     assert mission.trajectory("uav-1") is mission.trajectory(np.int64(0)) is mission.trajectories[0]
     assert mission.result("uav-1") is mission.results[0]
     assert mission.certificate("uav-1") is mission.certificates[0]
     assert mission.actions == mission.deconfliction.actions
     for column in (mission.result, mission.trajectory, mission.certificate):
-        with pytest.raises(sky.InputError, match="did you mean 'uav-1'"):
+        with refuses():
             column("uav-2")
     nobody = sky.plan_mission(MAP1.model_copy(update={"targets": ()}))
     for column in (nobody.result, nobody.trajectory, nobody.certificate):
-        with pytest.raises(sky.InputError, match="uav-1 has no"):
+        with refuses():
             column(0)
 
 

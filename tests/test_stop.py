@@ -59,8 +59,8 @@ def test_a_clock_is_met_but_spends_nothing():
 
 
 @pytest.mark.parametrize("seconds", [0, -1, math.nan])
-def test_a_clock_takes_seconds_above_zero(seconds):
-    with pytest.raises(ValueError, match="MaxSeconds takes a number above 0"):
+def test_a_clock_takes_seconds_above_zero(seconds, refuses):
+    with refuses(ValueError):
         sky.MaxSeconds(seconds)
 
 

@@ -135,9 +135,9 @@ def test_a_pipe_is_no_file_to_read_or_write(tmp_path, mission_file):
     assert all(stat.S_ISFIFO(path.stat().st_mode) for path in tmp_path.iterdir())
 
 
-def test_the_library_never_replaces_a_device(tmp_path):
+def test_the_library_never_replaces_a_device(tmp_path, refuses):
     os.mkfifo(tmp_path / "a.yaml")
-    with pytest.raises(sky.InputError, match="expected a file, found a device or a pipe"):
+    with refuses():
         sky.write(sky.read("map1"), tmp_path / "a.yaml")
     assert stat.S_ISFIFO((tmp_path / "a.yaml").stat().st_mode)
 
