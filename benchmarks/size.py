@@ -58,7 +58,7 @@ def size_of(file: Path) -> Size:
             if count > MANY_PARAMETERS:
                 many.append(f"{file.relative_to(ROOT)}:{node.lineno} {node.name} ({count})")
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("skyverse."):
-            inner += len(node.names) if node.module.count(".") > 1 else 0
+            inner += len(node.names) if node.module and node.module.count(".") > 1 else 0
     return Size(len(numbers), len(file.read_text(encoding="utf-8").splitlines()), classes, many, inner)
 
 
