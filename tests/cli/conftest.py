@@ -17,3 +17,16 @@ def skyverse(monkeypatch, capsys, tmp_path):
         return stopped.value.code or 0, said.out, said.err
 
     return run
+
+
+@pytest.fixture
+def refused(skyverse, says):
+    """Return a function that runs a command line which must be refused, in the words of the golden file."""
+
+    def run(*words):
+        code, out, err = skyverse(*words)
+        assert (code, out, err.count("\n")) == (2, "", 1), err
+        assert err.startswith("skyverse: ")
+        says(err.removeprefix("skyverse: ").strip())
+
+    return run

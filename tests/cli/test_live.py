@@ -127,35 +127,30 @@ def test_clients_share_a_mission_and_all_are_told_its_answers(mission, where, tm
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    "words",
     [
-        (
-            ("--listen", "here"),
-            "--listen: expected HOST:PORT, PORT, or the path of a socket with a slash, found 'here'",
-        ),
-        (("--listen", ":80"), "--listen: expected HOST:PORT"),
-        (("--listen", "127.0.0.1:65536"), "--listen: expected HOST:PORT"),
-        (("--listen", "/nowhere/socket"), "--listen: /nowhere/socket: nobody can listen there: No such file"),
-        (("--listen", "0.0.0.0:0"), "--listen: 0.0.0.0:0: other machines can connect there, so a token is needed"),
-        (("--token", __file__), "--token: expected --listen with it, found none"),
-        (("--listen", "0", "--token", __file__), "--token: "),
-        (("--listen", "0", "--token", "/nowhere/token"), "--token: /nowhere/token: "),
-        (("--setpoints", "-1"), "--setpoints: expected more than 0"),
-        (("--wgs84",), "--wgs84: expected setpoints with it"),
-        (("--lead", "nan"), "--lead: expected more than 0 seconds"),
-        (("--candidates", "0"), "Invalid value for --candidates: expected a whole number from 1 on"),
+        "--listen here",
+        "--listen :80",
+        "--listen 127.0.0.1:65536",
+        "--listen /nowhere/socket",
+        "--listen 0.0.0.0:0",
+        "--token token",
+        "--listen 0 --token token",
+        "--listen 0 --token /nowhere/token",
+        "--setpoints -1",
+        "--wgs84",
+        "--lead nan",
+        "--candidates 0",
+        "--schema",
     ],
 )
-def test_bad_options_are_refused_in_one_sentence(skyverse, mission, words, said):
-    code, out, err = skyverse("live", mission, *words)
-    assert (code, out) == (2, "")
-    assert err.startswith(f"skyverse: {said}")
-    assert err.count("\n") == 1
+def test_bad_options_are_refused_in_one_sentence(refused, mission, tmp_path, words):
+    (tmp_path / "token").write_text("a token\nof two lines")
+    refused("live", mission, *words.split())
 
 
-def test_the_schema_stands_alone(skyverse, mission):
+def test_the_schema_stands_alone(skyverse):
     code, out, _ = skyverse("live", "--schema")
     assert code == 0
     assert {"ObservationMessage", "Answer", "Refusal", "Hello"} <= json.loads(out)["$defs"].keys()
-    assert skyverse("live", mission, "--schema")[0] == 2
     assert skyverse("live")[0] == 2

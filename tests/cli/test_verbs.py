@@ -5,8 +5,8 @@ import csv
 import json
 import os
 import re
+import shlex
 import signal
-import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -16,23 +16,8 @@ import pytest
 
 import skyverse as sky
 from patience import PATIENCE_S, wait_until
-from skyverse import cli
 
 VERBS = ("scenarios", "plan", "check", "show", "export", "compare", "reproduce")
-
-
-def run(capsys, *words):
-    """Return exit code, standard output and standard error of a command line, run in this process."""
-    with pytest.raises(SystemExit) as stopped:
-        cli.main([str(word) for word in words])
-    said = capsys.readouterr()
-    return stopped.value.code or 0, said.out, said.err
-
-
-@pytest.fixture
-def skyverse(monkeypatch, capsys, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    return lambda *words: run(capsys, *words)
 
 
 @pytest.fixture(scope="module")
@@ -40,17 +25,6 @@ def mission_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("mission") / "map1.json"
     sky.write(sky.plan_mission(sky.read_scenario("map1"), sky.AStar()), path)
     return path
-
-
-def complaint(said):
-    """Return the one sentence of a refusal."""
-    code, out, err = said
-    assert code == 2, said
-    assert out == ""
-    assert err.startswith("skyverse: ")
-    assert err.count("\n") == 1
-    assert "Traceback" not in err
-    return err.removeprefix("skyverse: ").strip()
 
 
 def test_help_shows_every_verb_and_each_verb_an_example(skyverse):
@@ -188,11 +162,6 @@ def test_plan_without_a_planner_says_which_one_it_chose_and_that_it_follows_no_b
     assert said["provenance"]["planner"].startswith("AStar(), ")
 
 
-def test_a_setting_needs_the_planner_that_it_belongs_to(skyverse):
-    said = complaint(skyverse("plan", "map1", "--set", "universes=5"))
-    assert said == "--set: expected --planner with it, as in --planner mvo --set universes=50"
-
-
 def test_plan_ends_with_1_where_a_target_cannot_be_reached(skyverse, tmp_path):
     (tmp_path / "shut.txt").write_text("boundary 0 0 0 5 5 3\nblock 2 0 0 3 5 3\n")
     code, out, _ = skyverse("plan", "shut.txt", "--uav", "1,1,1", "--target", "4,1,1")
@@ -287,102 +256,76 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         assert next(csv.DictReader(file))["uav"] == "uav-1"
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (["plann"], "Did you mean"),
-        (["plan"], "plan: expected SCENARIO; an example: skyverse plan table-4.8"),
-        (["show"], "show: expected MISSION_OR_SCENARIO; an example: skyverse show out/"),
-        (["export", "m.json"], "export: expected OUTPUT; an example: skyverse export out/"),
-        (["plan", "map1", "--seed"], "--seed: expected a value after it, found none"),
-        (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
-        (
-            ["plan", "map1", "--planner", "mvp"],
-            'Invalid value "mvp" for --planner. Choose from: "auto", "mvo", "hybrid-mvo", "gso", "bbo",',
-        ),
-        (["plan", "map1", "--planner", "mvo", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
-        (["plan", "map1", "--set", "universes"], "--set: expected name=value"),
-        (
-            ["plan", "map1", "--planner", "mvo", "--set", "universes=few"],
-            "universes is a whole number from 2 on, not 'few'",
-        ),
-        (["plan", "map1", "--planner", "mvo", "--set", "as_run=maybe"], "as_run is True or False, not 'maybe'"),
-        (["plan", "map1", "--iterations", "0"], "--iterations: expected a whole number from 1 on, found '0'"),
-        (["plan", "map1", "--iterations", "many"], "--iterations: expected a whole number from 1 on, found 'many'"),
-        (["plan", "map1", "--iterations", "1.5"], "--iterations: expected a whole number from 1 on, found '1.5'"),
-        (["plan", "map1", "--seconds", "-1", "--paths", "9"], "--seconds: expected a number above 0, found -1"),
-        (["plan", "map1", "--seconds", "-1"], "--seconds: expected a number above 0, found -1"),
-        (["plan", "map1", "--seconds", "nan", "--paths", "9"], "--seconds: expected a number above 0, found nan"),
-        (["plan", "map1", "--seconds", "5"], "--seconds: expected --iterations or --paths with it"),
-        (["plan", "map1", "--seed", "-1"], "--seed: expected a whole number from 0 on, found '-1'"),
-        (["plan", "map1", "--assignment", "best"], "--assignment"),
-        (["plan", "map1", "--max-speed", "nan"], "--max-speed: uav-1: expected a finite number, found nan"),
-        (["plan", "map1", "--max-speed", "-1"], "uav-1: expected 0.001 or more, found -1.0"),
-        (
-            ["plan", "map1", "--tracking-error", "-1,2"],
-            "--tracking-error: uav-1: expected 0 or more",
-        ),
-        (["plan", "map1", "--max-height", "-5 m agl"], "--max-height: expected a height above ground"),
-        (["fly", "MISSION", "--wind", "1"], "--wind: expected east,north,up in m/s, as in 1,0,0, or speed,degrees"),
-        (["fly", "MISSION", "--wind", "-1,0,zero"], "as in 1,90, found '-1,0,zero'"),
-        (["fly", "MISSION", "--mismatch", "-5%"], "--mismatch: expected a share from 0 to 0.5, found -0.05"),
-        (["plan", "map1", "--uav", "1,2"], "--uav: expected x,y,z in metres, as in 0,-4,1, found '1,2'"),
-        (["plan", "map1", "--uav", "1,2,nan"], "uavs[0].start[2]"),
-        (["plan", "map1", "--uav", "5,2.2,1"], "uavs[0].start (uav-1): expected a safe point"),
-        (["plan", "map1", "--target", "5,99,1"], "targets[0].position (target-1): expected a safe point"),
-        (["check", "map1"], "expected a mission"),
-        (["check", "missing.json"], "missing.json: no such file"),
-        (["export", "MISSION", "m.kml"], "m.kml: expected a scenario that says where its zero lies"),
-        (["export", "MISSION", "m.foo"], "m.foo: a mission is written as .plan"),
-        (["export", "MISSION", "m.csv", "--rate", "0"], "rate: expected samples a second above 0"),
-        (["export", "MISSION", "m.csv", "--rate", "1e10"], "rate: expected at most 1e+07 rows a UAV"),
-        (["export", "MISSION", "/dev/null/m.csv"], "/dev/null: expected a folder, found a file"),
-        (["show", "MISSION", "-o", "m.pdf"], "expected a file ending in .html"),
-        (["scenarios", "map9"], "map9: no such file"),
-        (["scenarios", "-o", "mine.yaml"], "--output: expected a scenario to write, or --schema, found neither"),
-        (["scenarios", "map1", "--schema"], "--schema: expected it alone, found 'map1' with it"),
-        (["scenarios", "map1", "-o", "map1.xml"], "a scenario is written as .yaml"),
-    ],
-)
-def test_bad_input_gets_one_sentence_and_exit_code_2(skyverse, mission_file, tmp_path, words, expected):
-    said = skyverse(*(mission_file if word == "MISSION" else word for word in words))
-    assert expected in complaint(said)
+BAD_INPUT = """
+plann
+plan
+show
+export m.json
+plan map1 --seed
+plan nowhere
+plan map1 --planner mvp
+plan map1 --planner mvo --set universe=5
+plan map1 --set universes
+plan map1 --planner mvo --set universes=few
+plan map1 --planner mvo --set as_run=maybe
+plan map1 --iterations 0
+plan map1 --iterations many
+plan map1 --iterations 1.5
+plan map1 --seconds -1 --paths 9
+plan map1 --seconds -1
+plan map1 --seconds nan --paths 9
+plan map1 --seconds 5
+plan map1 --seed -1
+plan map1 --assignment best
+plan map1 --max-speed nan
+plan map1 --max-speed -1
+plan map1 --tracking-error -1,2
+plan map1 --max-height '-5 m agl'
+fly MISSION --wind 1
+fly MISSION --wind -1,0,zero
+fly MISSION --mismatch -5%
+plan map1 --uav 1,2
+plan map1 --uav 1,2,nan
+plan map1 --uav 5,2.2,1
+plan map1 --target 5,99,1
+check map1
+check missing.json
+export MISSION m.kml
+export MISSION m.foo
+export MISSION m.csv --rate 0
+export MISSION m.csv --rate 1e10
+export MISSION /dev/null/m.csv
+show MISSION -o m.pdf
+scenarios map9
+scenarios -o mine.yaml
+scenarios map1 --schema
+scenarios map1 -o map1.xml
+plan map1 --set universes=5
+"""
+
+
+@pytest.mark.parametrize("words", BAD_INPUT.strip().splitlines())
+def test_bad_input_gets_one_sentence_and_exit_code_2(refused, mission_file, tmp_path, words):
+    refused(*(mission_file if word == "MISSION" else word for word in shlex.split(words)))
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        (
-            "name: x\nbounds: {min: [0, 0, 0], max: [1, 1, 1]}\ncleerance: 1\n",
-            "cleerance: there is no such key; did you mean 'clearance'?",
-        ),
-        ("name: [", "is not YAML"),
-        ("", "expected a scenario, a mapping"),
-    ],
-)
-def test_a_bad_file_is_named_with_its_field(skyverse, tmp_path, text, expected):
+@pytest.mark.parametrize("text", ["name: x\nbounds: {min: [0, 0, 0], max: [1, 1, 1]}\ncleerance: 1\n", "name: [", ""])
+def test_a_bad_file_is_named_with_its_field(refused, tmp_path, text):
     (tmp_path / "mine.yaml").write_text(text)
-    sentence = complaint(skyverse("plan", "mine.yaml"))
-    assert sentence.startswith("mine.yaml: ")
-    assert expected in sentence
+    refused("plan", "mine.yaml")
 
 
-def test_output_that_cannot_be_kept_is_refused_before_the_run(skyverse, tmp_path, monkeypatch):
+def test_output_that_cannot_be_kept_is_refused_before_the_run(refused, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.json").mkdir()
     monkeypatch.setattr(sky, "plan_mission", lambda *_, **__: pytest.fail("planned for nothing"))
-    assert "file: expected a folder, found a file" in complaint(skyverse("plan", "map1", "-o", "file/m.json"))
-    assert "expected a file, found a folder" in complaint(skyverse("plan", "map1", "-o", "folder.json"))
     (tmp_path / "page.html").mkdir()
-    assert "page.html: expected a file, found a folder" in complaint(skyverse("plan", "map1", "-o", "page.json"))
-    assert "a mission is written as .json" in complaint(skyverse("plan", "map1", "-o", "m.yaml"))
-    if os.geteuid():
-        (tmp_path / "locked").mkdir(mode=stat.S_IRUSR | stat.S_IXUSR)
-        assert "read-only" in complaint(skyverse("plan", "map1", "-o", "locked/m.json"))
+    for name in ("file/m.json", "folder.json", "page.json", "m.yaml"):
+        refused("plan", "map1", "-o", name)
 
 
-def test_what_is_read_is_never_replaced(skyverse, tmp_path):
+def test_what_is_read_is_never_replaced(refused, tmp_path):
     sky.write(sky.read_scenario("map2"), "map.json")
     square = [[8.5, 47.3], [8.51, 47.3], [8.51, 47.31], [8.5, 47.3]]
     shape = {"type": "Polygon", "coordinates": [square]}
@@ -393,7 +336,7 @@ def test_what_is_read_is_never_replaced(skyverse, tmp_path):
     copied = ("scenarios", "map.json", "-o", "map.json")
     flown = ("fly", "map.json", "-o", "map.json")
     for words in (("plan", "map.json", "-o", str(tmp_path / "map.json")), build, copied, flown):
-        assert "expected another file than what is read" in complaint(skyverse(*words))
+        refused(*words)
     assert {name: (tmp_path / name).read_bytes() for name in before} == before
 
 
@@ -469,24 +412,25 @@ def test_a_uav_in_the_place_of_another_keeps_its_name(skyverse):
 
 @pytest.mark.parametrize("verb", ["show", "export", "check"])
 @pytest.mark.parametrize(
-    ("field", "value", "said"),
+    ("field", "value"),
     [
-        ("coefficients", [1], "trajectories[0].coefficients: expected"),
-        ("coefficients", None, "trajectories[0].coefficients"),
-        ("knots", [[]], "trajectories[0].knots: expected two or more rising numbers"),
-        ("knots", [0, float("nan")], "trajectories[0].knots: expected two or more rising numbers"),
-        ("knots", [0, 10**400], "trajectories[0].knots: expected numbers"),
-        ("history", 0, "results[0].history"),
+        ("coefficients", [1]),
+        ("coefficients", None),
+        ("knots", [[]]),
+        ("knots", [0, float("nan")]),
+        ("knots", [0, 10**400]),
+        ("history", 0),
     ],
+    ids=["few", "none", "empty", "nan", "huge", "history"],
 )
-def test_a_mission_whose_arrays_do_not_fit_is_refused_by_every_verb(skyverse, mission_file, verb, field, value, said):
+def test_a_mission_whose_arrays_do_not_fit_is_refused_by_every_verb(refused, mission_file, verb, field, value):
     data = json.loads(mission_file.read_text())
     if field == "history":
         data["results"][0]["history"]["cost"] = value
     else:
         data["trajectories"][0][field] = value
     Path("broken.json").write_text(json.dumps(data))
-    assert said in complaint(skyverse(verb, "broken.json", *(["x.csv"] if verb == "export" else [])))
+    refused(verb, "broken.json", *(["x.csv"] if verb == "export" else []))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")

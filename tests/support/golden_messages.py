@@ -5,6 +5,7 @@ A test says that something is refused, and with which kind of error; what a pers
 """
 
 import json
+import re
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -51,14 +52,14 @@ def pytest_sessionfinish(session):
 
 
 @pytest.fixture
-def says(request):
+def says(request, tmp_path_factory):
     """Give a function that holds a text to be the next message of this test in the golden file."""
     messages, name = request.config.golden_messages, request.node.nodeid
+    folder = re.compile(re.escape(str(tmp_path_factory.getbasetemp())) + r"[/\\][^/\\]+")
     seen = messages.seen[name] = []
 
     def check(text):
-        folder = request.node.funcargs.get("tmp_path")
-        text = str(text) if folder is None else str(text).replace(str(folder), "FOLDER")
+        text = folder.sub("FOLDER", str(text))
         seen.append(text)
         if not request.config.getoption("--write-messages"):
             kept = messages.kept.get(name, [])
