@@ -4,8 +4,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import skyverse as sky
-from skyverse.model.mover_bounds import motion_bounds
-from skyverse.model.mover_motions import MoverMotion
+from skyverse.model.mover_motions import MoverMotion, motion_bounds
 from skyverse.model.result import Provenance
 
 SIDE, HEIGHT, BEYOND = 30.0, 10.0, 30.0  # metres

@@ -43,13 +43,14 @@ from .model.altitude import AboveHome as AboveHome
 from .model.altitude import AboveSea as AboveSea
 from .model.altitude import parse_altitude as parse_altitude
 from .model.conditions import Conditions as Conditions
+from .model.conditions import Sensor as Sensor
 from .model.conditions import wind_from as wind_from
+from .model.flight_record import Distribution as Distribution
 from .model.flight_record import Flight as Flight
+from .model.flight_record import FlightRuns as FlightRuns
 from .model.flight_record import Flown as Flown
 from .model.flight_record import Nearest as Nearest
-from .model.flight_runs import Distribution as Distribution
-from .model.flight_runs import FlightRuns as FlightRuns
-from .model.flight_runs import TrackingErrors as TrackingErrors
+from .model.flight_record import TrackingErrors as TrackingErrors
 from .model.frame import Frame as Frame
 from .model.frame import Origin as Origin
 from .model.geodesy import to_local as to_local
@@ -80,7 +81,6 @@ from .model.scenario import Objective as Objective
 from .model.scenario import Scenario as Scenario
 from .model.scenario import Source as Source
 from .model.scenario import Target as Target
-from .model.sensor import Sensor as Sensor
 from .model.shapes import Box as Box
 from .model.shapes import Cylinder as Cylinder
 from .model.shapes import Prism as Prism

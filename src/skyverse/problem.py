@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.errors import InputError, shown
-from skyverse.model.by_name import index_of
+from skyverse.model.mission import index_of
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, told_metres, told_point

@@ -10,8 +10,8 @@ from movers import points
 from skyverse.deconfliction.among_movers import STAY, clear_departure, meets_movers
 from skyverse.deconfliction.curves import TimedCurve, make_curves
 from skyverse.deconfliction.forbidden_departures import TICK, free_departures
-from skyverse.model.active_times import active_spans
 from skyverse.model.mover import Doubt
+from skyverse.model.shapes import active_spans
 from skyverse.model.verdict import Verdict
 from skyverse.space.moving_shapes import moving_shapes
 from skyverse.space.timed_shapes import STANDING, TimedShape

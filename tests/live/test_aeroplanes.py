@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from replanned import certified, faults, field, fly, plane
-from skyverse.model.mover_bounds import motion_bounds
+from skyverse.model.mover_motions import motion_bounds
 
 BALL = sky.Sphere(centre=(0, 0, 0), radius=10)
 HOUSES = [sky.Box(min=(200, 100, 0), max=(260, 220, 120)), sky.Box(min=(380, 180, 0), max=(420, 330, 120))]

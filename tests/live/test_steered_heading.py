@@ -8,7 +8,7 @@ import pytest
 import skyverse as sky
 from replanned import BALL, field, fly, hall
 from skyverse.live.policies.velocity_obstacles import VelocityObstacles
-from skyverse.model.pointing import wrapped
+from skyverse.model.trajectory import wrapped
 from skyverse.referee.limits import judge_heading
 
 SLOW = {"max_yaw_rate": 20.0, "max_yaw_acceleration": 30.0}

@@ -1,6 +1,6 @@
 """Active times of zones in sentences."""
 
-from skyverse.model.active_times import told_spans
+from skyverse.model.shapes import told_spans
 
 
 def test_a_sentence_tells_the_first_of_many_active_times_and_how_many_more_there_are():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyverse.model.closed_above import ABOVE_BOUNDS, extruded
+from skyverse.model.shape_extent import ABOVE_BOUNDS, extruded
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
 SQUARE = ((4.0, 4.0), (6.0, 4.0), (6.0, 6.0), (4.0, 6.0))

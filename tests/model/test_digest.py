@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.digest import short
+from skyverse.model.quantities import short
 from skyverse.model.scenario import Scenario
 
 

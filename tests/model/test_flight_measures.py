@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.flight_measures import measure_flight
+from skyverse.model.flight_table import measure_flight
 
 
 @pytest.fixture

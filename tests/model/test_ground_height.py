@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.ground_height import ground_height, home_height
+from skyverse.model.pad import ground_height, home_height
 
 
 def scenario(**more):

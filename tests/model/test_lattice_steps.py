@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.lattice_steps import upright_step, with_fitting_lattice
 from skyverse.model.round_steps import MAX_BELOW_CEILING, MAX_DEFAULT_NODES, round_steps
+from skyverse.model.scenario import upright_step, with_fitting_lattice
 
 
 def nodes(bounds, lattice):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.mover_bounds import motion_bounds
+from skyverse.model.mover_motions import motion_bounds
 
 BOX = sky.Scenario(
     name="box", bounds=sky.Bounds(min=(0, 0, 0), max=(30, 30, 10)), clearance=0.1,

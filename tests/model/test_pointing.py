@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skyverse.model.pointing import Pointing
+from skyverse.model.trajectory import Pointing
 
 
 @st.composite

@@ -4,7 +4,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.flight.vehicle import VEHICLES
-from skyverse.model.simulated_vehicle import simulated_vehicle, simulated_vehicle_sentence
+from skyverse.model.conditions import simulated_vehicle, simulated_vehicle_sentence
 
 
 def fleet(*vehicles):

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from skyverse.model.pointing import spread_turns
+from skyverse.model.trajectory import spread_turns
 
 TURNS = st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-3.0, 3.0)), min_size=1, max_size=12)
 

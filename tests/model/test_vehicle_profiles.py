@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 import skyverse as sky
-from skyverse.model.fleet_limits import FleetLimits
+from skyverse.model.uav import FleetLimits
 
 
 @pytest.mark.parametrize("name", sky.VEHICLE_PROFILES)

@@ -6,7 +6,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.files.scenarios import scenario_from_data
-from skyverse.model.fleet_limits import FleetLimits
+from skyverse.model.uav import FleetLimits
 
 GIVEN = {
     "name": "yard",

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.pointing import Pointing
+from skyverse.model.trajectory import Pointing
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.limits import judge_heading
 from speed_zones import world_of

@@ -30,11 +30,10 @@ from judged_missions import (
     stops,
     walking,
 )
-from skyverse.model.pointing import Pointing
 from skyverse.model.result import Status, no_history
 from skyverse.model.scenario import Lattice, Target
 from skyverse.model.shapes import Box
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Pointing, Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee import check
 

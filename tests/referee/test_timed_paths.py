@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyverse.model.timed_path import TimedPath
+from skyverse.model.trajectory import TimedPath
 from skyverse.referee.solids import nearest_points
 from skyverse.referee.timed_paths import KeptDistance, _needed, paths_apart, pieces_apart
 

@@ -4,8 +4,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
-from skyverse.model.mover_bounds import motion_bounds
-from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
+from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion, motion_bounds
 from skyverse.model.shapes import Box, Cylinder, Sphere
 from skyverse.space.timed_shapes import TimedShape
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from movers import depth_inside, points, sizes
-from skyverse.model.active_times import active_spans
+from skyverse.model.shapes import active_spans
 
 
 def depth_in_zone(zone, places, grown):

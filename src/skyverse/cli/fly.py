@@ -22,8 +22,7 @@ from skyverse.model.short_lines import told_metres
 
 if TYPE_CHECKING:
     from skyverse.model.conditions import Conditions
-    from skyverse.model.flight_record import Flight
-    from skyverse.model.flight_runs import FlightRuns
+    from skyverse.model.flight_record import Flight, FlightRuns
     from skyverse.model.replanned_flight import ReplannedFlight
 
 ANIMATIONS = (".html", ".mp4", ".gif")

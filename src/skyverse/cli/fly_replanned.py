@@ -13,11 +13,10 @@ from skyverse.cli.watch import count_bar
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.model.conditions import Conditions
+    from skyverse.model.conditions import Conditions, Sensor
     from skyverse.model.mission import Mission
     from skyverse.model.replanned_flight import ReplannedFlight
     from skyverse.model.scenario import Scenario
-    from skyverse.model.sensor import Sensor
 
 
 @Parameter(name="*")

@@ -8,7 +8,7 @@ from skyverse.cli.report import json_text, table
 
 if TYPE_CHECKING:
     from skyverse._typing import Floats
-    from skyverse.model.flight_runs import FlightRuns, TrackingErrors
+    from skyverse.model.flight_record import FlightRuns, TrackingErrors
 
 MOST_TOUCHES = 5
 """How many of the runs that went wrong are printed."""

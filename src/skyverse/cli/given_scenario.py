@@ -8,9 +8,9 @@ from skyverse.cli.places import ends_of, height_above_ground, numbers_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.model.fleet_limits import FleetLimits
     from skyverse.model.mission import Mission
     from skyverse.model.scenario import Scenario
+    from skyverse.model.uav import FleetLimits
     from skyverse.planners.base import Planner
 
 
@@ -43,7 +43,7 @@ def with_ends(source: str, scenario: "Scenario", uavs: list[str] | None, targets
 def with_lattice(scenario: "Scenario", step: str | None) -> "Scenario":
     """Return a scenario with the lattice's step that is given, or else one that fits below its ceiling above ground."""
     from skyverse.files.scenarios import scenario_from_data
-    from skyverse.model.lattice_steps import with_fitting_lattice
+    from skyverse.model.scenario import with_fitting_lattice
 
     if step is None:
         return with_fitting_lattice(scenario)
@@ -135,7 +135,7 @@ def without_way(mission: "Mission") -> str:
 def judging_scenario(mission: "Mission", source: str | None) -> "tuple[Scenario, str]":
     """Return the scenario that a mission has to answer, and a sentence that names it and says where it is from."""
     import skyverse as sky
-    from skyverse.model.digest import short
+    from skyverse.model.quantities import short
 
     scenario = mission.scenario if source is None else sky.read_scenario(source)
     origin = f"from {source}" if source is not None else "as the mission embeds it; --scenario tells its source"

@@ -37,19 +37,19 @@ def print_flight_violations(flight: "Flight") -> None:
 def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:
     """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
     from skyverse.mission.closed_ways import closed_ways
-    from skyverse.model.digest import short
-    from skyverse.model.flight_measures import measure_flight
     from skyverse.model.flight_table import (
         flight_columns,
         gaps_sentence,
+        measure_flight,
         planners_sentence,
         search_columns,
         told_costs,
         unit_sentence,
         unknown_gaps_sentence,
     )
+    from skyverse.model.quantities import short
     from skyverse.model.short_lines import told_seconds
-    from skyverse.model.what_is_proven import what_is_proven
+    from skyverse.model.temporary_zones import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions
     from skyverse.space.nearest_obstacle import nearest_obstacle
     from skyverse.space.pads import fleet_pads, pads_sentence
@@ -139,7 +139,7 @@ def _closed_way_data(closed: "ClosedWay") -> dict[str, Any]:
 def _uav_data(mission: "Mission") -> list[dict[str, Any]]:
     """Return of each UAV that was planned its path's cost and bound, and its flight, as plain data."""
     from skyverse.model.flight_table import EXACT_TERMS, bound_kind
-    from skyverse.model.planned_flights import planned_flights
+    from skyverse.model.mission import planned_flights
 
     bound = "optimum" if bound_kind(mission) == "exact optimum" else "bound"
     rows = []

@@ -32,8 +32,8 @@ from skyverse.maps.assembly.options import MapDetail, MapFiles, MapRegion, docum
 from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.built_with import Words
 from skyverse.model.caution import stands_out
-from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.short_lines import TIMES, counted, listed
+from skyverse.model.uav import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note

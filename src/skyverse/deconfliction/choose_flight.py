@@ -10,8 +10,8 @@ from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.waiting_flights import WaitingFlights
 from skyverse.deconfliction.traffic import Traffic
-from skyverse.model.active_times import active_spans
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import active_spans
 from skyverse.model.temporary_zones import temporary_zones
 
 SLOWDOWNS = (1.15, 1.4, 2.0)

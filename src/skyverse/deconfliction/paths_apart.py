@@ -15,8 +15,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.detours import MakeTrajectory, plan_among
-from skyverse.model.ground_height import home_height
 from skyverse.model.mission import Mission
+from skyverse.model.pad import home_height
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Prism

@@ -11,21 +11,21 @@ from skyverse.draw.scene_traces import of_search
 from skyverse.draw.shape_geometry import below
 from skyverse.errors import in_words
 from skyverse.model.caution import stands_out, urgency
-from skyverse.model.digest import short
-from skyverse.model.flight_measures import measure_flight
 from skyverse.model.flight_table import (
     Column,
     flight_columns,
     gaps_sentence,
+    measure_flight,
     search_columns,
     told_costs,
     told_energy,
     unit_sentence,
 )
-from skyverse.model.planned_flights import PlannedFlight, planned_flights
+from skyverse.model.mission import PlannedFlight, planned_flights
+from skyverse.model.quantities import short
 from skyverse.model.result import NO_STOP, Status
 from skyverse.model.short_lines import counted, told_gap, told_metres, told_seconds
-from skyverse.model.what_is_proven import what_is_proven
+from skyverse.model.temporary_zones import what_is_proven
 from skyverse.space.nearest_obstacle import nearest_obstacle
 from skyverse.space.pads import pads_sentence
 

@@ -9,8 +9,7 @@ from skyverse.draw.line_figures import has_search, motion_figure, path_figure
 from skyverse.draw.scene import Scene, scenario_scene, scene
 from skyverse.draw.track import track
 from skyverse.errors import InputError, shown
-from skyverse.model.mission import Mission
-from skyverse.model.planned_flights import PlannedFlight
+from skyverse.model.mission import Mission, PlannedFlight
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.trajectory import Trajectory

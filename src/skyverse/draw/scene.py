@@ -13,8 +13,7 @@ from skyverse.draw.track import DrawnTrack, Point, track
 from skyverse.errors import in_words
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.flight_table import BoundKind, bound_kind
-from skyverse.model.mission import Mission
-from skyverse.model.planned_flights import PlannedFlight, planned_flights
+from skyverse.model.mission import Mission, PlannedFlight, planned_flights
 from skyverse.model.replanned_flight import ReplannedFlight
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario

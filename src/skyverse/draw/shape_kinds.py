@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.draw.palette import KINDS, OTHER_KINDS
 from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, skin
-from skyverse.model.active_times import told_spans
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels, told_spans
 
 MAX_TRIANGLES = 250_000
 """The largest number of triangles in a picture in space."""

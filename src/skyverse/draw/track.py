@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.draw.palette import TRACKS
-from skyverse.model.planned_flights import PlannedFlight
+from skyverse.model.mission import PlannedFlight
 from skyverse.model.scenario import Bounds
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError

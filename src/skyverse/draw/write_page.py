@@ -24,9 +24,9 @@ from skyverse.draw.page_parts import (
 from skyverse.draw.scene import Scene, scenario_scene, scene
 from skyverse.draw.track import Point
 from skyverse.errors import require_kind
-from skyverse.model.digest import short
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import short
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
 from skyverse.model.temporary_zones import temporary_zones

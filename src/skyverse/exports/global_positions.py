@@ -10,8 +10,8 @@ from skyverse.errors import InputError, Remedy, require_kind
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.frame import Frame, Origin, require_true_lengths
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.ground_height import home_height
 from skyverse.model.mission import Mission
+from skyverse.model.pad import home_height
 from skyverse.model.scenario import Scenario
 
 AltitudeReference = Literal["amsl", "home", "agl"]

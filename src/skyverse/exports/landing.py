@@ -14,7 +14,7 @@ from skyverse.exports.global_positions import home, origin_of
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.ground_height import ground_height
+from skyverse.model.pad import ground_height
 from skyverse.model.polygon import are_inside
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario

@@ -15,7 +15,7 @@ from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.model.caution import Caution
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.timed_path import TimedPath
+from skyverse.model.trajectory import TimedPath
 from skyverse.model.verdict import Certificate, Verdict, Violation
 from skyverse.numerics.tolerances import MIN_LEG_DURATION
 from skyverse.referee.curve import PolynomialCurve

@@ -13,8 +13,8 @@ from skyverse.errors import InputError
 from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
-from skyverse.model.pointing import Pointing
 from skyverse.model.replanned_flight import REPLANNED_FLIGHT_1, ReplannedFlight
+from skyverse.model.trajectory import Pointing
 from skyverse.summary import with_flight_summaries
 
 _JUDGED = {"certificates": True, "apart": True}  # only the referee can say what is proven

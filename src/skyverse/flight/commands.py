@@ -15,8 +15,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.flight.vehicle import Vehicle
-from skyverse.model.ground_height import ground_height
 from skyverse.model.mission import Mission
+from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import is_closed_at_times
 from skyverse.model.trajectory import Trajectory

@@ -24,12 +24,10 @@ from skyverse.flight.runs import (
 )
 from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds, vehicle_of
-from skyverse.model.conditions import Conditions
-from skyverse.model.flight_record import Flight, Flown
-from skyverse.model.flight_runs import FlightRuns, TrackingErrors
+from skyverse.model.conditions import Conditions, simulated_vehicle
+from skyverse.model.flight_record import Flight, FlightRuns, Flown, TrackingErrors
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
-from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.numerics.cores import cores
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World

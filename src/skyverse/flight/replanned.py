@@ -21,7 +21,7 @@ from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
 from skyverse.live.closed_loop import FleetSensors, Observation
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
-from skyverse.model.conditions import Conditions
+from skyverse.model.conditions import Conditions, Sensor
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt, Mover
@@ -29,7 +29,6 @@ from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.quantities import derived
 from skyverse.model.replanned_flight import Prediction, ReplanAnswer, ReplannedFlight, ReplanStep
 from skyverse.model.scenario import Scenario
-from skyverse.model.sensor import Sensor
 from skyverse.model.temporary_zones import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation

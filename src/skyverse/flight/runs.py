@@ -23,8 +23,7 @@ from skyverse.flight.simulate import Samples, SimulationJob, simulate
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle, told_airspeeds
 from skyverse.model.conditions import Conditions
-from skyverse.model.flight_record import Nearest
-from skyverse.model.flight_runs import Distribution
+from skyverse.model.flight_record import Distribution, Nearest
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Objective

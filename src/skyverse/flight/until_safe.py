@@ -11,13 +11,11 @@ from skyverse.flight.fly import OnFlown, fly, fly_runs
 from skyverse.flight.judge import planned_close
 from skyverse.flight.vehicle import refuse_stand_in
 from skyverse.mission.plan_mission import plan_mission
-from skyverse.model.conditions import Conditions
-from skyverse.model.flight_record import Flight
-from skyverse.model.flight_runs import FlightRuns
+from skyverse.model.conditions import Conditions, simulated_vehicle
+from skyverse.model.flight_record import Flight, FlightRuns
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.result import Result, Status
-from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.model.simulated_vehicle import is_stand_in
+from skyverse.model.conditions import is_stand_in
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 

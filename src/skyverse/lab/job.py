@@ -8,9 +8,9 @@ import numpy as np
 from skyverse.lab.code_digest import code_digest, digest, settings_of
 from skyverse.live.policies.policy import Policy
 from skyverse.mission.plan_mission import Assignment
+from skyverse.model.conditions import Sensor
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.sensor import Sensor
 from skyverse.planners.base import Planner
 from skyverse.planners.objective import PathObjective
 from skyverse.samples.movers import MoverKind, random_movers

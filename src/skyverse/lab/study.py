@@ -32,9 +32,9 @@ from skyverse.lab.study_parts import (
     refuse_doubles,
 )
 from skyverse.mission.plan_mission import Assignment
+from skyverse.model.conditions import Sensor
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.sensor import Sensor
 from skyverse.model.temporary_zones import temporary_zones
 from skyverse.planners.objective import PathObjective
 from skyverse.planners.waypoints import WaypointSearch

@@ -15,11 +15,11 @@ from skyverse.errors import InputError
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.live.tracks import Sighting
+from skyverse.model.conditions import Sensor
 from skyverse.model.mover import Mover, MoverShape
-from skyverse.model.mover_bounds import motion_bounds
+from skyverse.model.mover_motions import motion_bounds
 from skyverse.model.quantities import MAX_INSTANT, derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.sensor import Sensor
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Shape, Sphere
 from skyverse.numerics.tolerances import LIMIT_EASE

@@ -18,9 +18,8 @@ from skyverse.live.search import SearchBudget
 from skyverse.live.steered_heading import steered_heading, still
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
-from skyverse.model.pointing import Pointing
 from skyverse.model.scenario import Scenario
-from skyverse.model.trajectory import Trajectory, joined
+from skyverse.model.trajectory import Pointing, Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PIECE
 from skyverse.problem import Airspace

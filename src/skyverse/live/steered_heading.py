@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.pointing import Pointing
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Pointing, Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import kernel
 from skyverse.trajectory.heading import wanted_yaws

@@ -10,8 +10,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN
-from skyverse.model.mission import Mission
-from skyverse.model.planned_flights import planned_flights
+from skyverse.model.mission import Mission, planned_flights
 from skyverse.model.quantities import derived
 from skyverse.model.result import Status
 from skyverse.model.scenario import Bounds, Scenario

@@ -1,14 +1,16 @@
-"""What flies in a simulation, in what wind, and what else disturbs it."""
+"""What flies in a simulation and what it sees with, in what wind, and what else disturbs it."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from skyverse.errors import InputError, require_number
-from skyverse.model.quantities import Flag, Real
+from skyverse.model.quantities import Flag, Model, NonNegative, Positive, Real
+from skyverse.model.uav import UAV
+from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
 
 MAX_MISMATCH = 0.5
 """The largest share by which a vehicle may differ from its model; beyond, few could hover."""
@@ -141,3 +143,86 @@ def _told_wind(wind: Sequence[float]) -> str:
     if up or not (east or north):
         return said
     return f"{said} ({math.hypot(east, north):.3g} m/s from {math.degrees(math.atan2(-east, -north)) % 360:.3g}°)"
+
+
+MAX_RATE = 1e3
+"""Observations a second: no sensor makes more."""
+MIN_RATE = 0.2
+"""Observations a second: with fewer, a replanner takes its clock for one that leaps."""
+
+
+class Sensor(Model):
+    """A sensor that each UAV of a fleet carries; what one of them sees, all are told.
+
+    Attributes
+    ----------
+    range
+        Metres from a UAV within which movers and obstacles are seen; ``None`` if all are.
+    rate
+        Observations a second.
+    delay
+        Seconds after which an observation arrives.
+    error
+        Metres by which the position of a mover is off at most.
+    """
+
+    range: Positive | None = None
+    rate: Annotated[Positive, Field(ge=MIN_RATE, le=MAX_RATE)] = 10.0
+    delay: NonNegative = 0.0
+    error: NonNegative = 0.0
+
+    @property
+    def reach(self) -> float:
+        """Metres within which is seen, infinite if everything is."""
+        return math.inf if self.range is None else self.range
+
+    @property
+    def sentence(self) -> str:
+        """What the sensor sees, how often, how late and how exactly."""
+        sees = "everything" if self.range is None else f"what is within {self.range:g} m"
+        late = f", {self.delay:g} s late" if self.delay else ""
+        off = f", with errors of up to {self.error:g} m" if self.error else ""
+        return f"The sensors see {sees} {self.rate:g} times a second{late}{off}."
+
+
+DEFAULT_VEHICLE = "thesis"
+"""Simulated where the fleet's vehicle has no model, where it has none, or where its UAVs have several."""
+
+
+def simulated_vehicle(uavs: Sequence[UAV]) -> str:
+    """Return the vehicle to simulate for the multirotors of a fleet: their own if it has a model."""
+    models = {_model_of(name) for name in _planned_for(uavs)}
+    return models.pop() or DEFAULT_VEHICLE if len(models) == 1 else DEFAULT_VEHICLE
+
+
+def is_stand_in(vehicle: str, uavs: Sequence[UAV]) -> bool:
+    """Tell whether a simulated vehicle flies in the place of another one, whose profile UAVs have."""
+    return any(name and _model_of(name) != vehicle for name in _planned_for(uavs))
+
+
+def simulated_vehicle_sentence(vehicle: str, uavs: Sequence[UAV]) -> str:
+    """Say which vehicle is simulated, and for which other one the fleet was planned, if it was."""
+    planned = _planned_for(uavs)
+    named = [name for name in planned if name]
+    if not named:
+        return (
+            f"Simulated: {vehicle}, in place of every multirotor; the mission names no vehicle. It is small and agile: "
+            "a real vehicle may stray farther."
+        )
+    if all(_model_of(name) == vehicle for name in planned):
+        return f"Simulated: {vehicle}, for which the mission was planned."
+    others = [name or "UAVs without a vehicle" for name in planned if _model_of(name) != vehicle]
+    why = [name for name in named if _model_of(name) is None]
+    reason = f" ({', '.join(why)}: limits are known, but no mass, inertia and rotors to simulate)" if why else ""
+    return (
+        f"Simulated: {vehicle}, in place of every multirotor; the mission was planned for {', '.join(others)}{reason}."
+    )
+
+
+def _planned_for(uavs: Sequence[UAV]) -> list[str]:
+    """Return the names of the multirotors' vehicles, each once; ``""`` for none."""
+    return list(dict.fromkeys(uav.vehicle for uav in uavs if uav.fixed_wing is None))
+
+
+def _model_of(name: str) -> str | None:
+    return VEHICLE_PROFILES[name].simulated_as if name else None

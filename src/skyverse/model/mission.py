@@ -1,17 +1,20 @@
 """The fleet's answer: who goes where, by which path and trajectory, and what the referee says of it."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, TypeVar
+from typing import Literal, Protocol, TypeVar
 
-from skyverse.errors import InputError
+import numpy as np
+
+from skyverse.errors import InputError, did_you_mean, shown
 from skyverse.model.arrays import ArrayRecord
-from skyverse.model.by_name import index_of
 from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.result import Provenance, Result
-from skyverse.model.scenario import Scenario
+from skyverse.model.scenario import Scenario, Target
 from skyverse.model.short_lines import SMALLEST_GAP, as_lines, counted, told_gap, told_metres, told_seconds
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
 from skyverse.model.verdict import Action, Certificate, Deconfliction, Violation
 
 Part = TypeVar("Part")
@@ -239,3 +242,88 @@ class Mission(ArrayRecord):
             for target, trajectory in zip(self.assignment, self.trajectories, strict=True)
         )
         return f"{counted(without, 'UAV')} with a target but no way to it"
+
+
+Thing = TypeVar("Thing")
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedFlight:
+    """One UAV and what was planned for it; ``None`` where there is no such thing."""
+
+    uav: UAV
+    target: Target | None = None
+    result: Result | None = None
+    trajectory: Trajectory | None = None
+    summary: FlightSummary | None = None
+
+    @property
+    def status(self) -> str:
+        """How the search for its path ended, in words."""
+        if self.result is not None:
+            return self.result.status.value
+        return "no target" if self.target is None else "not planned"
+
+
+def planned_flights(mission: Mission) -> tuple[PlannedFlight, ...]:
+    """Return what a mission holds of each UAV, in the scenario's order.
+
+    Entries that are missing, that name no target, or that are trajectories without sound numbers count as ``None``.
+    """
+    flights = []
+    for k, uav in enumerate(mission.scenario.uavs):
+        wanted, trajectory = _entry(mission.assignment, k), _entry(mission.trajectories, k)
+        flights.append(
+            PlannedFlight(
+                uav=uav,
+                target=None if wanted is None else _entry(mission.scenario.targets, wanted),
+                result=_entry(mission.results, k),
+                trajectory=trajectory if trajectory is not None and _sound(trajectory) else None,
+                summary=_entry(mission.flights, k),
+            )
+        )
+    return tuple(flights)
+
+
+def _entry(things: Sequence[Thing | None], number: int) -> Thing | None:
+    return things[number] if 0 <= number < len(things) else None
+
+
+def _sound(trajectory: Trajectory) -> bool:
+    """Return whether a trajectory can be evaluated; one that was read from a file may have a wrong shape."""
+    knots, coefficients = trajectory.knots, trajectory.coefficients
+    if (
+        coefficients.ndim != 3
+        or coefficients.shape[2] != 3
+        or coefficients.shape[1] < 1
+        or knots.shape != (len(coefficients) + 1,)
+    ):
+        return False
+    rising = len(knots) > 1 and bool(np.all(np.diff(knots) > 0))
+    return rising and bool(np.isfinite(knots).all() and np.isfinite(coefficients).all())
+
+
+class Named(Protocol):
+    """What has a name."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+
+def index_of(things: Sequence[Named], which: int | str, field: str) -> int:
+    """Return the index of a thing, which is given by its index or its name.
+
+    Raises
+    ------
+    InputError
+        If there is none, named by `field`.
+    """
+    names = [thing.name for thing in things]
+    if isinstance(which, str) and which in names:
+        return names.index(which)
+    if isinstance(which, int | np.integer) and not isinstance(which, bool) and 0 <= which < len(things):
+        return int(which)
+    near = did_you_mean(which, names) if isinstance(which, str) else ""
+    known = f"an index below {len(things)}, or a name," if things else "none, since there are none,"
+    raise InputError(f"expected {known} found {shown(which)}{near}", field=field)

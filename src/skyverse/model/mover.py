@@ -9,8 +9,7 @@ from pydantic import AfterValidator, Discriminator, Tag, model_validator
 
 from skyverse._typing import Floats
 from skyverse.model.arrays import instants_of
-from skyverse.model.mover_bounds import motion_bounds
-from skyverse.model.mover_motions import MoverMotion
+from skyverse.model.mover_motions import MoverMotion, motion_bounds
 from skyverse.model.quantities import Amount, Instant, Limit, Model, Point, Positive, named_type
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
 

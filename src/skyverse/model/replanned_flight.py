@@ -4,17 +4,17 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from skyverse.model.arrays import ArrayRecord
+from skyverse.model.conditions import Sensor
 from skyverse.model.flight_record import Flight, Flown, Nearest
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt
 from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.scenario import Scenario
-from skyverse.model.sensor import Sensor
 from skyverse.model.short_lines import as_lines, counted
+from skyverse.model.temporary_zones import not_judged_as_flown
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Verdict, Violation
-from skyverse.model.what_is_proven import not_judged_as_flown
 
 REPLANNED_FLIGHT_1 = "skyverse/replanned-flight/1"
 

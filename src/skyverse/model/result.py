@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass, fields
 from enum import Enum
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +10,6 @@ from skyverse.errors import Remedy, Sentence
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
 from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.short_lines import SMALLEST_GAP, as_lines, counted, told_gap, told_metres, told_point, told_seconds
-
-if TYPE_CHECKING:
-    pass
 
 
 class Status(Enum):

@@ -12,11 +12,10 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from skyverse.errors import shown
 from skyverse.model.built_with import BuiltWith
-from skyverse.model.digest import digest_of
 from skyverse.model.frame import Frame, require_true_lengths
 from skyverse.model.mover import Mover
-from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived
-from skyverse.model.round_steps import round_steps
+from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived, digest_of
+from skyverse.model.round_steps import ROUND, round_steps
 from skyverse.model.shapes import LEAST_CLEARANCE, Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
@@ -355,3 +354,29 @@ class Scenario(Model):
                 "that fit into memory; take longer steps or smaller bounds"
             )
         return self
+
+
+SHORTEST = 0.1
+"""Metres: where less height is left, no step is chosen for it."""
+STEPS_IN_BAND = 2
+"""Steps at least between the clearance from the ground and the ceiling, so that a way between them follows slopes."""
+
+
+def upright_step(scenario: Scenario) -> float:
+    """Return the longest round step, metres, of which `STEPS_IN_BAND` fit below the scenario's ceiling above ground.
+
+    It is infinite where there is no ceiling, or no such step.
+    """
+    if scenario.max_height is None:
+        return math.inf
+    strays = max((uav.tracking_error.vertical for uav in scenario.uavs), default=0.0)
+    room = scenario.max_height - scenario.ground_clearance - 2.0 * strays
+    return max((step for step in ROUND if step >= SHORTEST and STEPS_IN_BAND * step <= room), default=math.inf)
+
+
+def with_fitting_lattice(scenario: Scenario) -> Scenario:
+    """Return a scenario whose lattice has no longer steps upright than fit below its ceiling above ground."""
+    (x, y, z), upright = scenario.lattice.step, upright_step(scenario)
+    if z <= upright:
+        return scenario
+    return scenario.model_copy(update={"lattice": scenario.lattice.model_copy(update={"step": (x, y, upright)})})

@@ -1,10 +1,13 @@
-"""The box around a shape."""
+"""What shapes take up: the box around one, and, where one is closed above, all that is above it."""
+
+import math
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.mover import Ellipsoid
-from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere, Voxels
+from skyverse.model.quantities import derived
+from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Shape, Sphere, Voxels
 
 
 def extent(shape: Shape) -> tuple[Floats, Floats]:
@@ -25,3 +28,34 @@ def extent(shape: Shape) -> tuple[Floats, Floats]:
     assert isinstance(shape, Prism)
     xs, ys = zip(*shape.vertices, strict=True)  # a few numbers, which NumPy takes longer for
     return np.array([min(xs), min(ys), shape.low]), np.array([max(xs), max(ys), shape.high])
+
+
+ABOVE_BOUNDS = 10.0
+"""Metres above the highest of bounds and shape where what is closed above ends; no UAV may be there."""
+
+
+def extruded(shape: AnyShape, top: float) -> tuple[AnyShape, ...]:
+    """Return shapes that together fill a shape and, if it is closed above, what is above it.
+
+    Parameters
+    ----------
+    shape
+        As it is given.
+    top
+        The z of the upper side of the bounds, metres.
+    """
+    if not shape.closed_above:
+        return (shape,)
+    match shape:
+        case Box():
+            x, y, z = shape.max
+            return (derived(shape, max=(x, y, max(z, top) + ABOVE_BOUNDS)),)
+        case Sphere():
+            (x, y, z), radius = shape.centre, shape.radius
+            return shape, Cylinder(centre=(x, y), radius=radius, low=z, high=max(z + radius, top) + ABOVE_BOUNDS)
+        case Voxels():
+            filled = np.logical_or.accumulate(shape.occupied, axis=2)
+            layers = math.ceil((top + ABOVE_BOUNDS - shape.origin[2]) / shape.step[2]) - filled.shape[2]
+            above = np.repeat(filled[:, :, -1:], max(layers, 0), axis=2)
+            return (derived(shape, occupied=np.concatenate([filled, above], axis=2)),)
+    return (derived(shape, high=max(shape.high, top) + ABOVE_BOUNDS),)

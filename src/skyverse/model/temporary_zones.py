@@ -1,11 +1,11 @@
-"""Zones that are active only at times: which of a scenario's zones are, and the scenario as if they always were."""
+"""What changes with time in a scenario: zones that are active only at times; and what is proven of its flights."""
 
 from collections.abc import Collection
 
-from skyverse.model.active_times import told_spans
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Shape
+from skyverse.model.shapes import Shape, told_spans
+from skyverse.model.short_lines import told_seconds
 
 
 def is_closed_at_times(zone: Shape) -> bool:
@@ -44,3 +44,30 @@ def told_zone(scenario: Scenario, number: int) -> str:
     more = [repr(zone.name)] if zone.name else []
     more += [] if zone.active is None else [f"active {told_spans(zone.active)}"]
     return f"zone {number}" + (f" ({', '.join(more)})" if more else "")
+
+
+JUDGED_STAY = 1.0
+"""Seconds after the last arrival until which UAVs are judged among movers and zones with active times."""
+
+
+def what_is_proven(scenario: Scenario, arrival: float) -> str:
+    """Return what is proven of the flights of a scenario's UAVs, as in ``clear of obstacles, in bounds and apart``.
+
+    Where the scenario changes with time, it says until when that holds: `arrival` is the last arrival, seconds.
+    """
+    kept = ["clear of obstacles"] if scenario.obstacles else []
+    kept += ["clear of movers"] if scenario.movers else []
+    kept += ["clear of zones while they are active"] if any(map(is_closed_at_times, scenario.zones)) else []
+    kept += ["clear of the ground"] if scenario.terrain is not None else []
+    kept += ["below the ceiling above ground"] if scenario.max_height is not None else []
+    kept += ["in bounds", "within limits"]
+    kept += ["apart"] if len(scenario.uavs) > 1 else []
+    without = "" if scenario.obstacles else "; the scenario has no obstacles"
+    until = f", until {told_seconds(arrival + JUDGED_STAY)}" if is_dynamic(scenario) else ""
+    return f"{', '.join(kept[:-1])} and {kept[-1]}{until}{without}"
+
+
+def not_judged_as_flown(scenario: Scenario) -> str:
+    """Return a sentence, after a space, on what simulated flights are not judged by; empty where they are by all."""
+    limited = any(zone.max_speed is not None for zone in scenario.zones)
+    return " Whether the speed limits of zones were kept is not judged." if limited else ""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from skyverse._typing import Floats, Ints
 from skyverse.cost import soft_terms
-from skyverse.model.what_is_proven import JUDGED_STAY
+from skyverse.model.temporary_zones import JUDGED_STAY
 from skyverse.numerics.kernel import by_reference, inner_query
 from skyverse.problem import Problem
 from skyverse.space.contact import FlownLegs, seconds_in_contact

@@ -7,8 +7,8 @@ import numpy as np
 from pydantic import BaseModel
 
 from skyverse.errors import InputError
-from skyverse.model.digest import short
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import short
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted

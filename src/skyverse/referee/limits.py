@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.pointing import Pointing
+from skyverse.model.trajectory import Pointing
 from skyverse.model.uav import GRAVITY, UAV, FixedWing
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.curve import PolynomialCurve, derivative

@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.errors import require_kind
-from skyverse.model.by_name import index_of
-from skyverse.model.digest import short
-from skyverse.model.mission import Mission
+from skyverse.model.mission import Mission, index_of
+from skyverse.model.quantities import short
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, counted

@@ -15,9 +15,9 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
+from skyverse.model.temporary_zones import JUDGED_STAY
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
-from skyverse.model.what_is_proven import JUDGED_STAY
 from skyverse.referee.boxes import grown_boxes
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import FleetMotion, fleet_motion, near_pairs, time_slices

@@ -7,8 +7,8 @@ from typing import TypeVar, cast
 import numpy as np
 
 from skyverse._typing import Indices
-from skyverse.model.closed_above import extruded
 from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extruded
 from skyverse.model.shapes import Prism, Shape
 from skyverse.referee.outlines import Outlines, outlines_of
 

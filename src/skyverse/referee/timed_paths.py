@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.model.timed_path import TimedPath
+from skyverse.model.trajectory import TimedPath
 from skyverse.referee.overlaps import blocks
 from skyverse.referee.solids import nearest_points
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON

@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.active_times import active_spans
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Shape
+from skyverse.model.shapes import Shape, active_spans
 from skyverse.model.temporary_zones import is_closed_at_times, told_zone
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation

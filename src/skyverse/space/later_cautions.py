@@ -5,17 +5,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.active_times import active_spans
 from skyverse.model.caution import Caution
 from skyverse.model.mover import Mover
 from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import active_spans
 from skyverse.model.short_lines import listed, told_seconds
-from skyverse.model.temporary_zones import is_closed_at_times, is_dynamic, told_zone
+from skyverse.model.temporary_zones import JUDGED_STAY, is_closed_at_times, is_dynamic, told_zone
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, TrackingError
-from skyverse.model.what_is_proven import JUDGED_STAY
 from skyverse.space.moving_shapes import first_too_near, moving_shapes
 from skyverse.space.timed_shapes import TimedShape
 from skyverse.space.world import World

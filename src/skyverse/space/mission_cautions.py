@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.errors import Remedy, Sentence, in_words
 from skyverse.model.caution import NO_UNIT, Caution, MissionCaution
-from skyverse.model.flight_measures import FlightMeasures, measure_flight, places_along
-from skyverse.model.mission import Mission
-from skyverse.model.planned_flights import PlannedFlight, planned_flights
+from skyverse.model.flight_table import FlightMeasures, measure_flight, places_along
+from skyverse.model.mission import Mission, PlannedFlight, planned_flights
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent

@@ -8,8 +8,14 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.mover import Doubt, Ellipsoid
-from skyverse.model.mover_bounds import motion_bounds
-from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
+from skyverse.model.mover_motions import (
+    CircularMotion,
+    MoverMotion,
+    PeriodicMotion,
+    PolynomialMotion,
+    WaypointMotion,
+    motion_bounds,
+)
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import by_reference, inner_query, kernel

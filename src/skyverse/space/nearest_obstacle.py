@@ -2,7 +2,7 @@
 
 import math
 
-from skyverse.model.flight_measures import places_along
+from skyverse.model.flight_table import places_along
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.space.world import World

@@ -4,11 +4,10 @@ import math
 from collections.abc import Collection
 from typing import NamedTuple
 
-from skyverse.model.active_times import active_spans
 from skyverse.model.mover import Doubt
 from skyverse.model.mover_motions import MoverMotion, WaypointMotion
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Shape, Voxels
+from skyverse.model.shapes import Shape, Voxels, active_spans
 from skyverse.model.temporary_zones import is_closed_at_times, temporary_zones
 from skyverse.space.voxels import boxes_of
 

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind
-from skyverse.model.closed_above import extruded
 from skyverse.model.pad import error_about_pads
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extruded
 from skyverse.model.shapes import Box, Terrain, Voxels
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import kernel, query, writable

@@ -7,8 +7,7 @@ import numpy as np
 
 from skyverse._typing import Bools, Floats
 from skyverse.model.arrays import arctan2
-from skyverse.model.pointing import Pointing, spread_turns, wrapped
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Pointing, Trajectory, spread_turns, wrapped
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import STRAIGHT_COURSE
 

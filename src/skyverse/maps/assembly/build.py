@@ -33,13 +33,11 @@ from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
-from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.frame import Frame, Origin, require_geoid
-from skyverse.model.lattice_steps import upright_step
-from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target
+from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target, upright_step
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.short_lines import counted
-from skyverse.model.uav import UAV
+from skyverse.model.uav import UAV, FleetLimits
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
 
 OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0, tracking_error=(1.6, 3.0))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 from skyverse.errors import InputError, is_number, require_kind, require_number, shown
 from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
-from skyverse.model.fleet_limits import FleetLimits
+from skyverse.model.uav import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.model.frame import Origin
