@@ -7,7 +7,8 @@ import pytest
 from pydantic import ValidationError
 
 import skyverse as sky
-from skyverse.model.uav import FleetLimits
+from skyverse.model.uav import with_limits
+from skyverse.model.vehicle_profiles import FleetLimits
 
 
 @pytest.mark.parametrize("name", sky.VEHICLE_PROFILES)
@@ -34,7 +35,7 @@ def test_a_limit_that_is_null_is_none_also_when_it_is_written_and_read(suffix, t
     uav = sky.UAV(name="a", start=(0, -4, 1), **given)
     assert uav.max_climb is None
     assert uav.ellipsoid == (3, 6)
-    assert FleetLimits(max_speed=4).limit(uav).max_climb is None
+    assert with_limits(uav, FleetLimits(max_speed=4)).max_climb is None
     scenario = sky.read("map1").model_copy(update={"uavs": (uav,)})
     sky.write(scenario, tmp_path / f"a.{suffix}")
     read = sky.read_scenario(tmp_path / f"a.{suffix}")
@@ -111,17 +112,17 @@ def test_a_scenario_file_names_a_vehicle(tmp_path):
 
 def test_limits_of_a_fleet_replace_those_of_each_uav():
     uav = sky.UAV(name="a", start=(1, 2, 3), home=0, priority=2, max_speed=9, separation=3, vertical_separation=1)
-    assert FleetLimits().limit(uav) is uav
-    slower = FleetLimits(max_speed=4, max_climb=2, max_descent=1).limit(uav)
+    assert with_limits(uav, FleetLimits()) is uav
+    slower = with_limits(uav, FleetLimits(max_speed=4, max_climb=2, max_descent=1))
     assert slower == uav.model_copy(update={"max_speed": 4, "max_climb": 2, "max_descent": 1})
-    assert FleetLimits(separation=5).limit(uav).ellipsoid == (5, 10)
-    astray = FleetLimits(tracking_error=(1.5, 2)).limit(uav)
-    assert FleetLimits(vehicle="thesis").limit(astray).tracking_error == sky.TrackingError()
+    assert with_limits(uav, FleetLimits(separation=5)).ellipsoid == (5, 10)
+    astray = with_limits(uav, FleetLimits(tracking_error=(1.5, 2)))
+    assert with_limits(astray, FleetLimits(vehicle="thesis")).tracking_error == sky.TrackingError()
     gnss = sky.TrackingError(horizontal=1.6, vertical=3)
-    assert FleetLimits(vehicle="camera").limit(astray).tracking_error == gnss
-    assert FleetLimits(vehicle="camera", tracking_error=(1, 2)).limit(uav).tracking_error.vertical == 2
+    assert with_limits(astray, FleetLimits(vehicle="camera")).tracking_error == gnss
+    assert with_limits(uav, FleetLimits(vehicle="camera", tracking_error=(1, 2))).tracking_error.vertical == 2
     assert astray == uav.model_copy(update={"tracking_error": sky.TrackingError(horizontal=1.5, vertical=2)})
-    camera = FleetLimits(vehicle="camera", max_speed=4).limit(uav)
+    camera = with_limits(uav, FleetLimits(vehicle="camera", max_speed=4))
     assert camera == sky.UAV(name="a", start=(1, 2, 3), home=0, priority=2, vehicle="camera", max_speed=4)
 
 
@@ -136,7 +137,7 @@ def test_limits_of_a_fleet_replace_those_of_each_uav():
 )
 def test_limits_that_cannot_be_are_refused_in_a_sentence(limits, says):
     with pytest.raises(sky.InputError) as error:
-        FleetLimits(**limits).limit(sky.UAV(name="a", start=(0, 0, 0)))
+        with_limits(sky.UAV(name="a", start=(0, 0, 0)), FleetLimits(**limits))
     assert str(error.value).startswith(says)
 
 

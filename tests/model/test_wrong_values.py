@@ -6,7 +6,8 @@ import pytest
 
 import skyverse as sky
 from skyverse.files.scenarios import scenario_from_data
-from skyverse.model.uav import FleetLimits
+from skyverse.model.uav import with_limits
+from skyverse.model.vehicle_profiles import FleetLimits
 
 GIVEN = {
     "name": "yard",
@@ -101,4 +102,4 @@ def test_a_wrong_value_is_named_with_what_was_expected(place, value, sentence):
 def test_limits_of_a_fleet_say_what_they_expect():
     (uav,) = scenario_from_data("yard.yaml", GIVEN).uavs
     with pytest.raises(sky.InputError, match=r"max_speed: uav-1: expected 0\.001 or more, found -3"):
-        FleetLimits(max_speed=-3.0).limit(uav)
+        with_limits(uav, FleetLimits(max_speed=-3.0))

@@ -10,7 +10,7 @@ from skyverse.errors import InputError
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
     from skyverse.model.scenario import Scenario
-    from skyverse.model.uav import FleetLimits
+    from skyverse.model.vehicle_profiles import FleetLimits
     from skyverse.planners.base import Planner
 
 
@@ -72,7 +72,9 @@ def with_ceiling(source: str, scenario: "Scenario", max_height: str | None) -> "
 
 def limited(scenario: "Scenario", limits: "FleetLimits") -> "Scenario":
     """Return a scenario all of whose UAVs have these limits."""
-    return scenario.model_copy(update={"uavs": tuple(limits.limit(uav) for uav in scenario.uavs)})
+    from skyverse.model.uav import with_limits
+
+    return scenario.model_copy(update={"uavs": tuple(with_limits(uav, limits) for uav in scenario.uavs)})
 
 
 def refuse_unsafe(source: str, scenario: "Scenario") -> None:

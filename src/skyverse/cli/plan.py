@@ -213,7 +213,7 @@ def plan(
         A built-in name (see `skyverse scenarios`), a scenario file, a course map, or a mission to plan anew.
     """
     import skyverse as sky
-    from skyverse.model.uav import FleetLimits
+    from skyverse.model.vehicle_profiles import FleetLimits
     from skyverse.numerics.compiling.kept_code import before_compiling
 
     given = sky.read_scenario(scenario, unknown=otherwise.unknown)

@@ -33,7 +33,7 @@ from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.built_with import Words
 from skyverse.model.caution import stands_out
 from skyverse.model.short_lines import TIMES, counted, listed
-from skyverse.model.uav import FleetLimits
+from skyverse.model.vehicle_profiles import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note

@@ -1,4 +1,4 @@
-"""Vehicle profiles: the limits of a kind of UAV by name, with where each number comes from."""
+"""Vehicle profiles: the limits of a kind of UAV by name, with where each number comes from; limits of a whole fleet."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,6 +27,36 @@ class VehicleProfile:
     source: str
     limits: Mapping[str, Any]
     simulated_as: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetLimits:
+    """Limits of all UAVs; what is left out stays as it is.
+
+    Attributes
+    ----------
+    vehicle
+        The profile of all UAVs, which sets all their limits and their tracking error: indoor, thesis, camera, heavy or
+        mapping.
+    max_speed
+        The fastest that UAVs fly, m/s.
+    max_climb
+        The fastest that they climb, m/s.
+    max_descent
+        The fastest that they descend, m/s.
+    separation
+        The distance that UAVs at one height keep from each other, metres; above and below, the vehicle's own, or twice
+        as much.
+    tracking_error
+        How far they may stray from their nominal positions: metres seen from above, and metres in altitude.
+    """
+
+    vehicle: str | None = None
+    max_speed: float | None = None
+    max_climb: float | None = None
+    max_descent: float | None = None
+    separation: float | None = None
+    tracking_error: tuple[float, float] | None = None
 
 
 def _profile(title: str, source: str, simulated_as: str | None = None, **limits: Any) -> VehicleProfile:

@@ -37,8 +37,8 @@ from skyverse.model.frame import Frame, Origin, require_geoid
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target, upright_step
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.short_lines import counted
-from skyverse.model.uav import UAV, FleetLimits
-from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
+from skyverse.model.uav import UAV, with_limits
+from skyverse.model.vehicle_profiles import VEHICLE_PROFILES, FleetLimits
 
 OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0, tracking_error=(1.6, 3.0))
 """Limits of outdoor flight, where none are given.
@@ -133,7 +133,9 @@ def build_scenario(options: BuildOptions) -> Scenario:
         max_height=None if most is None else most.metres,
         lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
         objective=Objective(unit="metres", altitude=band),
-        uavs=tuple(limits.limit(UAV(name=uav, start=point, home=home_z.get(uav))) for uav, point in starting.items()),
+        uavs=tuple(
+            with_limits(UAV(name=uav, start=point, home=home_z.get(uav)), limits) for uav, point in starting.items()
+        ),
         targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
         frame=Frame(origin=zero),
         sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),

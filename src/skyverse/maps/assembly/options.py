@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 from skyverse.errors import InputError, is_number, require_kind, require_number, shown
 from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
-from skyverse.model.uav import FleetLimits
+from skyverse.model.vehicle_profiles import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.model.frame import Origin
