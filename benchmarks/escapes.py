@@ -13,8 +13,7 @@ from skyverse.live.steered_motion import braking_motion, steered_motion
 from skyverse.live.surroundings import first_contact
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
-from skyverse.space.moving_shapes import moving_shapes
-from skyverse.space.timed_shapes import timed_shapes
+from skyverse.space.moving_shapes import moving_shapes, timed_parts
 from skyverse.trajectory.limits import limits_of
 from skyverse.trajectory.proof import clear_pieces
 
@@ -37,7 +36,7 @@ def directions() -> np.ndarray:
 def contacts(replanner: sky.Replanner, truth: sky.Scenario, sensor: sky.Sensor) -> str:
     """Return ``"escape"`` if a UAV touches a mover that it could have avoided, ``"no escape"`` if not, else ``""``."""
     airspace = Airspace(truth)
-    shapes, said = timed_shapes(truth), ""
+    shapes, said = timed_parts(truth), ""
     for uav, vehicle in enumerate(truth.uavs):
         flown = replanner.flown(uav)
         moving = moving_shapes(shapes, vehicle.tracking_error)

@@ -9,7 +9,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Objective, Scenario
-from skyverse.model.shapes import Cylinder, Prism, Voxels, Zone
+from skyverse.model.shapes import Cylinder, Prism, Zone
 from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel, query, writable
 from skyverse.numerics.norm import norm
 from skyverse.numerics.tolerances import COLLINEAR, OPTIMALITY_GAP, STATED_COST
@@ -17,7 +17,7 @@ from skyverse.space import band, chord
 from skyverse.space.ground import Ground, make_ground
 from skyverse.space.lattice import Grid, position
 from skyverse.space.solids import Solids, make_solids
-from skyverse.space.voxels import boxes_of
+from skyverse.space.voxels import parts_of
 
 
 @by_reference
@@ -68,7 +68,7 @@ def make_rates(scenario: Scenario) -> Rates:
     limits, limit = objective.altitude, objective.climb
     above = limits is not None and limits.above == "ground"
     zones = sorted(scenario.risky_zones, key=_rank)
-    solids = [solid for zone in zones for solid in (boxes_of(zone) if isinstance(zone, Voxels) else (zone,))]
+    solids = [solid for zone in zones for solid in parts_of(zone)]
     compiled, order = make_solids(solids)
     risks = np.array([objective.risk * (solid.risk or 0.0) for solid in solids], dtype=np.float64)
     return Rates(

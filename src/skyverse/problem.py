@@ -20,9 +20,8 @@ from skyverse.search.lattice_astar import LatticePath, shortest_route
 from skyverse.space.cells import Cells, make_cells
 from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, make_grid, positions, snap
-from skyverse.space.moving_shapes import MovingShapes, moving_shapes
+from skyverse.space.moving_shapes import MovingShapes, moving_shapes, timed_parts
 from skyverse.space.pads import lifted
-from skyverse.space.timed_shapes import timed_shapes
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World, point_free
 
@@ -91,7 +90,7 @@ class Airspace:
     def moving(self) -> MovingShapes:
         """Movers, and zones that are closed at times; zones with a speed limit are left out, as it can be kept."""
         limited = {k for k in temporary_zones(self.scenario) if not is_closed_at_times(self.scenario.zones[k])}
-        return moving_shapes(timed_shapes(self.scenario, limited), self.world.error)
+        return moving_shapes(timed_parts(self.scenario, limited), self.world.error)
 
     @cached_property
     def pricing(self) -> Pricing:

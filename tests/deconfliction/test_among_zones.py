@@ -12,9 +12,9 @@ from skyverse.deconfliction.curves import TimedCurve, make_curves
 from skyverse.deconfliction.forbidden_departures import TICK, free_departures
 from skyverse.model.mover import Doubt
 from skyverse.model.shapes import active_spans
+from skyverse.model.temporary_zones import STANDING, TimedShape
 from skyverse.model.verdict import Verdict
 from skyverse.space.moving_shapes import moving_shapes
-from skyverse.space.timed_shapes import STANDING, TimedShape
 from temporary_zones import depth_while_active, zones
 
 KEPT, STEP = 0.5, 0.01

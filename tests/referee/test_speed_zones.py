@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.model.verdict import Fault
 from skyverse.referee.curve import curve_of
-from skyverse.referee.zones import judge_zone_speed
+from skyverse.referee.speed_zones import judge_zone_speed
 from speed_zones import BOX, ZONES, too_fast, world_of
 
 

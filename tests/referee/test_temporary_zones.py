@@ -12,7 +12,7 @@ from skyverse.model.result import Provenance
 from skyverse.model.temporary_zones import with_zones_active
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.curve import curve_of
-from skyverse.referee.zones import judge_zone_speed
+from skyverse.referee.speed_zones import judge_zone_speed
 from temporary_zones import depth_in_zone, depth_while_active, zones
 
 MADE_BY = Provenance("0", "by hand", "", None, "")

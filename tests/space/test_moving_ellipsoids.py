@@ -6,10 +6,10 @@ import pytest
 import skyverse as sky
 from skyverse.model.mover import Doubt, Ellipsoid
 from skyverse.model.mover_motions import PolynomialMotion
+from skyverse.model.temporary_zones import TimedShape
 from skyverse.model.uav import TrackingError
 from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids
-from skyverse.space.moving_shapes import mover_gaps, moving_shapes
-from skyverse.space.timed_shapes import TimedShape, timed_shapes
+from skyverse.space.moving_shapes import mover_gaps, moving_shapes, timed_parts
 
 NONE = TrackingError()
 
@@ -18,7 +18,7 @@ NONE = TrackingError()
 def test_they_are_as_near_as_movers_with_the_same_motion(movers):
     mission = sky.plan_mission(sky.circle_swap(4, radius=6.0), assignment="identity")
     scenario = sky.random_movers(mission.scenario, movers, kind="knots", seed=5)
-    known, flown = timed_shapes(scenario), mission.trajectories[1:]
+    known, flown = timed_parts(scenario), mission.trajectories[1:]
     given = [MovingEllipsoid(motion, 0.5, 1.0, 5.0) for motion in flown]
     shapes = with_ellipsoids(moving_shapes(known, NONE), given)
     for motion in flown:
@@ -31,5 +31,5 @@ def test_they_are_as_near_as_movers_with_the_same_motion(movers):
 
 
 def test_nothing_is_appended_where_there_is_none():
-    shapes = moving_shapes(timed_shapes(sky.read("map1")), NONE)
+    shapes = moving_shapes(timed_parts(sky.read("map1")), NONE)
     assert with_ellipsoids(shapes, []) is shapes

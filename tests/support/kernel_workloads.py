@@ -13,8 +13,7 @@ from skyverse.flight.simulate import SimulationJob, simulate
 from skyverse.flight.vehicle import vehicle_of
 from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap
-from skyverse.space.moving_shapes import first_too_near, mover_gaps, moving_shapes
-from skyverse.space.timed_shapes import timed_shapes
+from skyverse.space.moving_shapes import first_too_near, mover_gaps, moving_shapes, timed_parts
 
 FEW = sky.MaxIterations(3)
 SIZE = np.array([24.0, 20.0, 12.0])
@@ -221,7 +220,7 @@ def flights_among_movers():
     given = sky.Scenario(**{**dict(swap), "movers": movers, "zones": zones, "lattice": coarse})
     sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity", shape="stop-and-go")
     instants = np.linspace(0, 12, 40)
-    shapes = moving_shapes(timed_shapes(given), sky.TrackingError())
+    shapes = moving_shapes(timed_parts(given), sky.TrackingError())
     mover_gaps(shapes, instants, np.zeros((40, 3)))
     for m in range(len(shapes.kind)):
         first_too_near(shapes, m, np.zeros(3), 0.0, 12.0)

@@ -21,8 +21,7 @@ from skyverse.model.temporary_zones import is_dynamic, with_zones_active
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.problem import Airspace, Problem
-from skyverse.space.moving_shapes import MovingShapes, mover_gaps, moving_shapes
-from skyverse.space.timed_shapes import timed_shapes
+from skyverse.space.moving_shapes import MovingShapes, mover_gaps, moving_shapes, timed_parts
 from skyverse.stop import Stop
 
 CLOSE_ENDS = 1.05
@@ -179,7 +178,7 @@ class CandidatePool:
         """Return the numbers of the zones with active times that a candidate meets if it departs at once."""
         if not self.is_dynamic:
             return frozenset()
-        shapes = timed_shapes(self.scenario, candidate.heeds)
+        shapes = timed_parts(self.scenario, candidate.heeds)
         met = zip(shapes, self._met(candidate).tolist(), strict=True)
         return frozenset(shape.zone for shape, when in met if shape.zone >= 0 and when < np.inf)
 
@@ -192,7 +191,7 @@ class CandidatePool:
         """Return the movers that matter to a candidate, for the tracking error of its UAV."""
         key = self.scenario.uavs[candidate.uav].tracking_error, candidate.heeds
         if key not in self._shapes:
-            self._shapes[key] = moving_shapes(timed_shapes(self.scenario, candidate.heeds), key[0])
+            self._shapes[key] = moving_shapes(timed_parts(self.scenario, candidate.heeds), key[0])
         return self._shapes[key]
 
     def heeding(self, candidate: Candidate, zones: frozenset[int]) -> Candidate | None:

@@ -14,7 +14,7 @@ from skyverse.model.short_lines import listed, told_point
 from skyverse.model.temporary_zones import is_closed_at_times, told_zone
 from skyverse.model.verdict import Action, ActionKind, Deconfliction
 from skyverse.problem import Airspace
-from skyverse.space.timed_shapes import timed_shapes
+from skyverse.space.moving_shapes import timed_parts
 from skyverse.stop import Stop
 
 MAX_LATER_ENDS = 4
@@ -141,7 +141,7 @@ def _avoided(pool: CandidatePool, resolution: Resolution, uav: int) -> str:
     others = [flight for flight in resolution.placed if flight.candidate.uav != uav]
     names = [scenario.uavs[flight.candidate.uav].name for flight in others]
     names += [mover.name for mover in scenario.movers]
-    zones = timed_shapes(scenario, own.heeds)[len(scenario.movers) :]
+    zones = timed_parts(scenario, own.heeds)[len(scenario.movers) :]
     heeded = resolution.placed[uav].candidate.heeds
     names += ["" if shape.zone in heeded else told_zone(scenario, shape.zone) for shape in zones]
     met = pool.conflicts(own, own.trajectory.start, pool.traffic(own, others))

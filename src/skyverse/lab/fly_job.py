@@ -28,8 +28,7 @@ from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 from skyverse.referee.mission import judge_fleet
 from skyverse.referee.world import RefereeWorlds
-from skyverse.space.moving_shapes import mover_gaps, moving_shapes
-from skyverse.space.timed_shapes import timed_shapes
+from skyverse.space.moving_shapes import mover_gaps, moving_shapes, timed_parts
 
 SAMPLE = 0.01
 """Seconds between the instants at which distances from movers are measured; the verdict is the referee's."""
@@ -166,7 +165,7 @@ def _gaps(truth: Scenario, trajectories: Sequence[Trajectory | None], last: floa
     instants, found = np.arange(0.0, last, SAMPLE), [np.zeros(0)]
     for uav, flown in zip(truth.uavs, trajectories, strict=True):
         if flown is not None:
-            shapes = moving_shapes(timed_shapes(truth), uav.tracking_error)
+            shapes = moving_shapes(timed_parts(truth), uav.tracking_error)
             places = flown.at(np.clip(instants, flown.start, flown.end)).position
             found.append(mover_gaps(shapes, instants, places).min(axis=1))
     return np.concatenate(found)

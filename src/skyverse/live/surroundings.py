@@ -23,17 +23,16 @@ from skyverse.live.replan import FirstContact, Span
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Shape, Voxels
-from skyverse.model.temporary_zones import told_zone
+from skyverse.model.shapes import Shape
+from skyverse.model.temporary_zones import STANDING, TimedShape, told_zone
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError, kept_ellipsoid
 from skyverse.numerics.kernel import inner_query, kernel
 from skyverse.numerics.tolerances import LIMIT_EASE, MOVER_MARGIN
 from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids
-from skyverse.space.moving_shapes import MovingShapes, gap_at, gap_in_doubts, moving_shapes
+from skyverse.space.moving_shapes import MovingShapes, gap_at, gap_in_doubts, moving_shapes, timed_parts
 from skyverse.space.speed_zones import SpeedZone
-from skyverse.space.timed_shapes import STANDING, TimedShape, timed_shapes
-from skyverse.space.voxels import boxes_of
+from skyverse.space.voxels import parts_of
 from skyverse.space.world import World
 from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.proof import clear_pieces
@@ -108,13 +107,13 @@ def all_moving(
     span
         The instants that matter.
     """
-    known = timed_shapes(scenario)
+    known = timed_parts(scenario)
     names = [f"mover {mover.name!r}" for mover in scenario.movers]
     names += [told_zone(scenario, one.zone) for one in known if one.zone >= 0]
     known += [TimedShape(mover.shape, mover.motion, mover.doubt, scenario.clearance) for mover in seen]
     names += [f"mover {mover.name!r}" for mover in seen]
-    known += [TimedShape(part, STANDING, Doubt(), scenario.clearance) for one in entered for part in _parts(one)]
-    names += ["a new obstacle" + (f" ({one.name!r})" if one.name else "") for one in entered for _ in _parts(one)]
+    known += [TimedShape(part, STANDING, Doubt(), scenario.clearance) for one in entered for part in parts_of(one)]
+    names += ["a new obstacle" + (f" ({one.name!r})" if one.name else "") for one in entered for _ in parts_of(one)]
     known = [one._replace(active=(one.active[0], min(one.active[1], span.until))) for one in known]
     needs = np.array([_need(one, 0.5 * (span.now + span.until)) for one in known])
     return Moving(moving_shapes(known, error), tuple(names), needs)
@@ -165,11 +164,6 @@ def _speed_if_too_fast(motion: Trajectory, limit: float) -> float:
         return 0.0
     powers, seconds = np.arange(rows.shape[1]), np.diff(motion.knots)[:, None]
     return float(np.max((np.linalg.norm(rows, axis=2) * (powers + 1.0) * seconds**powers).sum(axis=1)))
-
-
-def _parts(obstacle: Shape) -> tuple[Shape, ...]:
-    """Return the shapes that an obstacle consists of."""
-    return tuple(boxes_of(obstacle)) if isinstance(obstacle, Voxels) else (obstacle,)
 
 
 def _need(one: TimedShape, t: float) -> float:

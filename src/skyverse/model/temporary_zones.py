@@ -1,11 +1,65 @@
-"""What changes with time in a scenario: zones that are active only at times; and what is proven of its flights."""
+"""Zones that are active only at times: each is a mover that stands, and is there for a while.
 
+Which of a scenario's zones are such, the scenario as if they always were active, and what is proven of its flights.
+"""
+
+import math
 from collections.abc import Collection
+from typing import NamedTuple
 
+from skyverse.model.mover import Doubt
+from skyverse.model.mover_motions import MoverMotion, WaypointMotion
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Shape, told_spans
+from skyverse.model.shapes import Shape, active_spans, told_spans
 from skyverse.model.short_lines import told_seconds
+
+
+class TimedShape(NamedTuple):
+    """A shape that moves, or is there for a while.
+
+    Attributes
+    ----------
+    shape
+        About the moving point.
+    motion
+        Of that point.
+    doubt
+        How far it may be from there.
+    keep
+        Metres that UAVs must keep from it.
+    active
+        Seconds from which and until which it is there.
+    zone
+        The number of the zone that it is, or is a part of; -1 for a mover.
+    """
+
+    shape: Shape
+    motion: MoverMotion
+    doubt: Doubt
+    keep: float
+    active: tuple[float, float] = (-math.inf, math.inf)
+    zone: int = -1
+
+
+STANDING = WaypointMotion(points=((0.0, 0.0, 0.0),), times=(0.0,))
+"""The motion of zones: none, about the zero of the frame."""
+
+
+def timed_shapes(scenario: Scenario, kept: Collection[int] = ()) -> list[TimedShape]:
+    """Return a scenario's movers, and its zones with active times, each as if it could not be entered while active.
+
+    A zone is one shape for each of its active times. The clearance is kept from zones that are closed, and nothing
+    from those with a speed limit. Zones whose numbers are in `kept`, which are known to be kept at all times, are left
+    out.
+    """
+    found = [TimedShape(mover.shape, mover.motion, mover.doubt, scenario.clearance) for mover in scenario.movers]
+    for number in temporary_zones(scenario):
+        zone = scenario.zones[number]
+        keep = scenario.clearance if is_closed_at_times(zone) else 0.0
+        spans = () if number in kept else active_spans(zone.active)
+        found += [TimedShape(zone, STANDING, Doubt(), keep, span, number) for span in spans]
+    return found
 
 
 def is_closed_at_times(zone: Shape) -> bool:

@@ -4,7 +4,7 @@ It is slow and obvious NumPy. A scenario is turned into arrays once (`world`), a
 
 - `assignment` judges who is sent where; `result` and `path` judge results;
 - `trajectory` judges trajectories at every instant: `continuity`, `clearance`, and the `limits` of the UAV;
-- `movers` and zones are judged in time, `separation` judges the fleet, and `mission` puts it all together.
+- `movers` judges among all that changes, `separation` judges the fleet, and `mission` puts it all together.
 
 The meaning of the data is the model's, and shared with the players (where a mover's doubt reaches at t, when a zone is
 active); every computation is the referee's own. What is no matter of safety, such as costs, is not judged.

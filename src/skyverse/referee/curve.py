@@ -45,6 +45,11 @@ class PolynomialCurve(NamedTuple):
         """Return position, velocity, acceleration and jerk, (4, 3), `local` seconds into one piece."""
         return self.motions(np.array([piece]), np.array([local]))[0]
 
+    def at(self, time: float) -> Floats:
+        """Return position, velocity, acceleration and jerk, (4, 3), at an instant of the curve, seconds."""
+        piece = min(max(int(np.searchsorted(self.knots, time, side="right")) - 1, 0), len(self.pieces) - 1)
+        return self.motion(piece, time - float(self.knots[piece]))
+
 
 def derivative(pieces: Floats) -> Floats:
     """Return the derivatives of (n, degree + 1, 3) pieces; that of a constant is a zero of degree 0."""

@@ -130,6 +130,18 @@ def time_slices(motion: FleetMotion) -> Floats:
     return edges[np.unique(np.linspace(0, len(edges) - 1, MAX_SLICES + 1).round().astype(int))]
 
 
+def slice_boxes(motion: FleetMotion, edges: Floats) -> Floats:
+    """Return low and high corners (2, k, n, 3), metres, of boxes about each UAV in slices of time, by their edges."""
+    low, high = corners = np.empty((2, len(motion.uavs), len(edges) - 1, 3))
+    for k, knots in enumerate(motion.knots):
+        cuts = np.union1d(edges, knots)
+        inside = np.searchsorted(cuts[:-1], edges[:-1])  # every slice begins at a cut
+        for axis, part in enumerate(motion.positions_between(k, cuts)):
+            low[k, :, axis] = np.minimum.reduceat(part.b.min(axis=1) - part.error, inside)
+            high[k, :, axis] = np.maximum.reduceat(part.b.max(axis=1) + part.error, inside)
+    return corners
+
+
 def near_pairs(motion: FleetMotion, edges: Floats, across: Floats, above: Floats) -> Iterator[Indices]:
     """Yield (m, 3) indices of two UAVs and of a slice of time in which boxes about their motions come too close.
 
@@ -142,13 +154,7 @@ def near_pairs(motion: FleetMotion, edges: Floats, across: Floats, above: Floats
     across, above
         (k, k) metres to be kept horizontally and vertically between each two UAVs; 0 where nothing must be kept.
     """
-    low, high = np.empty((2, len(motion.uavs), len(edges) - 1, 3))
-    for k, knots in enumerate(motion.knots):
-        cuts = np.union1d(edges, knots)
-        inside = np.searchsorted(cuts[:-1], edges[:-1])  # every slice begins at a cut
-        for axis, part in enumerate(motion.positions_between(k, cuts)):
-            low[k, :, axis] = np.minimum.reduceat(part.b.min(axis=1) - part.error, inside)
-            high[k, :, axis] = np.maximum.reduceat(part.b.max(axis=1) + part.error, inside)
+    low, high = slice_boxes(motion, edges)
     matter = np.triu(across > 0, 1)
     for s in range(len(edges) - 1):
         i, j = np.nonzero(matter & ~(low[:, None, s, 0] - high[None, :, s, 0] >= across))

@@ -26,7 +26,6 @@ from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.tube import EXACT
 from skyverse.referee.untrusted import entry, target_index
 from skyverse.referee.world import RefereeWorlds
-from skyverse.referee.zones import judge_closed_zones
 
 MAX_SHOWN = 4
 """Sentences at most that the prompt shows of what is not proven."""
@@ -107,14 +106,14 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
             unknown.add(uav)
         else:
             curves[uav] = curve
-    in_time = [judge(scenario, curves, unknown) for judge in (judge_movers, judge_closed_zones)]
+    in_time = judge_movers(scenario, curves, unknown)
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
-        violations[uav] += [one for judged in in_time for one in judged[uav].violations]
+        violations[uav] += in_time[uav].violations
         if isinstance(entry(mission.trajectories, uav), Trajectory):
             pads = pads_of(worlds.of(uav), uav, targets[uav])
             sentence = _proven_sentence(scenario, digest, uav, curves, pads)
-            cuts = halvings[uav] + sum(judged[uav].halvings for judged in in_time)
+            cuts = halvings[uav] + in_time[uav].halvings
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, targets, curves, unknown)
     sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"

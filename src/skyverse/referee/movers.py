@@ -1,66 +1,86 @@
-"""Judges whether UAVs stay clear of movers, wherever within its doubt each mover may be, at every instant.
+"""Judges whether UAVs stay clear of what changes with time: of movers, and of zones that are closed at times.
 
-The position of a UAV relative to the point of a mover is a polynomial of time between all knots of both. The mover's
-shape, in its own frame, is grown by the clearance, and by the doubt of the instant. Where a mover has a top speed, a
-UAV is clear if it is clear of either all that the doubt or all that the top speed allows.
+Such a zone is a mover that stands and is there for a while; see `model.temporary_zones`. The position of a UAV relative
+to the point of a mover is a polynomial of time between all knots of both. The mover's shape, in its own frame, is grown
+by the clearance, and by the doubt of the instant. Where a mover has a top speed, a UAV is clear if it is clear of
+either all that the doubt or all that the top speed allows.
 """
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.mover import Doubt, Ellipsoid, Mover
+from skyverse.model.mover import Doubt
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
-from skyverse.model.temporary_zones import JUDGED_STAY
-from skyverse.model.uav import TrackingError
+from skyverse.model.temporary_zones import JUDGED_STAY, TimedShape, is_closed_at_times, timed_shapes, told_zone
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.boxes import grown_boxes
 from skyverse.referee.curve import PolynomialCurve
-from skyverse.referee.fleet_motion import FleetMotion, fleet_motion, near_pairs, time_slices
+from skyverse.referee.fleet_motion import FleetMotion, fleet_motion, slice_boxes, time_slices
 from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.mover_motion import EnclosedMotion, enclosed_motion
-from skyverse.referee.outlines import outlines_of
 from skyverse.referee.polynomial import bernstein
-from skyverse.referee.round_solids import grown_cylinders, grown_ellipsoids, grown_spheres
-from skyverse.referee.solid_shapes import SolidShapes
+from skyverse.referee.solid_shapes import by_kind
 from skyverse.referee.solids import GrownSolids
-from skyverse.referee.subdivision import find_peaks
-from skyverse.referee.tolerances import LET_PASS, MOVER_SLACK
+from skyverse.referee.subdivision import Peaks, find_peaks
+from skyverse.referee.tolerances import INSTANT_ROUNDING, LET_PASS, MOVER_SLACK
 from skyverse.referee.tube import named
+from skyverse.referee.world import grown_kinds
 
 
-class MovingFleet(NamedTuple):
-    """The motion of all UAVs and, after them, of all movers.
+class TimedThing(NamedTuple):
+    """A mover, or a zone in one of its active times, as the referee judges it.
 
     Attributes
     ----------
-    motion
-        Of both.
-    movers
-        Those whose motion is enclosed; the k-th is number ``uavs + k`` in the motion.
+    name
+        How sentences call it.
+    given
+        What is given of it.
+    enclosed
+        Its motion; ``None`` where it has too many turns.
+    """
+
+    name: str
+    given: TimedShape
+    enclosed: EnclosedMotion | None
+
+
+class MovingFleet(NamedTuple):
+    """The motion of all UAVs and, after them, of all timed things.
+
+    Attributes
+    ----------
+    scenario, motion
+        What was given, and the motion of both.
+    things
+        The k-th is number ``uavs + k`` in the motion.
     uavs
         How many UAVs there are.
     error
         (p,) metres that each piece of a mover is at most away from its motion; 0 for UAVs.
+    edges, boxes
+        (n + 1,) seconds, the edges of slices of time, and corners (2, uavs + things, n, 3) of boxes about the motions.
     """
 
+    scenario: Scenario
     motion: FleetMotion
-    movers: list[Mover]
+    things: list[TimedThing]
     uavs: int
     error: Floats
+    edges: Floats
+    boxes: Floats
 
 
-class SharedIntervals(NamedTuple):
-    """Intervals of time in which one UAV and one mover each move along one piece.
+class Meetings(NamedTuple):
+    """Intervals of time in each of which one UAV moves along one piece, and may be near one shape.
 
     Attributes
     ----------
-    mover
-        (m,) the mover's number.
+    shape
+        (m,) the shape's number among those of its kind.
     begins, ends
         (m,) seconds.
     b
@@ -71,7 +91,7 @@ class SharedIntervals(NamedTuple):
         (m,) bounds on the errors of positions, metres.
     """
 
-    mover: Indices
+    shape: Indices
     begins: Floats
     ends: Floats
     b: Floats
@@ -81,7 +101,7 @@ class SharedIntervals(NamedTuple):
 def judge_movers(
     scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = JUDGED_STAY
 ) -> list[Judgement]:
-    """Judge every UAV whose motion is known among all movers, from 0 s until a while after the last arrival.
+    """Judge every UAV whose motion is known among all that changes, from 0 s until a while after the last arrival.
 
     Parameters
     ----------
@@ -93,140 +113,120 @@ def judge_movers(
         The UAVs whose motion is not known; they are left out.
     stay
         Seconds for which they must stay clear where they have arrived.
+
+    Returns
+    -------
+    list of Judgement
+        Each has one violation of each fault at most, and one that is undecided where there is no other.
     """
     judged = [Judgement([]) for _ in scenario.uavs]
-    if not scenario.movers or len(unknown) == len(scenario.uavs):
+    if len(unknown) == len(scenario.uavs):
         return judged
     own = fleet_motion(scenario, curves, unknown, stay)
-    enclosed = [(mover, enclosed_motion(mover.motion, own.end)) for mover in scenario.movers]
-    wild = [mover for mover, pieces in enclosed if pieces is None]
-    fleet = _with_movers(own, [(mover, pieces) for mover, pieces in enclosed if pieces is not None])
-    edges = time_slices(fleet.motion)
-    near = _near(scenario, fleet, edges)
+    things = list(_things(scenario, own.end))
+    if not things:
+        return judged
+    wild = [one for one in things if one.enclosed is None]
+    fleet = _with_movers(scenario, own, [one for one in things if one.enclosed is not None])
+    shapes = by_kind(enumerate(one.given.shape for one in fleet.things), scenario.clearance)
+    errors = {scenario.uavs[uav].tracking_error for uav in own.uavs}
+    grown = {error: grown_kinds(shapes, error) for error in errors}
     for k, uav in enumerate(own.uavs):
-        found, halvings = [_undecided(scenario, uav, mover) for mover in wild], 0
-        for which, solids in _kinds(fleet.movers, scenario.clearance, scenario.uavs[uav].tracking_error):
-            rows = _rows(fleet, k, near, edges, which)
-            among = _judge(scenario, uav, fleet, k, which, rows, solids)
+        found, halvings = [_undecided(fleet, k, one, ": its motion has too many turns.") for one in wild], 0
+        boxes, others = grown[scenario.uavs[uav].tracking_error]
+        for kind in (boxes, *others):
+            among = _judge(fleet, k, kind)
             found, halvings = found + among.violations, halvings + among.halvings
-        judged[uav] = Judgement(sorted(found, key=lambda one: one.fault is Fault.UNDECIDED)[:1], halvings)
+        refuted = {one.fault: one for one in found if one.fault is not Fault.UNDECIDED}
+        judged[uav] = Judgement(list(refuted.values()) or found[:1], halvings)
     return judged
 
 
-def _with_movers(own: FleetMotion, movers: list[tuple[Mover, EnclosedMotion]]) -> MovingFleet:
-    """Return the motion of UAVs and movers as one."""
-    degree = max([3, own.pieces.shape[1], *(known.pieces.shape[1] for _, known in movers)])  # that doubts need
-    first, count = list(own.first), len(own.pieces)
-    for _, known in movers:
-        first.append(count)
-        count += len(known.pieces)
-    pieces = [own.pieces, *(known.pieces for _, known in movers)]
+def _things(scenario: Scenario, end: float) -> Iterator[TimedThing]:
+    """Yield all movers, and all zones that are closed at times, from 0 s until `end`."""
+    names = iter([f"mover {mover.name!r}" for mover in scenario.movers])
+    for one in timed_shapes(scenario):
+        if one.zone < 0 or is_closed_at_times(scenario.zones[one.zone]):
+            name = next(names) if one.zone < 0 else told_zone(scenario, one.zone)
+            yield TimedThing(name, one, enclosed_motion(one.motion, end))
+
+
+def _with_movers(scenario: Scenario, own: FleetMotion, things: list[TimedThing]) -> MovingFleet:
+    """Return the motion of UAVs and of what else moves as one."""
+    enclosed = [one.enclosed for one in things if one.enclosed is not None]
+    degree = max([3, own.pieces.shape[1], *(known.pieces.shape[1] for known in enclosed)])  # that doubts need
+    pieces = [own.pieces, *(known.pieces for known in enclosed)]
     motion = FleetMotion(
-        uavs=list(range(len(own.uavs) + len(movers))),
-        knots=[*own.knots, *(known.knots for _, known in movers)],
-        first=first,
-        begins=np.concatenate([own.begins, *(known.begins for _, known in movers)]),
+        uavs=own.uavs + [-1] * len(things),
+        knots=[*own.knots, *(known.knots for known in enclosed)],
+        first=[*own.first, *np.cumsum([len(rows) for rows in pieces[:-1]]).tolist()],
+        begins=np.concatenate([own.begins, *(known.begins for known in enclosed)]),
         pieces=np.concatenate([np.pad(rows, ((0, 0), (0, degree - rows.shape[1]), (0, 0))) for rows in pieces]),
     )
-    error = np.concatenate([np.zeros(len(own.pieces)), *(known.error for _, known in movers)])
-    return MovingFleet(motion, [mover for mover, _ in movers], len(own.uavs), error)
+    error = np.concatenate([np.zeros(len(own.pieces)), *(known.error for known in enclosed)])
+    edges = time_slices(motion)
+    return MovingFleet(scenario, motion, things, len(own.uavs), error, edges, slice_boxes(motion, edges))
 
 
-def _near(scenario: Scenario, fleet: MovingFleet, edges: Floats) -> Indices:
-    """Return (m, 3) numbers of UAVs, of movers in the motion, and of slices of time in which they may be near."""
-    count = len(fleet.motion.uavs)
-    across, above = np.zeros((count, count)), np.zeros((count, count))
-    stray = [scenario.uavs[uav].tracking_error for uav in range(len(scenario.uavs))]
-    error = max(max(one.horizontal, one.vertical) for one in stray) * 2.0
-    for k, mover in enumerate(fleet.movers, fleet.uavs):
-        reach = _reach(mover.shape) + float(mover.doubt.at(fleet.motion.end)[0])
-        own = slice(fleet.motion.first[k], fleet.motion.first[k] + len(fleet.motion.knots[k]) - 1)
-        reach = reach + scenario.clearance + error + MOVER_SLACK + float(fleet.error[own].max())
-        scale = 1.0
-        if isinstance(mover.shape, Ellipsoid):  # grows in proportion
-            axes = mover.shape.semi_axis_xy, mover.shape.semi_axis_z
-            scale = max(axes) / min(axes)
-        across[: fleet.uavs, k], above[: fleet.uavs, k] = max(reach[:2]) * scale, reach[2] * scale
-    return np.concatenate([np.zeros((0, 3), dtype=np.intp), *near_pairs(fleet.motion, edges, across, above)])
+def _near(fleet: MovingFleet, k: int, number: int, hull: Floats, spread: float) -> NDArray[np.bool_]:
+    """Tell in which slices of time (n,) the k-th UAV may be near a thing whose grown shapes have a hull (2, 3)."""
+    motion, j = fleet.motion, fleet.uavs + number
+    error = fleet.error[motion.first[j] : motion.first[j] + len(motion.knots[j]) - 1].max()
+    doubt = float(fleet.things[number].given.doubt.at(motion.end)[0])
+    reach = MOVER_SLACK + spread * (doubt + float(error))
+    (low, high), (low_j, high_j) = fleet.boxes[:, k], fleet.boxes[:, j]
+    apart = (low >= high_j + hull[1] + reach) | (high <= low_j + hull[0] - reach)
+    return ~apart.any(axis=1)
 
 
-def _reach(shape: Shape) -> Floats:
-    """Return how far a shape reaches from the zero of its frame along each axis, (3,) metres."""
-    match shape:
-        case Box():
-            return np.abs([shape.min, shape.max]).max(axis=0)
-        case Cylinder():
-            return np.array([*(np.abs(shape.centre) + shape.radius), max(abs(shape.low), abs(shape.high))])
-        case Sphere():
-            return np.abs(shape.centre) + shape.radius
-        case Ellipsoid():
-            return np.abs(shape.centre) + np.array([shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z])
-    raise TypeError(f"a mover cannot be a {type(shape).__name__}")
-
-
-def _kinds(movers: list[Mover], clearance: float, error: TrackingError) -> Iterator[tuple[Indices, GrownSolids]]:
-    """Yield the numbers of the movers of each kind of shape, and their grown shapes in the same order."""
-    by_kind: dict[type[Shape], list[int]] = {}
-    for k, mover in enumerate(movers):
-        by_kind.setdefault(type(mover.shape), []).append(k)
-    for kind, numbers in by_kind.items():
-        shapes = [movers[k].shape for k in numbers]
-        solid = SolidShapes(clearance, {kind: (list(shapes), list(range(len(shapes))))}, outlines_of([]))
-        if kind is Box:
-            yield np.array(numbers), grown_boxes(solid, error)
-        elif kind is Cylinder:
-            yield np.array(numbers), grown_cylinders(solid, error)
-        elif kind is Sphere:
-            yield np.array(numbers), grown_spheres(solid, error)
-        else:
-            yield np.array(numbers), grown_ellipsoids([s for s in shapes if isinstance(s, Ellipsoid)], clearance, error)
-
-
-def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indices) -> SharedIntervals:
-    """Return the intervals in which the k-th UAV may be near movers number `which`."""
-    motion = fleet.motion
-    columns: list[tuple[Indices, Floats, Floats]] = []
-    for place, number in enumerate(which):
-        j = fleet.uavs + int(number)
-        wanted = np.zeros(len(edges), dtype=bool)
-        wanted[near[(near[:, 0] == k) & (near[:, 1] == j), 2]] = True
-        if not wanted.any():
+def _meetings(fleet: MovingFleet, k: int, kind: GrownSolids) -> Iterator[Meetings]:
+    """Yield the intervals in which the k-th UAV may be near shapes of a kind, thing by thing."""
+    motion, (low, high) = fleet.motion, kind.hulls()
+    for number in np.unique(kind.obstacle).tolist():
+        shapes = np.flatnonzero(kind.obstacle == number)
+        hull = np.array([low[shapes].min(axis=0), high[shapes].max(axis=0)])
+        near = _near(fleet, k, number, hull, kind.spread)
+        if not near.any():
             continue
-        doubt = fleet.movers[number].doubt
-        turns = np.clip([doubt.since, doubt.since + doubt.accelerating_for], 0.0, motion.end)
-        cuts = np.unique(np.concatenate([motion.knots[k], motion.knots[j], edges, turns]))
-        inside = wanted[np.searchsorted(edges, cuts[:-1], side="right") - 1]
-        columns.append((np.full(int(inside.sum()), place), cuts[:-1][inside], cuts[1:][inside]))
-    if not columns:
-        return SharedIntervals(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0), np.zeros((0, 1, 8)), np.zeros(0))
-    mover, begins, ends = (np.concatenate(column) for column in zip(*columns, strict=True))
-    own = motion.piece(k, begins)
-    theirs = np.concatenate(
-        [motion.piece(fleet.uavs + int(which[place]), begins[mover == place]) for place in np.unique(mover)]
-    )
+        given, slack = fleet.things[number].given, INSTANT_ROUNDING * motion.end
+        since, until, doubt = given.active[0] - slack, given.active[1] + slack, given.doubt
+        turns = np.clip([doubt.since, doubt.since + doubt.accelerating_for, since, until], 0.0, motion.end)
+        cuts = np.unique(np.concatenate([motion.knots[k], motion.knots[fleet.uavs + number], fleet.edges, turns]))
+        wanted = near[np.searchsorted(fleet.edges, cuts[:-1], side="right") - 1]
+        wanted &= (since <= cuts[:-1]) & (cuts[1:] <= until)
+        if wanted.any():
+            yield _meetings_with(fleet, k, number, (cuts[:-1][wanted], cuts[1:][wanted]), kind, shapes)
+
+
+def _meetings_with(
+    fleet: MovingFleet, k: int, number: int, intervals: tuple[Floats, Floats], kind: GrownSolids, shapes: Indices
+) -> Meetings:
+    """Return the meetings of the k-th UAV with all shapes of one thing in intervals, by begins and ends, seconds."""
+    motion, (begins, ends), given = fleet.motion, intervals, fleet.things[number].given
+    own, theirs = motion.piece(k, begins), motion.piece(fleet.uavs + number, begins)
     relative = motion.difference(own, theirs, begins, ends)
     error = np.max([part.error for part in relative], axis=0) + fleet.error[theirs]
-    b = np.empty((len(mover), motion.pieces.shape[1], 8))
-    b[:, :, :3] = np.stack([part.b for part in relative], axis=2)
+    b = np.empty((len(begins), motion.pieces.shape[1], 8))
     share = np.linspace(0.0, 1.0, b.shape[1])
-    doubts = [fleet.movers[int(which[place])].doubt for place in mover]
-    b[:, :, 3] = _quadratic(
-        [doubt.at([u, 0.5 * (u + v), v]) for doubt, u, v in zip(doubts, begins, ends, strict=True)], share
-    )
+    b[:, :, :3] = np.stack([part.b for part in relative], axis=2)
+    instants = np.column_stack([begins, 0.5 * (begins + ends), ends])
+    b[:, :, 3] = _quadratic(given.doubt.at(instants.ravel()).reshape(-1, 3), share)
     b[:, :, 4:] = b[:, :, :4]
-    seen = np.flatnonzero([d.top_speed is not None and u >= d.since for d, u in zip(doubts, begins, strict=True)])
-    if len(seen):
-        since = np.array([doubts[row].since for row in seen])
-        fastest = np.array([doubts[row].top_speed for row in seen], dtype=np.float64)
-        radius = np.array([doubts[row].radius for row in seen])
-        last = np.array([fleet.movers[int(which[mover[row]])].at(t)[0] for row, t in zip(seen, since, strict=True)])
+    since, fastest = given.doubt.since, given.doubt.top_speed
+    seen = np.flatnonzero(begins >= since)
+    if fastest is not None and len(seen):
         position = bernstein(motion.shifted(own[seen], begins[seen]), (ends - begins)[seen])
         rounding = motion.shift_error(own[seen], ends[seen]).max(axis=1)
         error[seen] = np.maximum(error[seen], np.max([part.error for part in position], axis=0) + rounding)
-        b[seen, :, 4:7] = np.stack([part.b for part in position], axis=2) - last[:, None]
-        instants = np.column_stack([begins, ends])[seen]
-        b[seen, :, 7] = _linear(radius[:, None] + fastest[:, None] * (instants - since[:, None]), share)
-    return SharedIntervals(mover, begins, ends, b, error)
+        b[seen, :, 4:7] = np.stack([part.b for part in position], axis=2) - given.motion.at(since)[0]
+        b[seen, :, 7] = _linear(given.doubt.radius + fastest * (instants[seen][:, [0, 2]] - since), share)
+    row, shape = np.arange(len(b)), np.repeat(shapes, len(b))
+    if len(shapes) > 1:  # of many parts, those that the UAV comes near; what has parts stands, and there is no doubt
+        wrong = kind.error(b[:, :, :3], error)[:, None]
+        pairs = kind.of(shapes).tree.overlapping(b[:, :, :3].min(axis=1) - wrong, b[:, :, :3].max(axis=1) + wrong)
+        row, part = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
+        shape = shapes[part]
+    return Meetings(shape, begins[row], ends[row], b[row], error[row])
 
 
 def _quadratic(values: ArrayLike, share: Floats) -> Floats:
@@ -244,59 +244,51 @@ def _linear(ends: ArrayLike, share: Floats) -> Floats:
     return values[:, :1] * (1.0 - share) + values[:, 1:] * share
 
 
-def _judge(
-    scenario: Scenario, uav: int, fleet: MovingFleet, k: int, which: Indices, rows: SharedIntervals, solids: GrownSolids
-) -> Judgement:
-    """Judge a UAV, number `k` in the motion, among movers of one kind."""
-    if not len(rows.mover):
+def _judge(fleet: MovingFleet, k: int, kind: GrownSolids) -> Judgement:
+    """Judge a UAV, number `k` in the motion, among shapes of one kind."""
+    each = list(_meetings(fleet, k, kind))
+    met = Meetings(*map(np.concatenate, zip(*each, strict=True))) if each else None
+    if met is None or not len(met.shape):
         return Judgement([])
 
     def depth(part: Floats, row: Indices) -> Floats:
-        shape = rows.mover[row]
-        by_doubt = solids.depth(part[:, :, :3], shape) + part[:, :, 3].max(axis=1)
-        return np.minimum(by_doubt, solids.depth(part[:, :, 4:7], shape) + part[:, :, 7].max(axis=1))
+        shape = met.shape[row]
+        by_doubt = kind.depth(part[:, :, :3], shape) + part[:, :, 3].max(axis=1)
+        return np.minimum(by_doubt, kind.depth(part[:, :, 4:7], shape) + part[:, :, 7].max(axis=1))
 
-    wrong = np.maximum(solids.error(rows.b[:, :, :3], rows.error), solids.error(rows.b[:, :, 4:7], rows.error))
-    peaks = find_peaks(rows.b, wrong, depth)
-    if peaks.proven[0]:
-        return Judgement([], int(peaks.halvings[0]))
-    row, share = peaks.place()
-    time = float(rows.begins[row] + share * (rows.ends[row] - rows.begins[row]))
-    mover = fleet.movers[int(which[rows.mover[row]])]
+    wrong = np.maximum(kind.error(met.b[:, :, :3], met.error), kind.error(met.b[:, :, 4:7], met.error))
+    zone = np.array([thing.given.zone >= 0 for thing in fleet.things])[kind.obstacle[met.shape]]
+    peaks = find_peaks(met.b, wrong, depth, question=zone.astype(np.intp), questions=2)
+    wrong_in = [_violation(fleet, k, kind, met, peaks, int(which)) for which in np.flatnonzero(~peaks.proven)]
+    return Judgement(wrong_in, int(peaks.halvings.sum()))
+
+
+def _violation(fleet: MovingFleet, k: int, kind: GrownSolids, met: Meetings, peaks: Peaks, question: int) -> Violation:
+    """Return what is wrong with the k-th UAV among movers, or among zones, of one kind of shape."""
+    row, share = peaks.place(question)
+    shape, time = int(met.shape[row]), float(met.begins[row] + share * (met.ends[row] - met.begins[row]))
+    thing, vehicle = fleet.things[int(kind.obstacle[shape])], fleet.scenario.uavs[fleet.motion.uavs[k]]
+    motion, doubt, error = thing.given.motion, thing.given.doubt, vehicle.tracking_error
     at = fleet.motion.shifted(fleet.motion.piece(k, np.array([time])), np.array([time]))[0, 0]
-    shape, doubt = int(rows.mover[row]), mover.doubt
-    gap = solids.gap(at - mover.at(time)[0], shape) - float(doubt.at(time)[0])
+    gap = kind.gap(at - motion.at(time)[0], shape) - float(doubt.at(time)[0])
     if doubt.top_speed is not None and time > doubt.since:
         come = doubt.radius + doubt.top_speed * (time - doubt.since)
-        gap = max(gap, solids.gap(at - mover.at(doubt.since)[0], shape) - come)
-    if peaks.refuted[0] and gap < solids.clearance - LET_PASS:
-        return Judgement([_too_close(scenario, uav, mover, time, at, gap)], int(peaks.halvings[0]))
-    return Judgement([_undecided(scenario, uav, mover, time, at)], int(peaks.halvings[0]))
-
-
-def _too_close(scenario: Scenario, uav: int, mover: Mover, time: float, at: Floats, gap: float) -> Violation:
-    """Return the violation of a UAV that comes too close; `gap` is to the mover and its doubt, in metres."""
-    vehicle, aside = scenario.uavs[uav], scenario.uavs[uav].tracking_error.horizontal
-    who, gap = named(vehicle.name, vehicle.tracking_error), gap - aside
-    whom = f"mover {mover.name!r}" if mover.doubt == Doubt() else f"where mover {mover.name!r} may be"
+        gap = max(gap, kind.gap(at - motion.at(doubt.since)[0], shape) - come)
+    if not (peaks.refuted[question] and gap < kind.clearance - LET_PASS):
+        return _undecided(fleet, k, thing, f" at t = {time:.6g} s, position {position_text(at)}.", (time, at))
+    gap -= error.horizontal
+    whom = thing.name if doubt == Doubt() else f"where {thing.name} may be"
     deed = f"comes within {gap:.6g} m of {whom}" if gap >= 0 else f"is {-gap:.6g} m inside {whom}"
-    message = (
-        f"{who} {deed} at t = {time:.6g} s, position {position_text(at)}; {scenario.clearance:.6g} m are required."
-    )
-    return Violation(Fault.MOVER, (uav,), message, time, position_tuple(at))
+    where = f"at t = {time:.6g} s, position {position_text(at)}"
+    message = f"{named(vehicle.name, error)} {deed} {where}; {fleet.scenario.clearance:.6g} m are required."
+    fault = Fault.MOVER if thing.given.zone < 0 else Fault.ACTIVE_ZONE
+    return Violation(fault, (fleet.motion.uavs[k],), message, time, position_tuple(at))
 
 
 def _undecided(
-    scenario: Scenario, uav: int, mover: Mover, time: float | None = None, at: Floats | None = None
+    fleet: MovingFleet, k: int, thing: TimedThing, why: str, place: tuple[float, Floats] | None = None
 ) -> Violation:
-    name = scenario.uavs[uav].name
-    if time is None or at is None:
-        message = (
-            f"Whether {name} keeps clear of mover {mover.name!r} could not be decided: its motion has too many turns."
-        )
-        return Violation(Fault.UNDECIDED, (uav,), message)
-    message = (
-        f"Whether {name} keeps clear of mover {mover.name!r} could not be decided at t = {time:.6g} s, "
-        f"position {position_text(at)}."
-    )
-    return Violation(Fault.UNDECIDED, (uav,), message, time, position_tuple(at))
+    uav = fleet.motion.uavs[k]
+    message = f"Whether {fleet.scenario.uavs[uav].name} keeps clear of {thing.name} could not be decided{why}"
+    when, at = (None, None) if place is None else (place[0], position_tuple(place[1]))
+    return Violation(Fault.UNDECIDED, (uav,), message, when, at)

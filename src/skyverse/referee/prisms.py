@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.shapes import Prism
 from skyverse.model.uav import TrackingError
-from skyverse.referee.outlines import Outlines
-from skyverse.referee.solid_shapes import SolidShapes
+from skyverse.referee.solid_shapes import Outlines, SolidShapes
 from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SURELY_OUTSIDE
 from skyverse.referee.tube import EXACT, taller

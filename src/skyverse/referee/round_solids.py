@@ -128,6 +128,11 @@ class GrownEllipsoids(GrownSolids):
         semi_axes = self.grown_radius[:, None] / self.scale
         return self.centre - semi_axes, self.centre + semi_axes
 
+    @property
+    def spread(self) -> float:
+        """How much farther a hull reaches for each metre that an ellipsoid grows: it keeps its proportions."""
+        return float((1.0 / self.scale).max(initial=1.0))
+
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside, where space is compressed; exactly, where they are straight."""
         scale = self.scale[which]
@@ -139,11 +144,11 @@ class GrownEllipsoids(GrownSolids):
         return float(math.hypot(*((position - self.centre[which]) * self.scale[which])) - self.radius[which])
 
 
-def grown_ellipsoids(ellipsoids: list[Ellipsoid], clearance: float, error: TrackingError) -> GrownEllipsoids:
-    """Return ellipsoids for a UAV with a tracking error; they grow by all of it in every direction."""
+def grown_ellipsoids(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownEllipsoids:
+    """Return all ellipsoids, for a UAV with a tracking error; they grow by all of it in every direction."""
+    ellipsoids, number = shapes.of(Ellipsoid)
     rows = np.reshape([(*one.centre, one.semi_axis_xy, one.semi_axis_z) for one in ellipsoids], (len(ellipsoids), 5))
     shorter = rows[:, 3:].min(axis=1)
     scale = shorter[:, None] / rows[:, [3, 3, 4]]
-    clearance += float(np.hypot(error.horizontal, error.vertical))
-    grown_radius = shorter + (clearance - LET_PASS)
-    return GrownEllipsoids(clearance, np.arange(len(rows)), rows[:, :3], scale, shorter, grown_radius)
+    clearance = shapes.clearance + math.hypot(error.horizontal, error.vertical)
+    return GrownEllipsoids(clearance, number, rows[:, :3], scale, shorter, shorter + (clearance - LET_PASS))

@@ -60,7 +60,7 @@ class GrownSolids(ABC):
     clearance
         Metres by which the shapes are grown.
     obstacle
-        (m,) the number of the scenario's obstacle that each shape belongs to.
+        (m,) the number of what each shape belongs to: an obstacle, a mover, a zone.
     """
 
     clearance: float
@@ -74,6 +74,11 @@ class GrownSolids(ABC):
         """Return some of the shapes, given by their numbers (k,)."""
         rows = [field.name for field in fields(self) if field.name != "clearance"]
         return replace(self, **{name: getattr(self, name)[some] for name in rows})
+
+    @property
+    def spread(self) -> float:
+        """How much farther a hull reaches along an axis, at most, for each metre that its shape grows."""
+        return 1.0
 
     @cached_property
     def tree(self) -> BoxTree:

@@ -14,6 +14,9 @@ TWO_ROUNDINGS = 4e-16
 JUMP_ROUNDING = 8 * MACHINE_EPSILON
 """Relative to a position, velocity, acceleration or instant: how far off rounding alone may make it at a knot."""
 
+INSTANT_ROUNDING = 8 * MACHINE_EPSILON
+"""Relative to the last instant: a zone counts as active for so much longer, so that no instant falls beside it."""
+
 WORST_INSTANT = 1e-9
 """Metres, or shares of a limit: the search for the worst instant ends when no other can be worse by more than this."""
 

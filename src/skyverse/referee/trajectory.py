@@ -14,11 +14,11 @@ from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.limits import FlightLimit, flight_limits, judge_heading
 from skyverse.referee.pads import parts_of_flight
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
+from skyverse.referee.speed_zones import judge_zone_speed
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, named
 from skyverse.referee.world import RefereeWorld
-from skyverse.referee.zones import judge_zone_speed
 
 
 class _Answer(NamedTuple):

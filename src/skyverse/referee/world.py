@@ -13,7 +13,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
 from skyverse.referee.ground import GrownGround, ceiling_above_ground, grown_ground
 from skyverse.referee.prisms import grown_prisms
-from skyverse.referee.round_solids import grown_cylinders, grown_spheres
+from skyverse.referee.round_solids import grown_cylinders, grown_ellipsoids, grown_spheres
 from skyverse.referee.solid_shapes import SolidShapes, solid_shapes
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.tube import EXACT
@@ -80,6 +80,12 @@ class RefereeWorld:
         return np.abs(positions - nodes).max(axis=1)
 
 
+def grown_kinds(shapes: SolidShapes, error: TrackingError) -> tuple[GrownBoxes, list[GrownSolids]]:
+    """Return shapes grown for a UAV with a tracking error: the boxes, and each other kind that there is."""
+    others = [make(shapes, error) for make in (grown_cylinders, grown_spheres, grown_prisms, grown_ellipsoids)]
+    return grown_boxes(shapes, error), [kind for kind in others if len(kind.obstacle)]
+
+
 def referee_world(
     scenario: Scenario,
     error: TrackingError = EXACT,
@@ -97,13 +103,11 @@ def referee_world(
     if without_error is not None:
         shapes = without_error.shapes
     shapes = solid_shapes(scenario) if shapes is None else replace(shapes, clearance=scenario.clearance)
-    kinds = (grown_cylinders(shapes, error), grown_spheres(shapes, error), grown_prisms(shapes, error))
-    others: list[GrownSolids] = [kind for kind in kinds if len(kind.obstacle)]
+    boxes, others = grown_kinds(shapes, error)
     others += [] if floor is None else [floor]
     others += [] if (ceiling := ceiling_above_ground(scenario, error)) is None else [ceiling]
     corner, high, step = (np.array(row) for row in (scenario.bounds.min, scenario.bounds.max, scenario.lattice.step))
     reach = np.array([error.horizontal, error.horizontal, error.vertical])
-    boxes = grown_boxes(shapes, error)
     low, high = corner + reach, high - reach
     return RefereeWorld(scenario, shapes, low, high, step, boxes, tuple(others), ground, corner, error, without_error)
 

@@ -1,7 +1,7 @@
 """Movers, and zones with active times, as arrays: where each is at an instant, and how far a point is from it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,11 +16,14 @@ from skyverse.model.mover_motions import (
     WaypointMotion,
     motion_bounds,
 )
+from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
+from skyverse.model.temporary_zones import TimedShape, timed_shapes
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.space import polygon
-from skyverse.space.timed_shapes import TimedShape
+from skyverse.space.tube import taller, wider
+from skyverse.space.voxels import parts_of
 
 BOX, CYLINDER, SPHERE, ELLIPSOID, PRISM = range(5)
 STAYS, REPEATS, RETURNS = range(3)
@@ -89,6 +92,11 @@ class MovingShapes(NamedTuple):
     rate: Floats
 
 
+def timed_parts(scenario: Scenario, kept: Collection[int] = ()) -> list[TimedShape]:
+    """Return what changes with time in a scenario, as `timed_shapes` does, but each zone of voxels as boxes."""
+    return [one._replace(shape=part) for one in timed_shapes(scenario, kept) for part in parts_of(one.shape)]
+
+
 def moving_shapes(given: Sequence[TimedShape], error: TrackingError) -> MovingShapes:
     """Return shapes that move, or are there for a while, as arrays, for UAVs with a tracking error."""
     n = len(given)
@@ -122,24 +130,21 @@ def moving_shapes(given: Sequence[TimedShape], error: TrackingError) -> MovingSh
 
 
 def _kept(shape: Shape, clearance: float, error: TrackingError) -> tuple[int, tuple[float, ...], float]:
-    """Return the kind and the sizes of a shape, and the metres to keep from it, so that the error is allowed for.
-
-    What must be kept grows to the side by the error's radius, and up and down by half its height.
-    """
-    aside, up = error.horizontal, error.vertical - error.horizontal
+    """Return the kind and the sizes of a shape, and the metres to keep from it, so that the error is allowed for."""
+    up, keep = taller(error), clearance + error.horizontal
     match shape:
         case Box():
             low, high = (*shape.min[:2], shape.min[2] - up), (*shape.max[:2], shape.max[2] + up)
-            return BOX, (*low, *high), clearance + aside
+            return BOX, (*low, *high), keep
         case Cylinder():
-            return CYLINDER, (*shape.centre, shape.radius, shape.low - up, shape.high + up, 0.0), clearance + aside
+            return CYLINDER, (*shape.centre, shape.radius, shape.low - up, shape.high + up, 0.0), keep
         case Sphere():
-            return SPHERE, (*shape.centre, shape.radius, 0.0, 0.0), clearance + math.hypot(aside, error.vertical)
+            return SPHERE, (*shape.centre, shape.radius, 0.0, 0.0), keep + wider(error)
         case Ellipsoid():
             size = (*shape.centre, shape.semi_axis_xy, shape.semi_axis_z, 0.0)
-            return ELLIPSOID, size, clearance + math.hypot(aside, error.vertical)
+            return ELLIPSOID, size, keep + wider(error)
         case Prism():
-            return PRISM, (shape.low - up, shape.high + up, 0.0, 0.0, 0.0, 0.0), clearance + aside
+            return PRISM, (shape.low - up, shape.high + up, 0.0, 0.0, 0.0, 0.0), keep
     raise TypeError(f"a {type(shape).__name__} can be neither a mover nor a part of a zone")
 
 

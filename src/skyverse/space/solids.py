@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
+from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import by_reference, inner_query, query
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box, polygon, tree
 from skyverse.space.tree import FIRST, SKIP, STOP, Tree
-from skyverse.space.tube import NO_ERROR, stretch_boxes, stretch_spheres
+from skyverse.space.tube import NO_ERROR, taller, wider
 
 BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
 """Kinds of solids. Boxes that are obstacles have a table of their own; boxes that are zones are solids."""
@@ -45,9 +45,7 @@ class Solids(NamedTuple):
     tree: Tree
 
 
-def make_solids(
-    shapes: Sequence[Box | Cylinder | Sphere | Prism], error: TrackingError = NO_ERROR
-) -> tuple[Solids, Ints]:
+def make_solids(shapes: Sequence[Shape], error: TrackingError = NO_ERROR) -> tuple[Solids, Ints]:
     """Compile shapes to solids for UAVs that may stray by an error; return also, (n,), which shape each solid is."""
     count = len(shapes)
     bounds, round_ = np.zeros((count, 6)), np.zeros((count, 4))
@@ -64,16 +62,14 @@ def make_solids(
             bounds[i] = x - r, y - r, shape.low, x + r, y + r, shape.high
             round_[i] = x, y, 0.0, r
             kind[i, 0] = CYLINDER
-        else:
+        elif isinstance(shape, Prism):
             bounds[i, 2], bounds[i, 5] = shape.low, shape.high
             kind[i, 0] = PRISM
     edges = _add_edges([shape if isinstance(shape, Prism) else None for shape in shapes], bounds, kind)
     spheres = kind[:, 0] == SPHERE
+    bounds[:, [2, 5]] += np.array([-1.0, 1.0]) * taller(error)
+    round_[spheres, 3] += wider(error)
     balls = round_[spheres]
-    if error != NO_ERROR:
-        stretch_boxes(bounds, error)
-        stretch_spheres(balls, error)
-        round_[spheres] = balls
     bounds[spheres] = np.hstack([balls[:, :3] - balls[:, 3:], balls[:, :3] + balls[:, 3:]])
     index, order = tree.build(bounds)
     return Solids(bounds[order], round_[order], kind[order], edges, index), order

@@ -4,11 +4,10 @@ from typing import NamedTuple
 
 from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Voxels
 from skyverse.model.uav import TrackingError
 from skyverse.space import solids
 from skyverse.space.solids import Solids, make_solids
-from skyverse.space.voxels import boxes_of
+from skyverse.space.voxels import parts_of
 
 BISECTIONS = 40
 """Halvings by which the place is found at which a leg enters or leaves a zone."""
@@ -68,6 +67,6 @@ def make_speed_zones(scenario: Scenario, error: TrackingError) -> tuple[SpeedZon
     made = []
     for number, zone in enumerate(scenario.zones):
         if zone.max_speed is not None and zone.active is None:
-            parts = boxes_of(zone) if isinstance(zone, Voxels) else [zone]
-            made.append(SpeedZone(number, zone.max_speed, make_solids(parts, error)[0], error.horizontal))
+            parts = make_solids(parts_of(zone), error)[0]
+            made.append(SpeedZone(number, zone.max_speed, parts, error.horizontal))
     return tuple(made)

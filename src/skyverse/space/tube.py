@@ -20,23 +20,21 @@ NO_ERROR = TrackingError()
 """The error of a UAV that keeps to its nominal position."""
 
 
-def stretch_boxes(boxes: Floats, error: TrackingError) -> None:
-    """Stretch boxes (n, 6), metres, in place: with the clearance and the radius they fill what the error leaves unsafe.
+def taller(error: TrackingError) -> float:
+    """Return by how many metres shapes are taller at either end that hold, grown by the radius, what is unsafe.
 
-    The same holds for boxes about cylinders and prisms. One that is lower than the radius exceeds the half height may
-    end below where it begins: grown by the radius it is as high as it must be.
+    A shape that is lower than the radius exceeds the half height may end below where it begins: grown by the radius it
+    is as high as it must be.
     """
-    more = error.vertical - error.horizontal
-    boxes[:, 2] -= more
-    boxes[:, 5] += more
+    return error.vertical - error.horizontal
 
 
-def stretch_spheres(spheres: Floats, error: TrackingError) -> None:
-    """Do the same to spheres (n, 4), their centres and radii in metres, in place.
+def wider(error: TrackingError) -> float:
+    """Return how much larger the radius is of a sphere that holds, grown by the error's radius, what is unsafe, metres.
 
     A sphere that is grown by a cylinder lies within one whose radius is larger by the diagonal of the cylinder's half.
     """
-    spheres[:, 3] += math.hypot(error.horizontal, error.vertical) - error.horizontal
+    return math.hypot(error.horizontal, error.vertical) - error.horizontal
 
 
 def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:

@@ -1,10 +1,12 @@
 """Voxels as boxes: occupied cells that fill a box together become one box."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.shapes import Box, Voxels
+from skyverse.model.shapes import Box, Shape, Voxels
 from skyverse.numerics.arrays import doubled
 from skyverse.numerics.kernel import inner, kernel
 
@@ -16,9 +18,11 @@ def merged(voxels: Voxels) -> Floats:
     return np.hstack((origin + cells[:, :3] * step, origin + cells[:, 3:] * step))
 
 
-def boxes_of(voxels: Voxels) -> list[Box]:
-    """Return boxes that fill what the occupied cells fill, with the voxels' risk."""
-    return [Box(min=tuple(row[:3]), max=tuple(row[3:]), risk=voxels.risk) for row in merged(voxels).tolist()]
+def parts_of(shape: Shape) -> Sequence[Shape]:
+    """Return what a shape consists of: of voxels, boxes that fill what the occupied cells fill, with their risk."""
+    if not isinstance(shape, Voxels):
+        return (shape,)
+    return [Box(min=tuple(row[:3]), max=tuple(row[3:]), risk=shape.risk) for row in merged(shape).tolist()]
 
 
 @kernel

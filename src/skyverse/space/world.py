@@ -1,6 +1,5 @@
 """Which points and segments of a scenario's space are free, and how far away obstacles are."""
 
-import math
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +25,7 @@ from skyverse.space.obstacles import (
     with_margin,
 )
 from skyverse.space.speed_zones import SpeedZone, make_speed_zones
-from skyverse.space.tube import NO_ERROR, inner_bounds, is_wall_within, raised, stretch_boxes
+from skyverse.space.tube import NO_ERROR, inner_bounds, is_wall_within, raised, taller, wider
 from skyverse.space.voxels import merged
 
 
@@ -128,8 +127,7 @@ class World:
                     shapes.append(shape)
                     others.append(number)
         table = np.concatenate(blocks, dtype=np.float64)
-        if error != NO_ERROR:
-            stretch_boxes(table, error)
+        table[:, [2, 5]] += np.array([-1.0, 1.0]) * taller(error)
         index, order = tree.build(table)
         round_, rank = solids.make_solids(shapes, error)
         self._boxes = np.array(boxes[1:], dtype=np.int64)[order]
@@ -167,10 +165,9 @@ class World:
         """
         space, error = self.space, self.error
         xy, grown = _rows(place)[0, :2], space.clearance + reach
-        taller = error.vertical - error.horizontal
-        wider = math.hypot(error.horizontal, error.vertical) - error.horizontal
         is_sphere = space.solids.kind[:, 0] == solids.SPHERE
-        tops = space.boxes[:, 5] - taller, space.solids.bounds[:, 5] - np.where(is_sphere, wider, taller)
+        lifts = np.where(is_sphere, wider(error), taller(error))
+        tops = space.boxes[:, 5] - taller(error), space.solids.bounds[:, 5] - lifts
         boxes, others = (
             np.flatnonzero((table[:, :2] - grown <= xy).all(1) & (xy <= table[:, 3:5] + grown).all(1))
             for table in (space.boxes, space.solids.bounds)

@@ -5,7 +5,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.live.policies.planner_policies import swept_boxes
-from skyverse.space.timed_shapes import TimedShape
+from skyverse.model.temporary_zones import TimedShape
 
 BALL = sky.Sphere(centre=(0, 0, 0), radius=0.4)
 BRICK = sky.Box(min=(-0.5, -0.1, 0), max=(0.5, 0.1, 1))

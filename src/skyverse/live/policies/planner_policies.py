@@ -24,12 +24,12 @@ from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box
+from skyverse.model.temporary_zones import TimedShape
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
 from skyverse.planners.hybrid import HybridMVO
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.problem import Problem
-from skyverse.space.timed_shapes import TimedShape
 from skyverse.stop import MaxPaths
 
 SLICES = 4
