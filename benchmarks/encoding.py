@@ -15,7 +15,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.lab.statistics import a12
+from skyverse.lab import a12
 
 ENCODINGS = {
     "walks by Algorithm 2": {"MVO": sky.MVO(), "GSO": sky.GSO(), "BBO": sky.BBO()},

@@ -17,7 +17,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.lab.statistics import mann_whitney
+from skyverse.lab import mann_whitney
 
 OBJECTIVES = {
     "map1": ("map1", {}),

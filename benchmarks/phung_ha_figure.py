@@ -6,7 +6,7 @@ import numpy as np
 
 import skyverse as sky
 from skyverse.draw.map_figure import INK, logarithmic
-from skyverse.lab.curves import band, grid
+from skyverse.lab import band, grid
 from skyverse.lab.figures import PLANNER_COLOURS, image, style
 
 MOST = 7500

@@ -24,7 +24,7 @@ from escapes import contacts
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.lab.fly_job import least_lengths, least_seconds
+from skyverse.lab import Case, least_lengths, least_seconds
 from skyverse.samples.movers import MoverKind
 
 KINDS = (*get_args(MoverKind), "walls")
@@ -156,7 +156,7 @@ def with_walls(mission: sky.Mission, count: int, seed: int) -> sky.Scenario:
 
 def lower_bound(scenario: sky.Scenario, assignment: tuple[int | None, ...]) -> float:
     """Return seconds before which not all UAVs can have arrived, whatever moves: by lengths that are proven least."""
-    lengths = least_lengths(scenario, assignment)
+    lengths = least_lengths(Case("", scenario), assignment)
     return max(least_seconds(length, uav) for length, uav in zip(lengths, scenario.uavs, strict=True))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, a12, holm, mann_whitney
+from skyverse.lab import SIGNIFICANCE_LEVEL, a12, holm, mann_whitney
 from skyverse.planners import PLANNER_NAMES, make_planner
 
 BASELINE = "random-restart"

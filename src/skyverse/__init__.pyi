@@ -22,7 +22,7 @@ from .flight.until_safe import fly_until_safe as fly_until_safe
 from .lab.comparison_report import write_report as write_report
 from .lab.row import Row as Row
 from .lab.rows import Rows as Rows
-from .lab.run_study import run_study as run_study
+from .lab.running import run_study as run_study
 from .lab.study import Study as Study
 from .lab.study import read_study as read_study
 from .live.closed_loop import fly_closed_loop as fly_closed_loop

@@ -9,8 +9,7 @@ import pytest
 
 import skyverse as sky
 from skyverse import cli
-from skyverse.lab.rows import Rows
-from skyverse.lab.workers import WorkerError
+from skyverse.lab import Rows, WorkerError
 from studies import Liar
 
 
@@ -167,7 +166,7 @@ def test_a_run_that_cannot_be_done_ends_with_1_and_keeps_the_others(compare, stu
     def die(jobs, *_, **__):
         raise WorkerError("the run x ended its process twice")
 
-    monkeypatch.setattr("skyverse.lab.run_study.run_jobs", die)
+    monkeypatch.setattr("skyverse.lab.run_jobs", die)
     code, out, err = compare(study())
     assert (code, out) == (1, "")
     assert err.startswith("skyverse: the run x ended its process twice; 0 of 0 runs are kept in out")

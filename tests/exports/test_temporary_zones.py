@@ -7,7 +7,7 @@ import pytest
 
 import skyverse as sky
 import skyverse.referee.mission
-from skyverse.lab.study import Study
+from skyverse.lab import Study
 
 PLACE = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=47.0)
 ACROSS = {"min": (18, -5, -5), "max": (22, 25, 12)}

@@ -3,9 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyverse.lab.budget_runs import runs_at_budget
-from skyverse.lab.row import Row
-from skyverse.lab.rows import Rows
+from skyverse.lab import Row, Rows, runs_at_budget
 from skyverse.model.result import no_history
 
 ROW = Row(

@@ -7,11 +7,19 @@ import numpy as np
 import pytest
 
 from skyverse.errors import InputError
-from skyverse.lab.comparison_report import comparison_report, write_report
-from skyverse.lab.report import Figure, SectionHeading, Table, Text, cells
-from skyverse.lab.report_files import markdown
-from skyverse.lab.row import Row
-from skyverse.lab.rows import Rows
+from skyverse.lab import (
+    Figure,
+    Row,
+    Rows,
+    SectionHeading,
+    Table,
+    Text,
+    cells,
+    comparison_report,
+    figures,
+    markdown,
+    write_report,
+)
 from skyverse.model.result import History, no_history
 
 ROW = Row(
@@ -71,12 +79,10 @@ def tables(report, first):
 
 
 def draw_all(report):
-    from skyverse.lab.figures import image, style
-
     for block in report.blocks:
         if isinstance(block, Figure):
-            with style():
-                ElementTree.fromstring(image(block.draw(), "svg"))
+            with figures.style():
+                ElementTree.fromstring(figures.image(block.draw(), "svg"))
 
 
 def test_the_numbers_are_those_of_the_rows(tmp_path):

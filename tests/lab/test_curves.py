@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skyverse.lab.curves import band, best_so_far, expected_run_length, grid, profile, ratios, run_lengths, spread
+from skyverse.lab import band, best_so_far, expected_run_length, grid, profile, ratios, run_lengths, spread
 from skyverse.model.result import History
 
 INF = np.inf
@@ -48,11 +48,10 @@ def test_the_best_so_far_equals_looking_at_every_step(rows):
 
 def test_a_band_is_the_quartiles_of_the_runs_and_infinite_where_there_are_no_paths():
     runs = [history([(1, c), (10, c - 50)]) for c in (300, 310, 320, 330)] + [history([(5, 400)])]
-    found = band(iter(runs), np.array([2.0, 10.0, 20.0, 99.0]))
-    np.testing.assert_array_equal(found.median, [320, 320, 270, 270])
-    np.testing.assert_array_equal(found.low, [310, 310, 260, 260])
-    np.testing.assert_array_equal(found.high, [330, 330, 280, 280])
-    assert np.isinf(band([], np.array([1.0])).median).all()
+    at = np.array([2.0, 10.0, 20.0, 99.0])
+    quartiles = [[310, 310, 260, 260], [320, 320, 270, 270], [330, 330, 280, 280]]
+    np.testing.assert_array_equal(band(iter(runs), at), [at, *quartiles])
+    assert np.isinf(band([], np.array([1.0]))[1:]).all()
 
 
 @settings(deadline=None)

@@ -10,8 +10,7 @@ import pytest
 import skyverse as sky
 from own_planner import MODULE
 from patience import PATIENCE_S
-from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import run_jobs
+from skyverse.lab import Rows, run_jobs
 from skyverse.planners import make_planner
 from studies import job, timeless
 
@@ -25,9 +24,7 @@ if __name__ == "__main__":
     from distributed import LocalCluster
     from studies import Deadly, job
     import skyverse as sky
-    from skyverse.lab.run_study import run_jobs
-    from skyverse.lab.rows import Rows
-    from skyverse.lab.workers import WorkerError
+    from skyverse.lab import Rows, run_jobs
     from skyverse.planners import make_planner
 
     folder = Path({folder!r})

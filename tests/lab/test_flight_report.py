@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 
-from skyverse.lab.comparison_report import comparison_report, write_report
-from skyverse.lab.report import SectionHeading, Table
-from skyverse.lab.row import Row
-from skyverse.lab.rows import Rows
+from skyverse.lab import Row, Rows, SectionHeading, Table, comparison_report, write_report
 from skyverse.model.result import no_history
 
 KEPT = "KeptPopulation(planner='mvo', settings={}, paths=200, sweep=1.0)"

@@ -7,16 +7,14 @@ import pytest
 
 import skyverse as sky
 from replanned import hall
-from skyverse.lab.fly_job import fly_job
-from skyverse.lab.job import Case, Encounters, Job, KnownBeforehand, OwnReplanner
-from skyverse.lab.run_study import run_jobs
+from skyverse.lab import Case, Encounters, Job, KnownBeforehand, OwnReplanner, fly_job, run_jobs
 from skyverse.live.policies import make_policy
 
-ENCOUNTERS = Encounters(kind="patrols", count=3, speed=0.5, hidden=0, sensor=sky.Sensor(range=6.0), longest=30.0)
 
-
-def case(scenario=None, **changes):
-    return Case("hall", hall() if scenario is None else scenario, encounters=replace(ENCOUNTERS, **changes))
+def case(scenario=None, longest=30.0, **changes):
+    met = Encounters.model_validate({"kind": "patrols", "count": 3, "speed": 0.5} | changes)
+    scenario = hall() if scenario is None else scenario
+    return Case("hall", scenario, encounters=met, sensor=sky.Sensor(range=6.0), longest=longest)
 
 
 def job(contender=None, seed=0, label="policy", **changes):

@@ -5,7 +5,7 @@ import pytest
 
 import skyverse as sky
 from replanned import hall
-from skyverse.lab.fly_job import least_lengths, least_seconds
+from skyverse.lab import Case, least_lengths, least_seconds
 from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 
@@ -29,10 +29,10 @@ def test_the_bound_is_where_the_fastest_speeds_cover_the_length():
 
 
 def test_lengths_are_those_of_shortest_paths_and_nothing_for_a_uav_without_a_target():
-    assert least_lengths(hall(), (0,)) == pytest.approx([18.0])
-    assert least_lengths(hall(), (None,)) == [0.0]
+    assert least_lengths(Case("", hall()), (0,)) == pytest.approx([18.0])
+    assert least_lengths(Case("", hall()), (None,)) == [0.0]
     wall = sky.Box(min=(9, 2, 0), max=(10, 8, 4))
-    (bound,) = least_lengths(hall(wall), (0,))
+    (bound,) = least_lengths(Case("", hall(wall)), (0,))
     flown = sky.Taut().plan(sky.Problem(hall(wall))).path
     length = np.linalg.norm(np.diff(flown, axis=0), axis=1).sum()
     assert 18.0 < bound <= length

@@ -15,16 +15,22 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-import skyverse.lab.code_digest as code_digest_module
 from own_planner import MODULE
 from skyverse.cli import main
 from skyverse.cli.study import StudyOptions, study_of
-from skyverse.lab.code_digest import code_digest, refuse_edited, settings_of, versions
-from skyverse.lab.plan_job import plan_job
-from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import run_jobs
-from skyverse.lab.study import Study, read_study, write_study
-from skyverse.lab.workers import row_of
+from skyverse.lab import (
+    Rows,
+    RunMaker,
+    Study,
+    code_digest,
+    plan_job,
+    read_study,
+    refuse_edited,
+    run_jobs,
+    settings_of,
+    versions,
+    write_study,
+)
 from skyverse.planners import PLANNER_NAMES, make_planner, name_of
 from studies import job
 
@@ -129,7 +135,7 @@ def test_every_process_finds_the_same_digest(tmp_path):
     for helper in helpers:
         (tmp_path / f"{helper}.py").write_text(f"NAME = {helper!r}")
     (tmp_path / "own.py").write_text("".join(f"import {helper}\n" for helper in helpers) + MODULE)
-    said = "from skyverse.lab.code_digest import code_digest; import own; print(code_digest(own.Shake()))"
+    said = "from skyverse.lab import code_digest; import own; print(code_digest(own.Shake()))"
     found = set()
     for seed in ("1", "2", "3"):  # the order of sets of texts follows it
         environment = os.environ | {"PYTHONHASHSEED": seed}
@@ -156,17 +162,18 @@ def test_the_digest_follows_the_planners_in_settings(package):
 def test_versions_of_packages_count(package, monkeypatch):
     before = _digest()
     for name in ("numba", "scipy"):
-        monkeypatch.setattr(code_digest_module, "_version", lambda package, name=name: f"1{package == name}")
-        assert _digest() not in (before, code_digest(sky.MVO()))
+        with monkeypatch.context() as patched:
+            patched.setattr(f"{name}.__version__", "other")
+            assert _digest() not in (before, code_digest(sky.MVO()))
 
 
 def test_a_worker_with_other_code_refuses_the_run(package):
     here = job(make_planner("own_package.search:Shake"), stop=sky.MaxPaths(60))
-    assert row_of(here).success is not None
+    assert RunMaker().row_of(here).success is not None
     sent = replace(here)
     vars(sent)["code"] = "of another process"
     with pytest.raises(sky.InputError, match="expected the code of the process that asks"):
-        row_of(pickle.loads(pickle.dumps(sent)))
+        RunMaker().row_of(pickle.loads(pickle.dumps(sent)))
 
 
 def test_keys_of_one_planner_cost_no_reading(package, monkeypatch):

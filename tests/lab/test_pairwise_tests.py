@@ -4,8 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from skyverse.lab.pairwise_tests import compare_pairs
-from skyverse.lab.statistics import combined, holm
+from skyverse.lab import combined, compare_pairs, holm
 
 some = st.dictionaries(
     st.sampled_from(["map1", "map2"]),

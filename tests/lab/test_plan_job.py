@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.lab.plan_job import plan_job
+from skyverse.lab import plan_job
 from studies import ROOM, Instant, Liar, job
 
 

@@ -9,8 +9,20 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
 from skyverse.errors import InputError
-from skyverse.lab.report import Figure, Printed, Report, SectionHeading, Table, Text, cells, literal
-from skyverse.lab.report_files import html, latex, markdown, write_report_files
+from skyverse.lab import (
+    Figure,
+    Printed,
+    Report,
+    SectionHeading,
+    Table,
+    Text,
+    cells,
+    html,
+    latex,
+    literal,
+    markdown,
+    write_report_files,
+)
 
 NAMES = (
     "<script>alert(1)</script>",

@@ -10,9 +10,7 @@ import time
 import pytest
 
 from patience import PATIENCE_S, wait_until
-from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import run_study
-from skyverse.lab.study import read_study
+from skyverse.lab import Rows, read_study, run_study
 from studies import timeless
 
 WORDS = ("map1", "map2", "--planner", "mvo", "--planner", "random-restart", "--paths", "1000")

@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.lab.plan_job import plan_job
-from skyverse.lab.row import COLUMN_TYPES
-from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import run_jobs
+from skyverse.lab import COLUMN_TYPES, Rows, plan_job, run_jobs
 from studies import Instant, Liar, job
 
 

@@ -10,9 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skyverse import History, InputError
-from skyverse.lab.plan_job import plan_job
-from skyverse.lab.row import COLUMN_TYPES, Row
-from skyverse.lab.rows import Rows
+from skyverse.lab import COLUMN_TYPES, Row, Rows, plan_job
 from studies import job
 
 ROW = Row(

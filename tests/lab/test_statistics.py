@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from skyverse.lab.statistics import (
+from skyverse.lab import (
     a12,
     bootstrap,
     critical_difference,
@@ -17,7 +17,7 @@ from skyverse.lab.statistics import (
     quantile,
     rank_biserial,
     ranking,
-    summary,
+    sample,
     wilcoxon,
     wilson,
 )
@@ -28,28 +28,15 @@ costs = st.lists(cost, min_size=1, max_size=12)
 pairs = st.lists(st.tuples(cost, cost), min_size=1, max_size=30).map(lambda rows: np.array(rows).T)
 
 
-def test_a_summary_is_what_numpy_says():
+def test_a_sample_is_what_numpy_and_scipy_say_and_infinite_costs_are_not_averaged_away():
     values = np.random.default_rng(1).normal(300, 20, 37)
-    told = summary(values)
-    assert told.runs == 37
-    assert told.mean == pytest.approx(values.mean())
-    assert told.standard_error == pytest.approx(stats.sem(values))
-    assert (told.quartiles[0], told.median, told.quartiles[1]) == pytest.approx(np.quantile(values, (0.25, 0.5, 0.75)))
-
-
-def test_one_run_has_no_error_and_none_has_nothing():
-    one, none = summary([5.0]), summary([])
-    assert (one.mean, one.median, one.standard_error, one.interval) == (5.0, 5.0, None, None)
-    assert none.runs == 0
-    assert np.isnan(none.mean)
-
-
-def test_infinite_costs_are_told_and_not_averaged_away():
-    told = summary([1.0, 2.0, 3.0, 4.0, INF, INF])
-    assert told.mean == INF
-    assert told.standard_error is None
-    assert told.interval is None
-    assert (told.quartiles[0], told.median, told.quartiles[1]) == (2.25, 3.5, INF)
+    told = sample(values)
+    assert (told.mean, told.deviation, told.runs) == pytest.approx((values.mean(), values.std(ddof=1), 37))
+    assert told.error == pytest.approx(stats.sem(values))
+    for few in ([5.0], [1.0, 2.0, INF]):
+        assert np.isnan(sample(few).error)
+        assert bootstrap(np.array(few)) is None
+    assert sample([1.0, 2.0, INF]).mean == INF
 
 
 @settings(deadline=None)

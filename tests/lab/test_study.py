@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 import skyverse as sky
-from skyverse.lab.row import COLUMN_TYPES
-from skyverse.lab.study import Study, read_study, study_from_data, write_study
+from skyverse.lab import COLUMN_TYPES, Study, read_study, study_from_data, write_study
 from skyverse.live.policies import POLICY_NAMES
 
 FILE = """\

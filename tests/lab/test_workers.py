@@ -9,9 +9,7 @@ import tracemalloc
 import pytest
 
 import skyverse as sky
-from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import run_jobs, run_study
-from skyverse.lab.workers import WorkerError
+from skyverse.lab import Rows, WorkerError, run_jobs, run_study
 from studies import ROOM, Deadly, Instant, job, timeless
 
 

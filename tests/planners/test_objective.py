@@ -8,8 +8,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.cost import wrong_figures
-from skyverse.lab.plan_job import plan_job
-from skyverse.lab.study import read_study, write_study
+from skyverse.lab import plan_job, read_study, write_study
 from skyverse.model.uav import TrackingError
 from skyverse.planners.objective import priced_result, rescored
 from studies import job

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from movers import depth_at, motions, movers, points
-from skyverse.lab.study import Study
+from skyverse.lab import Study
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.mover_motions import CircularMotion, WaypointMotion

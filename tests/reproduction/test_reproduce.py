@@ -11,9 +11,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.errors import InputError
-from skyverse.lab.report import Table, Text
-from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import run_jobs
+from skyverse.lab import Rows, Table, Text, run_jobs
 from skyverse.reproduction import cell_runs as cell_runs_module
 from skyverse.reproduction import claims, cost_claims, effort_claims, fleets, published
 from skyverse.reproduction.cell_runs import FORMS, CellRuns, all_methods, case, cell, mean, optimum, planner, restarts
@@ -92,7 +90,7 @@ def test_what_another_part_has_left_half_done_is_not_taken_for_a_cell(tmp_path):
 
 
 def sky_row(job):
-    from skyverse.lab.plan_job import plan_job
+    from skyverse.lab import plan_job
 
     return plan_job(job)
 

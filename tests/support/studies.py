@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import skyverse as sky
-from skyverse.lab.job import Case, Job
+from skyverse.lab import Case, Job
 from skyverse.planners.base import Planner, provenance
 from skyverse.planners.results import SearchRecord, lattice_result
 

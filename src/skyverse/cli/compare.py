@@ -18,8 +18,7 @@ from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
 
 if TYPE_CHECKING:
-    from skyverse.lab.job import Job
-    from skyverse.lab.study import Study
+    from skyverse.lab import Job, Study
 
 
 @Parameter(name="*")
@@ -79,12 +78,7 @@ def compare(
     as_json
         Print the summary as JSON.
     """
-    from skyverse.lab.comparison_report import write_report
-    from skyverse.lab.row import LABELS
-    from skyverse.lab.row_export import refuse_export
-    from skyverse.lab.rows import Rows
-    from skyverse.lab.run_study import run_jobs
-    from skyverse.lab.workers import WorkerError
+    from skyverse.lab import LABELS, Rows, WorkerError, refuse_export, run_jobs, write_report
 
     study = study_of(sources, asked)
     jobs = list(study.jobs())
@@ -143,7 +137,7 @@ def _workloads(jobs: "list[Job]") -> list[str]:
 
 def _keep_study(folder: Path, study: "Study") -> None:
     """Write the study into its folder, and refuse a folder that holds another study."""
-    from skyverse.lab.study import read_study, write_study
+    from skyverse.lab import read_study, write_study
 
     file = folder / "study.yaml"
     refuse_output(file)

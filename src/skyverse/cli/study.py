@@ -13,8 +13,7 @@ from skyverse.cli.settings import values_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.lab.rows import Rows
-    from skyverse.lab.study import Study
+    from skyverse.lab import Rows, Study
 
 _BUDGET_OPTIONS = ("paths", "nodes", "evaluations", "iterations", "seconds")
 
@@ -72,7 +71,7 @@ def study_of(sources: list[str], asked: StudyOptions) -> "Study":
         The options.
     """
     from skyverse.files.document import parse, read_text
-    from skyverse.lab.study import study_from_data
+    from skyverse.lab import study_from_data
 
     for source in map(Path, sources):
         if source.suffix.lower() not in (".yaml", ".yml", ".json") or not source.is_file():
@@ -121,7 +120,7 @@ def _planners(names: list[str], settings: list[str]) -> list[dict[str, Any]]:
 
 def _run_count(runs: int) -> int:
     """Return how many runs are asked for, or refuse too many."""
-    from skyverse.lab.study_parts import MAX_SEEDS
+    from skyverse.lab import MAX_SEEDS
 
     if runs > MAX_SEEDS:
         raise InputError(f"--runs: expected at most {MAX_SEEDS:,}, found {runs:,}")

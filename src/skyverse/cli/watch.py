@@ -16,7 +16,7 @@ from skyverse.interrupt import on_interrupt
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from skyverse.lab.run_study import OnRun
+    from skyverse.lab import OnRun
     from skyverse.mission.plan_mission import OnProgress
     from skyverse.model.scenario import Scenario
     from skyverse.stop import Progress, Stop

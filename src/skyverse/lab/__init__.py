@@ -1,1 +1,5 @@
-"""The laboratory: planners compared over scenarios, budgets and seeds, one row a run."""
+"""Studies: planners compared over scenarios, seeds and budgets, and replanning policies among movers."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

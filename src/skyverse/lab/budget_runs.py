@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.lab.curves import ratios
-from skyverse.lab.pairwise_tests import Costs
 from skyverse.lab.rows import Rows
+from skyverse.lab.statistics import Costs
 
 _COLUMNS = ("seed", "cost", "success", "gap", "bound", "seconds", "stopped_by", "flown_seconds")
 _EFFORT_COLUMNS = ("generated_paths", "generated_nodes", "evaluations", "iterations")

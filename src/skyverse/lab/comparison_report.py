@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
 from skyverse.lab.curves import band, expected_run_length, grid, run_lengths, spread
 from skyverse.lab.flight_report import READ, answer_times, flight_table, kept_population_section
-from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.planner_differences import best_mean, difference_section, matrix
 from skyverse.lab.report import (
     Block,
@@ -31,22 +31,18 @@ from skyverse.lab.report import (
 )
 from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
-from skyverse.lab.statistics import summary, wilson
+from skyverse.lab.statistics import PairwiseTest, bootstrap, compare_pairs, quantile, sample, wilson
 from skyverse.model.short_lines import counted, listed
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
 
+T = TypeVar("T")
 EQUAL_EFFORT_FACTOR = 1.05
 """Mean efforts within this factor count as equal."""
 _MAX_PANELS = 6
 """The number of panels in one figure; more are split over several figures."""
 _TARGETS = (0.1, 0.05, 0.02, 0.01)
 """How far above the lower bound, or the best cost known, the targets of run lengths lie."""
-_EFFORT_TITLES = {
-    "generated_paths": "generated paths",
-    "generated_nodes": "generated nodes",
-    "evaluations": "evaluations",
-    "seconds": "seconds",
-}
+_EFFORTS = ("generated_paths", "generated_nodes", "evaluations", "seconds")
 
 
 def write_report(
@@ -150,14 +146,18 @@ def _methods(rows: Rows, blocks: Sequence[Block]) -> str:
 
 
 def _effort(runs: BudgetRuns, mark: str) -> Iterator[Block]:
-    titles = _EFFORT_TITLES | {"iterations": "iterations"}
-    means = {name: [float(runs.all(planner, name).mean()) for planner in runs.planners] for name in titles}
+    names = (*_EFFORTS, "iterations")
+    means = {name: [float(runs.all(planner, name).mean()) for planner in runs.planners] for name in names}
     searching = [k for k, planner in enumerate(runs.planners) if np.any(runs.all(planner, "stopped_by") != "finished")]
     if not runs.flown:
         yield Text("\n\n".join(_equality(runs, means, searching)))
-    yield Table(("planner", *titles.values()), list(zip(runs.planners, *means.values(), strict=True)))
-    shown = {title: means[name] for name, title in _EFFORT_TITLES.items()}
+    yield Table(("planner", *map(_title, names)), list(zip(runs.planners, *means.values(), strict=True)))
+    shown = {_title(name): means[name] for name in _EFFORTS}
     yield Figure(f"effort{mark}", "Mean effort of a run.", partial(figures.bars, runs.planners, shown))
+
+
+def _title(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def _equality(runs: BudgetRuns, means: dict[str, list[float]], searching: list[int]) -> Iterator[str]:
@@ -175,10 +175,10 @@ def _equality(runs: BudgetRuns, means: dict[str, list[float]], searching: list[i
             least, most = (literal(runs.planners[searching[k]]) for k in (int(found.argmin()), int(found.argmax())))
             if factor <= EQUAL_EFFORT_FACTOR:
                 within = f", within {100 * (factor - 1):.1f} %" if factor > 1 else ""
-                yield f"The effort was equal in {_EFFORT_TITLES[name]}{within}."
+                yield f"The effort was equal in {_title(name)}{within}."
             else:
                 quote, times = ("> " if name == "generated_paths" else ""), f"{factor:.3g}" if factor < np.inf else "∞"
-                yield f"{quote}**Not equal in {_EFFORT_TITLES[name]}**: {most} had {times} times as many as {least}."
+                yield f"{quote}**Not equal in {_title(name)}**: {most} had {times} times as many as {least}."
     ended = [literal(planner) for k, planner in enumerate(runs.planners) if k not in searching]
     if ended:
         yield f"Effort is not compared where planners end by themselves, whatever the budget: {listed(ended)}."
@@ -193,10 +193,7 @@ def _costs(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
         yield _cost_table(runs, scenario, found)
         if len(found) > 1 and len(runs.scenarios) > 1:
             yield matrix(runs.contestants, found)
-    panels = [
-        figures.Panel(s, runs.bound(s), costs=[runs.cells[s, planner]["cost"] for planner in runs.planners])
-        for s in runs.scenarios
-    ]
+    panels = [(s, runs.bound(s), [runs.cells[s, planner]["cost"] for planner in runs.planners]) for s in runs.scenarios]
     for name, some in _split(f"costs{mark}", panels):
         caption = (
             "Costs of all runs: box from first to third quartile with the median, whiskers to the last run within 1.5 "
@@ -209,21 +206,24 @@ def _costs(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
 
 def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], PairwiseTest]) -> Table:
     cells = [runs.cells[scenario, planner] for planner in runs.planners]
-    summaries = [summary(cell["cost"]) for cell in cells]
-    digits = decimals([s.mean for s in summaries if np.isfinite(s.mean)])
-    errors = max([digits, *(1 for s in summaries if s.standard_error)])
+    samples = [sample(cell["cost"]) if len(cell["cost"]) else None for cell in cells]
+    means = [np.nan if s is None else s.mean for s in samples]
+    digits = decimals([mean for mean in means if np.isfinite(mean)])
+    errors = max([digits, *(1 for s in samples if s is not None and s.error > 0)])
 
     def cost(value: float) -> str:
         return "∞" if value == np.inf else f"{value:,.{errors}f}"
 
     rows: list[dict[str, Cell]] = []
-    for planner, cell, s in zip(runs.planners, cells, summaries, strict=True):
-        if s.runs == 0:
+    for planner, cell, s in zip(runs.planners, cells, samples, strict=True):
+        if s is None:
             rows.append({"planner": planner, "reached": Printed("no runs", {"reached": 0, "runs": 0})})
             continue
         reached = int(np.count_nonzero(cell["success"]))
         rate = wilson(reached, s.runs)
         gaps = cell["gap"][np.isfinite(cell["gap"])]
+        error = s.error if np.isfinite(s.error) else None
+        interval, median = bootstrap(cell["cost"]), float(quantile(cell["cost"], 0.5))
         rows.append(
             {
                 "planner": planner,
@@ -232,15 +232,15 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
                     f"{100 * rate.low:.0f} to {100 * rate.high:.0f} %", {"rate from": rate.low, "rate to": rate.high}
                 ),
                 "mean ± SE": Printed(
-                    cost(s.mean) + ("" if s.standard_error is None else f" ± {cost(s.standard_error)}"),
-                    {"mean": s.mean, "standard error": s.standard_error},
+                    cost(s.mean) + ("" if error is None else f" ± {cost(error)}"),
+                    {"mean": s.mean, "standard error": error},
                 ),
-                "95 % of mean": s.interval
+                "95 % of mean": interval
                 and Printed(
-                    f"{cost(s.interval.low)} to {cost(s.interval.high)}",
-                    {"mean from": s.interval.low, "mean to": s.interval.high},
+                    f"{cost(interval.low)} to {cost(interval.high)}",
+                    {"mean from": interval.low, "mean to": interval.high},
                 ),
-                "median": Printed(cost(s.median), {"median": s.median}),
+                "median": Printed(cost(median), {"median": median}),
                 "gap": Printed(f"{100 * gaps.mean():.1f} %", {"gap": float(gaps.mean())}) if len(gaps) else None,
                 "paths": float(np.round(cell["generated_paths"].mean())),
                 "nodes": float(np.round(cell["generated_nodes"].mean())),
@@ -254,8 +254,8 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
     said = "The exact optimum is" if attained else least
     caption = "No lower bound is known." if bound is None else f"{said} {bound:,.6g}."
     compared = runs.contestants
-    means = [s.mean for planner, s in zip(runs.planners, summaries, strict=True) if planner in compared]
-    best = " ".join(best_mean(compared, means, found))
+    theirs = [mean for planner, mean in zip(runs.planners, means, strict=True) if planner in compared]
+    best = " ".join(best_mean(compared, theirs, found))
     return Table.from_records(rows, caption, [best])
 
 
@@ -267,9 +267,9 @@ def _convergence(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
         at = grid(float(most))
         where = {"scenario": scenario, "budget": runs.budget}
         bands = [band(rows.histories(planner=planner, **where), at) for planner in compared]
-        panels.append(figures.Panel(scenario, runs.bound(scenario), bands=bands))
+        panels.append((scenario, runs.bound(scenario), bands))
     reached = np.concatenate([[], *(runs.all(planner, "success") for planner in compared)])
-    drawn = [any(np.isfinite(panel.bands[k].low).any() for panel in panels) for k in range(len(compared))]
+    drawn = [any(np.isfinite(bands[k][1]).any() for _, _, bands in panels) for k in range(len(compared))]
     bare = [planner for planner, shown in zip(compared, drawn, strict=True) if not shown]
     if not any(drawn):
         yield Text("No run kept a history with a finite cost, so there is nothing to draw.")
@@ -315,7 +315,7 @@ def _run_lengths(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
     yield Figure(f"run-lengths{mark}", caption, partial(figures.run_lengths, runs.contestants, each))
 
 
-def _split(name: str, panels: list[figures.Panel]) -> Iterator[tuple[str, list[figures.Panel]]]:
+def _split(name: str, panels: Sequence[figures.Panel[T]]) -> Iterator[tuple[str, Sequence[figures.Panel[T]]]]:
     for part, start in enumerate(range(0, len(panels), _MAX_PANELS)):
         mark = f"-{chr(ord('a') + part)}" if part < 26 else f"-{part}"
         yield name + mark * (len(panels) > _MAX_PANELS), panels[start : start + _MAX_PANELS]

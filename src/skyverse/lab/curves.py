@@ -1,7 +1,6 @@
 """Curves of a study: performance profiles, and the best cost so far as a function of effort."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,22 +42,19 @@ def best_so_far(history: History, at: ArrayLike) -> Floats:
     return best[np.searchsorted(history.evaluations, at, side="right")]
 
 
-@dataclass(frozen=True)
-class Quartiles:
-    """Quartiles over many runs of the best cost so far, (m,) each; a run that has ended keeps its last cost."""
-
-    evaluations: Floats
-    low: Floats
-    median: Floats
-    high: Floats
+Band = tuple[Floats, Floats, Floats, Floats]
+"""Evaluations, and after so many the quartiles of the best cost so far over many runs: low, median, high, (m,) each."""
 
 
-def band(histories: Iterable[History], at: Floats) -> Quartiles:
-    """Return quartiles of the runs' best costs after `at` evaluations; a run without a path costs infinity."""
+def band(histories: Iterable[History], at: Floats) -> Band:
+    """Return quartiles of the runs' best costs after `at` evaluations.
+
+    A run without a path costs infinity, and one that has ended keeps its last cost.
+    """
     runs = np.array([best_so_far(history, at) for history in histories]).reshape(-1, len(at))
     if len(runs) == 0:
         runs = np.full((1, len(at)), np.inf)
-    return Quartiles(at, *(quantile(runs, q) for q in (0.25, 0.5, 0.75)))
+    return at, quantile(runs, 0.25), quantile(runs, 0.5), quantile(runs, 0.75)
 
 
 def run_lengths(histories: Iterable[History], targets: ArrayLike) -> Floats:

@@ -4,22 +4,22 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, logarithmic, plain
 from skyverse.draw.palette import TRACKS
-from skyverse.lab.curves import Quartiles
+from skyverse.lab.curves import Band
 from skyverse.lab.report import one_line
 from skyverse.lab.statistics import Ranking, quantile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+T = TypeVar("T")
 FIGURE_WIDTH = 8.0
 """Inches of every figure."""
 PLANNER_COLOURS = (*TRACKS, "#000000")
@@ -48,6 +48,7 @@ _STYLE: Any = {
     "ytick.color": SOFT,
     "ytick.labelcolor": INK,
 }
+_BOUND: Any = {"color": SOFT, "linestyle": (0, (4, 3)), "linewidth": 1.1}
 _UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 
 
@@ -72,17 +73,11 @@ def image(figure: "Figure", suffix: str) -> bytes:
     return file.getvalue()
 
 
-@dataclass(frozen=True)
-class Panel:
-    """One scenario's part of a figure: title, lower bound where known, and a band or the costs of each planner."""
-
-    title: str
-    bound: float | None
-    bands: Sequence[Quartiles] = ()
-    costs: Sequence[Floats] = ()
+Panel = tuple[str, float | None, Sequence[T]]
+"""One scenario's part of a figure: title, lower bound where known, and what is drawn of each planner."""
 
 
-def convergence(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
+def convergence(labels: Sequence[str], panels: Sequence[Panel[Band]]) -> "Figure":
     """Draw median and quartiles of the best cost so far against evaluations, one panel for each scenario.
 
     The cost axis covers the costs after the first quarter of the evaluations; higher costs are cut off.
@@ -90,33 +85,31 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
     columns = min(2, len(panels))
     height = (2.9 if columns > 1 else 3.8) * math.ceil(len(panels) / columns) + _legend_height(labels)
     figure, grid = _panels(len(panels), columns, height=height)
-    for axes, panel in zip(grid, panels, strict=True):
+    for axes, (title, bound, bands) in zip(grid, panels, strict=True):
         late: list[float] = []
-        for index, band in enumerate(panel.bands):
-            median, low, high = (np.where(np.isfinite(v), v, np.nan) for v in (band.median, band.low, band.high))
-            axes.fill_between(band.evaluations, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
-            axes.step(
-                band.evaluations, median, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7
-            )
-            shown = np.concatenate([low, high])[np.tile(band.evaluations >= 0.25 * band.evaluations[-1], 2)]
+        for index, (at, *quartiles) in enumerate(bands):
+            low, median, high = (np.where(np.isfinite(costs), costs, np.nan) for costs in quartiles)
+            axes.fill_between(at, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
+            _step(axes, index, at, median)
+            shown = np.concatenate([low, high])[np.tile(at >= 0.25 * at[-1], 2)]
             late += shown[np.isfinite(shown)].tolist()
-        if panel.bound is not None:
-            axes.axhline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
-            late.append(panel.bound)
+        if bound is not None:
+            axes.axhline(bound, **_BOUND)
+            late.append(bound)
         if late:
             margin = 0.04 * (max(late) - min(late)) or 0.01 * abs(max(late)) or 1.0
             axes.set_ylim(min(late) - margin, max(late) + margin)
         logarithmic(axes, "x", (1.0,))
         axes.set_xlim(left=1)
-        axes.set_title(plain(_short(panel.title)))
+        axes.set_title(plain(_short(title)))
         axes.set_xlabel("evaluations")
         axes.set_ylabel("best cost so far")
-    _legend(figure, labels, bound=any(panel.bound is not None for panel in panels))
+    _legend(figure, labels, bound=any(bound is not None for _, bound, _ in panels))
     return figure
 
 
 def boxes(
-    labels: Sequence[str], panels: Sequence[Panel], quantity: str = "cost", lost: str = "without any path"
+    labels: Sequence[str], panels: Sequence[Panel[Floats]], quantity: str = "cost", lost: str = "without any path"
 ) -> "Figure":
     """Draw box plots of the costs, or of another quantity, with dots beyond the whiskers and the mean as a diamond.
 
@@ -126,20 +119,20 @@ def boxes(
     columns = min(2, len(panels))
     height = (0.26 * len(labels) + 1.1) * math.ceil(len(panels) / columns)
     figure, grid = _panels(len(panels), columns, height=height, sharey=True)
-    for axes, panel in zip(grid, panels, strict=True):
-        ends = [_whiskers(costs) for costs in panel.costs if np.isfinite(costs).any()]
-        ends += [] if panel.bound is None else [(panel.bound, panel.bound)]
+    for axes, (title, bound, everyone) in zip(grid, panels, strict=True):
+        ends = [_whiskers(costs) for costs in everyone if np.isfinite(costs).any()]
+        ends += [] if bound is None else [(bound, bound)]
         low, high = min((low for low, _ in ends), default=0.0), max((high for _, high in ends), default=1.0)
         margin = 0.05 * (high - low) or 0.01 * abs(high) or 1.0
         end = high + 8 * margin
-        largest = max([float(costs[np.isfinite(costs)].max(initial=low)) for costs in panel.costs], default=high)
+        largest = max([float(costs[np.isfinite(costs)].max(initial=low)) for costs in everyone], default=high)
         axes.set_xlim(low - margin, min(end, max(high, largest) + margin))
-        for index, costs in enumerate(panel.costs):
+        for index, costs in enumerate(everyone):
             _box(axes, index, costs, end, lost)
-        if panel.bound is not None:
-            axes.axvline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
-        axes.set_title(plain(_short(panel.title)))
-        axes.set_xlabel(quantity if panel.bound is None else f"{quantity} (dashed: lower bound, {panel.bound:,.6g})")
+        if bound is not None:
+            axes.axvline(bound, **_BOUND)
+        axes.set_title(plain(_short(title)))
+        axes.set_xlabel(quantity if bound is None else f"{quantity} (dashed: lower bound, {bound:,.6g})")
         _named(axes, labels)
     return figure
 
@@ -164,42 +157,47 @@ def bars(labels: Sequence[str], efforts: Mapping[str, Sequence[float]]) -> "Figu
 def profiles(labels: Sequence[str], curves: Sequence[tuple[Floats, Floats]], against: str) -> "Figure":
     """Draw performance profiles: the share of runs whose cost is within a ratio of `against`.
 
-    The axis ends twice as far from 1 as the 95 % quantile of the ratios, or at the largest ratio.
+    The axis ends twice as far from 1 as the 95 % quantile of the ratios, or at the largest ratio, so that a few large
+    ratios do not squeeze the others.
     """
-    figure, (axes,) = _panels(1, 1, height=3.8 + _legend_height(labels))
     found = np.concatenate([[1.0], *(ratio for ratio, _ in curves)])
     far = float(found.max())
-    end = max(
-        1.01, min(1.03 * far - 0.03, 2 * float(np.quantile(found, 0.95)) - 1)
-    )  # so that a few large ratios do not squeeze the others
-    for index, (ratio, share) in enumerate(curves):
-        x = np.concatenate([[1.0], ratio, [max(end, far)]])
-        y = np.concatenate([[0.0], share, share[-1:] if len(share) else [0.0]])
-        axes.step(x, y, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
+    end = max(1.01, min(1.03 * far - 0.03, 2 * float(np.quantile(found, 0.95)) - 1))
+    steps = [
+        (np.r_[1.0, ratio, max(end, far)], np.r_[0.0, share, share[-1:] if len(share) else 0.0])
+        for ratio, share in curves
+    ]
+    figure, axes = _shares(labels, steps, f"cost / {against}", "share of runs")
     if end > 4:
         logarithmic(axes, "x", (1.0, 2.0, 5.0))
     axes.set_xlim(1.0, end)
-    axes.set_ylim(0.0, 1.02)
-    axes.set_xlabel(f"cost / {against}")
-    axes.set_ylabel("share of runs")
-    _legend(figure, labels, bound=False)
     return figure
 
 
 def run_lengths(labels: Sequence[str], lengths: Sequence[Floats]) -> "Figure":
     """Draw the share of runs and targets that were reached after so many evaluations; `lengths` (n,) of each label."""
-    figure, (axes,) = _panels(1, 1, height=3.8 + _legend_height(labels))
-    for index, each in enumerate(lengths):
-        x = np.sort(each[np.isfinite(each)])
-        y = np.arange(1, len(x) + 1) / max(1, len(each))
-        axes.step(x, y, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
+    reached = [np.sort(each[np.isfinite(each)]) for each in lengths]
+    steps = [(x, np.arange(1, len(x) + 1) / max(1, len(each))) for x, each in zip(reached, lengths, strict=True)]
+    figure, axes = _shares(labels, steps, "evaluations", "share of runs and targets")
     logarithmic(axes, "x", (1.0,))
     axes.set_xlim(left=1)
-    axes.set_ylim(0.0, 1.02)
-    axes.set_xlabel("evaluations")
-    axes.set_ylabel("share of runs and targets")
-    _legend(figure, labels, bound=False)
     return figure
+
+
+def _shares(labels: Sequence[str], steps: Sequence[tuple[Floats, Floats]], x: str, y: str) -> tuple["Figure", Any]:
+    """Return a figure of step functions from 0 to 1, one for each label, and its axes."""
+    figure, (axes,) = _panels(1, 1, height=3.8 + _legend_height(labels))
+    for index, step in enumerate(steps):
+        _step(axes, index, *step)
+    axes.set_ylim(0.0, 1.02)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    _legend(figure, labels, bound=False)
+    return figure, axes
+
+
+def _step(axes: Any, index: int, x: Floats, y: Floats) -> None:
+    axes.step(x, y, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
 
 
 def critical_difference(labels: Sequence[str], found: Ranking) -> "Figure":
@@ -313,7 +311,7 @@ def _legend(figure: "Figure", labels: Sequence[str], *, bound: bool) -> None:
     lines = [Line2D([], [], color=_colour(k), linestyle=_dash(k), linewidth=1.9) for k in range(len(labels))]
     names = [plain(_short(label)) for label in labels]
     if bound:
-        lines.append(Line2D([], [], color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1))
+        lines.append(Line2D([], [], **_BOUND))
         names.append("lower bound")
     figure.legend(lines, names, loc="outside lower center", ncols=_columns(labels), handlelength=2.4)
 

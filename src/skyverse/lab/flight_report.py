@@ -7,10 +7,9 @@ import numpy as np
 
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns
-from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
-from skyverse.lab.report import Block, Cell, Figure, Printed, SectionHeading, Table, p_value
+from skyverse.lab.report import Block, Cell, Figure, Printed, SectionHeading, Table, bare_p
 from skyverse.lab.rows import Rows
-from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, bootstrap, holm, magnitude
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, PairwiseTest, bootstrap, compare_pairs, holm, magnitude
 
 _FLOWN = (
     *("status", "verdict", "contacts", "least_gap", "flown_length", "least_length", "replans", "unproven"),
@@ -110,7 +109,7 @@ def _judgement(runs: BudgetRuns, kept: str, restarted: str, test: PairwiseTest, 
         "A12": Printed(f"{test.chance:.2f}", {"A12": test.chance}),
         "effect": magnitude(test.chance),
         "rank-biserial": None if test.correlation is None else f"{test.correlation:+.2f}",
-        "p (Holm)": None if p is None else p_value(p).removeprefix("p ").removeprefix("= "),
+        "p (Holm)": None if p is None else bare_p(p),
     }
 
 

@@ -2,14 +2,16 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
-from skyverse.lab.code_digest import code_digest, digest, settings_of
+from skyverse.lab.code_versions import code_digest, digest, settings_of
 from skyverse.live.policies.policy import Policy
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.conditions import Sensor
-from skyverse.model.quantities import derived
+from skyverse.model.quantities import Model, derived
 from skyverse.model.scenario import Scenario
 from skyverse.planners.base import Planner
 from skyverse.planners.objective import PathObjective
@@ -36,28 +38,30 @@ class KnownBeforehand:
 Contender = Planner | Policy | OwnReplanner | KnownBeforehand
 
 
-@dataclass(frozen=True)
-class Encounters:
-    """What is met in flight, what sees it, and how long that may take.
+class Encounters(Model, strict=True, allow_inf_nan=False):
+    """What is met in flight: random movers, which the seed makes, and obstacles that nobody knows of beforehand.
 
     Attributes
     ----------
     kind, count, speed
-        Those of `random_movers`, which a run's seed makes.
+        Those of `random_movers`.
     hidden
-        How many of the scenario's obstacles nobody knows of beforehand; the seed draws which.
-    sensor
-        What UAVs see with.
-    longest
-        Seconds after which a flight is given up.
+        How many of the scenario's obstacles are not known beforehand; the seed draws which.
+    label
+        By default the other fields in words.
     """
 
-    kind: MoverKind
-    count: int
-    speed: float
-    hidden: int
-    sensor: Sensor
-    longest: float
+    label: str = ""
+    kind: MoverKind = "spinners"
+    count: Annotated[int, Field(ge=0)] = 10
+    speed: Annotated[float, Field(ge=1e-3, le=1e3, strict=False)] = 1.0
+    hidden: Annotated[int, Field(ge=0)] = 0
+
+    @model_validator(mode="after")
+    def _labelled(self) -> Self:
+        walls = f", {self.hidden} hidden" if self.hidden else ""
+        told = f"{self.count} {self.kind} at {self.speed:g} m/s{walls}"
+        return self if self.label else derived(self, label=told)
 
     def truth(self, scenario: Scenario, seed: int) -> Scenario:
         """Return the scenario with all that there is."""
@@ -70,19 +74,29 @@ class Encounters:
         return derived(scenario, obstacles=tuple(o for k, o in enumerate(obstacles) if k not in hidden), movers=())
 
 
+USUAL_SENSOR = Sensor(range=8.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A scenario, its label, the assignment of its targets, and what moves. Cases with the same content are equal."""
+    """A scenario, its label, the assignment of its targets, and for flights among movers what is met in them.
+
+    Cases with the same content are equal. UAVs see with the `sensor`, and a flight is given up after the `longest`
+    time, in seconds.
+    """
 
     label: str
     scenario: Scenario
     assignment: Assignment = "path-cost"
     encounters: Encounters | None = None
+    sensor: Sensor = USUAL_SENSOR
+    longest: float = 60.0
 
     @cached_property
     def digest(self) -> str:
         """A digest of all but the label."""
-        return digest(self.scenario.digest, self.assignment, repr(self.encounters))
+        met = self.encounters and repr((self.encounters, self.sensor, self.longest))
+        return digest(self.scenario.digest, self.assignment, met)
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, Case) else NotImplemented
@@ -143,7 +157,7 @@ class Job:
         """Return a run that is as short as it can be and needs the same kernels."""
         if self.case.encounters is None:
             return replace(self, stop=MaxIterations(1))
-        return replace(self, case=replace(self.case, encounters=replace(self.case.encounters, longest=0.5)))
+        return replace(self, case=replace(self.case, longest=0.5))
 
     def __str__(self) -> str:
         return "{}, {}, {}, seed {}".format(*self.run)

@@ -8,9 +8,8 @@ import numpy as np
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns
 from skyverse.lab.curves import profile
-from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
-from skyverse.lab.report import Block, Cell, Figure, Printed, Table, Text, literal, named, p_value
-from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, magnitude, ranking
+from skyverse.lab.report import Block, Cell, Figure, Printed, Table, Text, bare_p, literal, named, p_value
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, PairwiseTest, compare_pairs, magnitude, ranking
 from skyverse.model.short_lines import counted
 
 
@@ -80,14 +79,14 @@ def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest]) -> Tabl
     rows: list[dict[str, Cell]] = []
     for (i, j), c in found.items():
         (i, j), chance = ((i, j), c.chance) if c.chance >= 0.5 else ((j, i), 1 - c.chance)  # the better one first
-        told = f"too few: {counted(c.runs, 'run')}" if c.p is None else _bare(c.p)
+        told = f"too few: {counted(c.runs, 'run')}" if c.p is None else bare_p(c.p)
         row: dict[str, Cell] = {"planner": runs.contestants[i], "against": runs.contestants[j]}
         row |= {"A12": Printed(f"{chance:.2f}", {"A12": chance}), "effect": magnitude(chance)}
         lost = {"failed": failed[i], "failed against": failed[j]}
         row["failed"] = Printed(f"{failed[i]}, {failed[j]}", lost)
         row["p (Holm)"] = Printed("scenarios disagree" if c.scenarios_disagree else told, {"p (Holm)": c.p})
         if (agree := c.heterogeneity) is not None:
-            row["p that scenarios agree"] = Printed(_bare(agree), {"p that scenarios agree": agree})
+            row["p that scenarios agree"] = Printed(bare_p(agree), {"p that scenarios agree": agree})
         rows.append(row)
     caption = "The planner that is cheaper more often stands first. *Failed* are the runs of each that did not reach."
     if len(runs.scenarios) > 1:
@@ -96,10 +95,6 @@ def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest]) -> Tabl
             "each is told above."
         )
     return Table.from_records(rows, caption)
-
-
-def _bare(p: float) -> str:
-    return p_value(p).removeprefix("p ").removeprefix("= ")
 
 
 def _ranks(runs: BudgetRuns, mark: str) -> Iterator[Block]:

@@ -128,7 +128,12 @@ def p_value(p: float | None) -> str:
     """Return p with its name; ``None`` stands for too few runs to compute p."""
     if p is None:
         return "too few runs for p"
-    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}" if p < 0.1 else f"p = {p:.2f}"
+    return f"p {bare_p(p)}" if p < 0.001 else f"p = {bare_p(p)}"
+
+
+def bare_p(p: float) -> str:
+    """Return p without its name."""
+    return "< 0.001" if p < 0.001 else f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
 
 
 def whole_numbers(numbers: Iterable[int]) -> str:

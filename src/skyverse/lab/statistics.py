@@ -1,12 +1,13 @@
-"""Summaries, statistical tests, effect sizes and ranks of costs, where less is better.
+"""Statistical tests, effect sizes and ranks of costs, where less is better; every two planners compared.
 
 A cost may be infinite, where a run found no path at all; it is worse than any other cost, and equal to itself.
 """
 
 import math
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -27,38 +28,27 @@ class Interval(NamedTuple):
     high: float
 
 
-@dataclass(frozen=True)
-class Summary:
-    """Summary statistics of some costs, of which those of failures may be infinite.
+class Sample(NamedTuple):
+    """The mean of some values, their standard deviation, which is nan below two or with an infinite one, and number."""
 
-    Attributes
-    ----------
-    runs, mean, median, quartiles
-        Infinite where that many runs are; nan without runs.
-    standard_error
-        Of the mean; ``None`` with fewer than two runs or an infinite one.
-    interval
-        Bootstrap confidence interval of the mean; ``None`` below `MIN_RESAMPLED_RUNS` runs or with an infinite one.
-    """
-
-    runs: int
     mean: float
-    standard_error: float | None
-    interval: Interval | None
-    median: float
-    quartiles: tuple[float, float]
+    deviation: float
+    runs: int
+
+    @property
+    def error(self) -> float:
+        """The standard error of the mean."""
+        return self.deviation / math.sqrt(self.runs)
+
+    def __str__(self) -> str:
+        return f"{self.mean:.1f} ± {self.error:.1f}"
 
 
-def summary(values: ArrayLike) -> Summary:
-    """Summarise `values`, (n,)."""
+def sample(values: ArrayLike) -> Sample:
+    """Return the sample of `values`, (n,)."""
     numbers = np.asarray(values, dtype=np.float64)
-    n = len(numbers)
-    if n == 0:
-        return Summary(0, math.nan, None, None, math.nan, (math.nan, math.nan))
-    finite = bool(np.isfinite(numbers).all())
-    low, median, high = (float(quantile(numbers, q)) for q in (0.25, 0.5, 0.75))
-    error = float(np.std(numbers, ddof=1) / math.sqrt(n)) if n > 1 and finite else None
-    return Summary(n, float(np.mean(numbers)), error, bootstrap(numbers), median, (low, high))
+    known = len(numbers) > 1 and np.isfinite(numbers).all()
+    return Sample(float(np.mean(numbers)), float(np.std(numbers, ddof=1)) if known else math.nan, len(numbers))
 
 
 def quantile(values: Floats, q: float) -> Floats:
@@ -72,7 +62,9 @@ def quantile(values: Floats, q: float) -> Floats:
 
 
 def bootstrap(values: Floats, *, seed: int = 0) -> Interval | None:
-    """Return the BCa bootstrap interval of the mean from 2,000 resamples drawn with `seed`; see `Summary.interval`.
+    """Return the BCa bootstrap interval of the mean from 2,000 resamples drawn with `seed`.
+
+    It is ``None`` for fewer values than `MIN_RESAMPLED_RUNS`, or where one is infinite.
 
     Where BCa is not defined, because the mean is an end of its resampled values, the percentiles are taken.
     """
@@ -279,3 +271,83 @@ def groups(ranks: Sequence[float] | Floats, difference: float) -> tuple[tuple[in
             found.append(tuple(order[first : last + 1]))
             reached = last
     return tuple(found)
+
+
+Costs = Mapping[str, Mapping[int, float]]
+"""Costs by scenario and seed."""
+
+
+@dataclass(frozen=True)
+class PairwiseTest:
+    """How the costs of one planner compare with those of another.
+
+    Attributes
+    ----------
+    runs
+        The number of pairs by seed (Wilcoxon), or of runs of both that were not paired (Mann-Whitney).
+    chance
+        The probability that a run of the first planner is cheaper than one of the second in the same scenario, where
+        ties count half: Vargha and Delaney's A12, averaged over the scenarios.
+    correlation
+        Matched-pairs rank-biserial, 1 where the first planner is always cheaper; ``None`` where runs were not paired.
+    p
+        Of the scenario's test, or of the tests of several combined (Stouffer); adjusted by Holm for all pairs that were
+        tested together; ``None`` where there are too few runs.
+    heterogeneity
+        The p of the hypothesis that the same planner is better in all scenarios; ``None`` for a single one.
+    """
+
+    runs: int
+    chance: float
+    correlation: float | None
+    p: float | None
+    heterogeneity: float | None
+
+    @property
+    def paired(self) -> bool:
+        """Whether runs were paired by seed."""
+        return self.correlation is not None
+
+    @property
+    def scenarios_disagree(self) -> bool:
+        """Whether one planner is better in some scenarios and the other in others, so that neither is in general."""
+        return self.heterogeneity is not None and self.heterogeneity < SIGNIFICANCE_LEVEL
+
+
+def compare_pairs(planners: Sequence[Costs], *, paired: bool = False) -> dict[tuple[int, int], PairwiseTest]:
+    """Compare every two planners in the scenarios that both have run; return the tests by the planners' indices.
+
+    If `paired`, runs with the same seed are pairs, as where a seed makes the same movers for all; else a seed means
+    nothing from one planner to another.
+    """
+    found = {
+        (i, j): _compare(planners[i], planners[j], both, paired)
+        for i, j in combinations(range(len(planners)), 2)
+        if (both := [scenario for scenario, costs in planners[i].items() if costs and planners[j].get(scenario)])
+    }
+    tested = [(pair, contrast.p) for pair, contrast in found.items() if contrast.p is not None]
+    for (pair, _), p in zip(tested, holm([p for _, p in tested]), strict=True):
+        found[pair] = replace(found[pair], p=float(p))
+    return found
+
+
+def _compare(first: Costs, second: Costs, scenarios: Sequence[str], paired: bool) -> PairwiseTest:
+    alone = [_in_one(first[scenario], second[scenario], paired) for scenario in scenarios]
+    runs, chances, correlations, tested, least = zip(*alone, strict=True)
+    correlation = None if None in correlations else float(np.mean(correlations))
+    p, heterogeneity = combined(tested, np.subtract(chances, 0.5) if correlation is None else correlations)
+    enough = combined(least, np.ones(len(least)))[0] <= SIGNIFICANCE_LEVEL
+    return PairwiseTest(sum(runs), float(np.mean(chances)), correlation, p if enough else None, heterogeneity)
+
+
+def _in_one(
+    first: Mapping[int, float], second: Mapping[int, float], paired: bool
+) -> tuple[int, float, float | None, float, float]:
+    """Return runs, chance, correlation and p in one scenario, and the least p that so many runs could have."""
+    a, b = (np.array(list(costs.values())) for costs in (first, second))
+    chance, pairs = a12(b, a), [(first[seed], second[seed]) for seed in first if seed in second]
+    if paired and 2 * len(pairs) >= max(len(a), len(b)):
+        one, other = np.array(pairs).T
+        return len(pairs), chance, rank_biserial(other, one), wilcoxon(one, other), 2.0 ** (1 - len(pairs))
+    least = min(1.0, 2 / math.comb(len(a) + len(b), len(a)))
+    return len(a) + len(b), chance, None, mann_whitney(a, b), least

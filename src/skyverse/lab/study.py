@@ -13,12 +13,10 @@ from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError, path_of
 from skyverse.files import BUILTIN_NAMES, read_scenario
 from skyverse.files.document import explained, parse, read_text
-from skyverse.lab.job import Case, Contender, Encounters, Job
+from skyverse.lab.job import USUAL_SENSOR, Case, Contender, Encounters, Job
 from skyverse.lab.study_parts import (
     Budget,
     Seeds,
-    StudyModel,
-    StudyMovers,
     StudyObjective,
     StudyPlanner,
     StudyPolicy,
@@ -33,7 +31,7 @@ from skyverse.lab.study_parts import (
 )
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.conditions import Sensor
-from skyverse.model.quantities import derived
+from skyverse.model.quantities import Model, derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import temporary_zones
 from skyverse.planners.objective import PathObjective
@@ -44,7 +42,7 @@ _ONLY_PLANNERS = {"budget", "objective"}
 _ONLY_POLICIES = {"movers", "sensor", "longest"}
 
 
-class Study(StudyModel):
+class Study(Model, strict=True, allow_inf_nan=False):
     """A comparison: all planners on all scenarios, with all budgets and seeds; or policies among movers.
 
     Attributes
@@ -93,7 +91,7 @@ class Study(StudyModel):
         tuple[Annotated[StudyPolicy, named_by("policy")], ...], BeforeValidator(as_tuple), Field(min_length=1)
     ] = Field(default=(), validate_default=False)
     movers: Annotated[
-        tuple[Annotated[StudyMovers, named_by("kind")], ...], BeforeValidator(as_tuple), Field(min_length=1)
+        tuple[Annotated[Encounters, named_by("kind")], ...], BeforeValidator(as_tuple), Field(min_length=1)
     ] = Field(default=(), validate_default=False)
     seeds: Seeds = 30  # type: ignore[assignment]
     budget: Annotated[
@@ -104,7 +102,7 @@ class Study(StudyModel):
     ] = {"paths": 1000}  # type: ignore[assignment]
     assignment: Assignment = "path-cost"
     objective: Annotated[StudyObjective | None, named_by("objective"), BeforeValidator(as_settings)] = None
-    sensor: Sensor = Sensor(range=8.0)
+    sensor: Sensor = USUAL_SENSOR
     longest: Annotated[float, Field(gt=0, le=3600, strict=False)] = 60.0
 
     @model_validator(mode="after")
@@ -181,7 +179,7 @@ class Study(StudyModel):
             )
         return Case(given.label, scenario, self.assignment)
 
-    def _flown_case(self, given: StudyScenario, movers: StudyMovers) -> Case:
+    def _flown_case(self, given: StudyScenario, movers: Encounters) -> Case:
         scenario = _read(given)
         for number, zone in enumerate(scenario.zones):
             if zone.max_speed is not None or zone.active is not None:
@@ -194,8 +192,7 @@ class Study(StudyModel):
                 f"{given.file}: obstacles: expected {movers.hidden} or more, of which so many are hidden, "
                 f"found {len(scenario.obstacles)}"
             )
-        encounters = Encounters(movers.kind, movers.count, movers.speed, movers.hidden, self.sensor, self.longest)
-        return Case(f"{given.label}: {movers.label}", scenario, self.assignment, encounters)
+        return Case(f"{given.label}: {movers.label}", scenario, self.assignment, movers, self.sensor, self.longest)
 
     def _refuse_two_units(self, scenario: Scenario) -> None:
         off = [contender.label for contender in self.planners if contender.make().leaves_lattice(scenario)]
@@ -232,7 +229,7 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
     try:
         study = Study.model_validate(data)
     except ValidationError as error:
-        parts = (Study, StudyScenario, StudyPlanner, StudyPolicy, StudyMovers, Budget, Sensor)
+        parts = (Study, StudyScenario, StudyPlanner, StudyPolicy, Encounters, Budget, Sensor)
         raise explained(source, error, data, {name for part in parts for name in part.model_fields}) from None
     return study.with_files(lambda file: str(folder / file))
 

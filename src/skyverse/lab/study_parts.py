@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
 from skyverse.errors import InputError
 from skyverse.files import BUILTIN_NAMES
-from skyverse.lab.code_digest import code_digest, settings_of
+from skyverse.lab.code_versions import code_digest, settings_of
 from skyverse.lab.job import KnownBeforehand, OwnReplanner
 from skyverse.live.policies import POLICY_NAMES, make_policy
 from skyverse.live.policies.policy import Policy
@@ -19,17 +19,10 @@ from skyverse.model.quantities import Model, derived
 from skyverse.planners import make_planner, name_of, own_class
 from skyverse.planners.base import Planner
 from skyverse.planners.objective import PathObjective
-from skyverse.samples.movers import MoverKind
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
 
 
-class StudyModel(Model):
-    """A part of a study's file."""
-
-    model_config = ConfigDict(strict=True, allow_inf_nan=False)
-
-
-class StudyScenario(StudyModel):
+class StudyScenario(Model, strict=True, allow_inf_nan=False):
     """A scenario, by built-in name or file, and its label, which by default is the name or the stem of the file."""
 
     label: str = ""
@@ -40,17 +33,10 @@ class StudyScenario(StudyModel):
         return self if self.label else derived(self, label=label_of(self.file))
 
 
-class MadeByName(Model, ABC):
+class MadeByName(Model, ABC, extra="allow", strict=True):
     """What is made by its name and settings, and its label, which by default is the name followed by the settings."""
 
-    model_config = ConfigDict(extra="allow", strict=True)
-
     label: str = ""
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """Its name."""
 
     @abstractmethod
     def make(self) -> Any:
@@ -65,8 +51,11 @@ class MadeByName(Model, ABC):
     def _made(self) -> Self:
         made = self.make()
         code_digest(settings_of(made), made)  # as it is imported
-        settings = " ".join(f"{name}={value}" for name, value in self.settings.items())
-        return self if self.label else derived(self, label=f"{self.name} {settings}".strip())
+        if self.label:
+            return self
+        (name,) = (value for key, value in self if key not in ("label", *self.settings))
+        settings = (f"{key}={value}" for key, value in self.settings.items())
+        return derived(self, label=" ".join([name.rpartition(":")[2], *settings]))  # of an own one its class
 
 
 Count = Annotated[int, Field(ge=1)]
@@ -143,11 +132,6 @@ class StudyPlanner(MadeByName):
 
     planner: str
 
-    @property
-    def name(self) -> str:
-        """The planner's name, of an own one that of its class."""
-        return self.planner.rpartition(":")[2]
-
     def make(self) -> Planner:
         """Return the planner."""
         return make_planner(self.planner, **self.settings)
@@ -173,18 +157,12 @@ class StudyObjective(MadeByName):
 
     objective: str
 
-    @property
-    def name(self) -> str:
-        """The name of its class."""
-        return self.objective.rpartition(":")[2]
-
     def make(self) -> PathObjective:
         """Return the objective."""
-        objective: PathObjective = own_class(self.objective, PathObjective)(**self.settings)
-        return objective
+        return own_class(self.objective, PathObjective)(**self.settings)
 
 
-class Budget(StudyModel):
+class Budget(Model, strict=True, allow_inf_nan=False):
     """The budget of each UAV's search: exactly one of these limits."""
 
     paths: Count | None = None
@@ -227,41 +205,10 @@ def one_or_list(budgets: tuple[Budget, ...]) -> Any:
 _CONTENDERS = {"default": OwnReplanner, "known-beforehand": KnownBeforehand}
 
 
-class StudyMovers(StudyModel):
-    """What moves in a flight: random movers, which the seed makes, and obstacles that nobody knows of beforehand.
-
-    Attributes
-    ----------
-    kind, count, speed
-        As those of `random_movers`.
-    hidden
-        How many of the scenario's obstacles are not known beforehand; the seed draws which.
-    label
-        By default the other fields in words.
-    """
-
-    label: str = ""
-    kind: MoverKind = "spinners"
-    count: Annotated[int, Field(ge=0)] = 10
-    speed: Annotated[float, Field(ge=1e-3, le=1e3, strict=False)] = 1.0
-    hidden: Annotated[int, Field(ge=0)] = 0
-
-    @model_validator(mode="after")
-    def _labelled(self) -> Self:
-        walls = f", {self.hidden} hidden" if self.hidden else ""
-        told = f"{self.count} {self.kind} at {self.speed:g} m/s{walls}"
-        return self if self.label else derived(self, label=told)
-
-
 class StudyPolicy(MadeByName):
     """A policy by name, its settings, and its label."""
 
     policy: str
-
-    @property
-    def name(self) -> str:
-        """The policy's name."""
-        return self.policy
 
     def make(self) -> Policy | OwnReplanner | KnownBeforehand:
         """Return the policy."""

@@ -11,7 +11,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.files import read_scenario
 from skyverse.lab.job import Case, Job
-from skyverse.lab.plan_job import problems_of
+from skyverse.lab.planned_run import problems_of
 from skyverse.lab.report import Block
 from skyverse.lab.rows import Rows
 from skyverse.mission.plan_mission import Assignment

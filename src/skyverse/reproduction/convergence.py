@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import product
 
-from skyverse.lab.figures import Panel, boxes
+from skyverse.lab.figures import boxes
 from skyverse.lab.job import Case, Job
 from skyverse.lab.report import Block, Figure, Table, Text
 from skyverse.reproduction.cell_runs import (
@@ -129,7 +129,7 @@ def _boxes(name: str, k: int, cells: CellRuns) -> list[Block]:
     paths = cells.values("generated_paths", given, "MVO", FORMS[1], *cell_size)
     labels.append("random restart")
     costs.append(cells.restart(given, float(paths.mean())))
-    panel = Panel(MAP_TITLES[name], optimum(given), costs=costs)
+    panel = (MAP_TITLES[name], optimum(given), costs)
     text = (
         f"**Figure 4.{k}**: distribution of the best cost on {MAP_TITLES[name]} after {LAST_ITERATION} "
         f"iterations, population {CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean(costs[-1])}) after "

@@ -11,7 +11,7 @@ import numpy as np
 from skyverse.lab.job import Job
 from skyverse.lab.report import Block, SectionHeading, Table, Text
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import run_jobs
+from skyverse.lab.running import run_jobs
 from skyverse.mission.assignment import assign, straight_line
 from skyverse.reproduction.cell_runs import FORMS, CellRuns, all_methods, case
 from skyverse.reproduction.claim_verdict import (

@@ -10,7 +10,7 @@ from skyverse.lab.job import Job
 from skyverse.lab.report import Block, Report, SectionHeading, Text
 from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_study import OnRun, run_jobs
+from skyverse.lab.running import OnRun, run_jobs
 from skyverse.reproduction import claims, convergence, costs, fleets, flight_figures, populations
 from skyverse.reproduction.cell_runs import CellRuns, ThesisPart
 from skyverse.reproduction.claim_verdict import ClaimVerdict

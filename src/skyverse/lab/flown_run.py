@@ -2,14 +2,13 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.lab.code_digest import settings_of, versions
+from skyverse.lab.code_versions import settings_of, versions
 from skyverse.lab.job import Case, Job, KnownBeforehand, OwnReplanner
 from skyverse.lab.row import Row
 from skyverse.live.closed_loop import fly_closed_loop
@@ -23,7 +22,7 @@ from skyverse.model.result import Effort, no_history
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
-from skyverse.model.verdict import Fault, Violation
+from skyverse.model.verdict import Fault, Verdict, Violation
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 from skyverse.referee.mission import judge_fleet
@@ -48,68 +47,87 @@ class _Flown:
     effort: Effort
 
 
-def fly_job(job: Job) -> Row:
-    """Plan the mission with what is known, fly it among what there is, replanned as the job says, and judge it."""
-    assert job.case.encounters is not None
-    truth = job.case.encounters.truth(job.case.scenario, job.seed)
-    flown = _known_beforehand(job, truth) if isinstance(job.planner, KnownBeforehand) else _replanned(job, truth)
-    return _row(job, truth, flown)
+def planned(case: Case) -> Mission:
+    """Return the mission of a case as it is planned, without what is met."""
+    return plan_mission(case.scenario, assignment=case.assignment, workers=1)
 
 
-def _known_beforehand(job: Job, truth: Scenario) -> _Flown:
+def least_lengths(case: Case, assignment: tuple[int | None, ...]) -> list[float]:
+    """Return a lower bound of the length that each UAV must fly to its target, metres; 0 without a target.
+
+    A path is no shorter among movers than among what stands still, so that `Taut`'s proven bound of its length holds.
+    """
+    airspace, fuel = Airspace(case.scenario), case.scenario.objective.fuel
+    found = []
+    for uav, target in enumerate(assignment):
+        if target is None:
+            found.append(0.0)
+            continue
+        problem = Problem(airspace, uav, target)
+        bound = Taut().plan(problem).bound  # a price, of metres that cost `fuel` each
+        apart = math.dist(problem.uav_place, problem.target_place)
+        found.append(max((bound or 0.0) / fuel, apart) if fuel > 0 else apart)
+    return found
+
+
+def fly_job(
+    job: Job,
+    mission_of: Callable[[Case], Mission] = planned,
+    lengths_of: Callable[[Case, tuple[int | None, ...]], list[float]] = least_lengths,
+) -> Row:
+    """Plan the mission with what is known, fly it among what there is, replanned as the job says, and judge it.
+
+    Flights of the same scenario may share missions and lengths: `planned` and `least_lengths` that keep what they
+    found.
+    """
+    case = job.case
+    assert case.encounters is not None
+    truth = case.encounters.truth(case.scenario, job.seed)
+    if isinstance(job.planner, KnownBeforehand):
+        flown = _known_beforehand(truth, case)
+    else:
+        known = Case("", case.encounters.known(case.scenario, job.seed), case.assignment)
+        flown = _replanned(job, truth, mission_of(known))
+    return _row(job, truth, flown, lengths_of(Case("", derived(truth, movers=())), flown.mission.assignment))
+
+
+def _known_beforehand(truth: Scenario, case: Case) -> _Flown:
     began = time.perf_counter()
-    mission = plan_mission(truth, assignment=job.case.assignment, workers=1)
+    mission = plan_mission(truth, assignment=case.assignment, workers=1)
     took = 1e3 * (time.perf_counter() - began)
     wanted = [k for k, target in enumerate(mission.assignment) if target is not None]
     flown = mission.trajectories
-    ends = [None if flown[k] is None else flown[k].end for k in wanted]  # type: ignore[union-attr]
     certificates = [mission.certificates[k] for k in wanted] if mission.certificates else []
-    proven = bool(certificates) and all(one is not None and one.verdict.value == "proven" for one in certificates)
-    arrived = proven and None not in ends
-    arrival = max((end for end in ends if end is not None), default=0.0) if arrived else None
-    return _Flown(mission, flown, arrival, (), (took,), Effort(0, 0, 0))
+    proven = bool(certificates) and all(one is not None and one.verdict is Verdict.PROVEN for one in certificates)
+    ends = [None if (one := flown[k]) is None else one.end for k in wanted]
+    return _Flown(mission, flown, _last(ends) if proven and None not in ends else None, (), (took,), Effort(0, 0, 0))
 
 
-def _replanned(job: Job, truth: Scenario) -> _Flown:
-    case, encounters = job.case, job.case.encounters
-    assert encounters is not None
-    known = encounters.known(case.scenario, job.seed)
-    mission = _mission(Case("", known, case.assignment))
-    own, policy = isinstance(job.planner, OwnReplanner), isinstance(job.planner, Policy)
+def _replanned(job: Job, truth: Scenario, mission: Mission) -> _Flown:
+    asked = job.planner
     flight = Replanner(
         mission,
-        policy=job.planner if policy else None,  # type: ignore[arg-type]
+        policy=asked if isinstance(asked, Policy) else None,
         rng=np.random.default_rng([job.seed, 2]),
-        **({"candidates": job.planner.candidates} if own else {}),  # type: ignore[union-attr]
+        **({"candidates": asked.candidates} if isinstance(asked, OwnReplanner) else {}),
     )
     answers: list[Replan] = []
-    arrived = fly_closed_loop(
-        flight, truth, encounters.sensor, longest=encounters.longest, rng=job.seed, on_answers=answers.extend
-    )
-    uavs = range(len(known.uavs))
-    ends = [flight.arrival(uav) for uav in uavs if mission.assignment[uav] is not None]
-    arrival = max((end for end in ends if end is not None), default=0.0) if arrived else None
-    effort = flight.effort
+    case, told = job.case, answers.extend
+    arrived = fly_closed_loop(flight, truth, case.sensor, longest=case.longest, rng=job.seed, on_answers=told)
+    uavs = range(len(truth.uavs))
+    arrival = _last([flight.arrival(uav) for uav in uavs if mission.assignment[uav] is not None]) if arrived else None
     flown = tuple(flight.flown(uav) for uav in uavs)
-    return _Flown(mission, flown, arrival, answers, [1e3 * one.seconds for one in answers], effort)
+    return _Flown(mission, flown, arrival, answers, [1e3 * one.seconds for one in answers], flight.effort)
 
 
-@lru_cache(maxsize=8)
-def _mission(known: Case) -> Mission:
-    return plan_mission(known.scenario, assignment=known.assignment, workers=1)
+def _last(ends: Sequence[float | None]) -> float:
+    return max((end for end in ends if end is not None), default=0.0)
 
 
-@lru_cache(maxsize=8)
-def _least_lengths(still: Case, assignment: tuple[int | None, ...]) -> list[float]:
-    return least_lengths(still.scenario, assignment)
-
-
-def _row(job: Job, truth: Scenario, flown: _Flown) -> Row:
-    assert job.case.encounters is not None
-    lengths = _least_lengths(Case("", derived(truth, movers=())), flown.mission.assignment)
+def _row(job: Job, truth: Scenario, flown: _Flown, lengths: Sequence[float]) -> Row:
     bound = max(least_seconds(length, uav) for length, uav in zip(lengths, truth.uavs, strict=True))
     arrived = flown.arrival is not None
-    last = job.case.encounters.longest if flown.arrival is None else flown.arrival
+    last = job.case.longest if flown.arrival is None else flown.arrival
     gaps = _gaps(truth, flown.trajectories, last + STAY)
     wrong = _violations(truth, flown, arrived)
     success = arrived and not wrong
@@ -169,24 +187,6 @@ def _gaps(truth: Scenario, trajectories: Sequence[Trajectory | None], last: floa
             places = flown.at(np.clip(instants, flown.start, flown.end)).position
             found.append(mover_gaps(shapes, instants, places).min(axis=1))
     return np.concatenate(found)
-
-
-def least_lengths(scenario: Scenario, assignment: tuple[int | None, ...]) -> list[float]:
-    """Return a lower bound of the length that each UAV must fly to its target, metres; 0 without a target.
-
-    A path is no shorter among movers than among what stands still, so that `Taut`'s proven bound of its length holds.
-    """
-    airspace = Airspace(scenario)
-    found = []
-    for uav, target in enumerate(assignment):
-        if target is None:
-            found.append(0.0)
-            continue
-        problem = Problem(airspace, uav, target)
-        bound = Taut().plan(problem).bound  # a price, of metres that cost `fuel` each
-        apart = math.dist(problem.uav_place, problem.target_place)
-        found.append(max((bound or 0.0) / scenario.objective.fuel, apart) if scenario.objective.fuel > 0 else apart)
-    return found
 
 
 def least_seconds(length: float, uav: UAV) -> float:

@@ -5,12 +5,12 @@ from contextlib import closing
 from pathlib import Path
 
 from skyverse.errors import InputError
-from skyverse.lab.code_digest import refuse_edited
+from skyverse.lab.code_versions import refuse_edited
 from skyverse.lab.job import Job
 from skyverse.lab.row import LABELS, Row
 from skyverse.lab.rows import Rows
 from skyverse.lab.study import Study
-from skyverse.lab.workers import in_process, on_workers
+from skyverse.lab.workers import in_process, on_dask, on_workers
 
 OnRun = Callable[[int, int], None]
 """Called with the number of finished runs and the number of all runs, at the start and after each run."""
@@ -99,8 +99,6 @@ def run_jobs(
 
 def _finished(jobs: Sequence[Job], workers: int, dask: str | None) -> Generator[tuple[Job, Row]]:
     if dask is not None:
-        from skyverse.lab.dask_cluster import on_dask
-
         return on_dask(jobs, dask)
     return in_process(jobs) if workers == 1 else on_workers(jobs, workers)
 

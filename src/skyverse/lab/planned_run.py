@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import astuple
-from functools import lru_cache
 
 import numpy as np
 
 from skyverse.cost import wrong_figures
-from skyverse.lab.code_digest import settings_of, versions
+from skyverse.lab.code_versions import settings_of, versions
 from skyverse.lab.job import Case, Job
 from skyverse.lab.row import Row
 from skyverse.mission.plan_mission import assign_targets
@@ -23,17 +22,22 @@ _MIN_PILOT_PATHS = 200
 """The budget of the first pilot run, in paths, and the least budget of the second."""
 
 
-def plan_job(job: Job) -> Row:
-    """Assign targets, plan and judge; the problems of a scenario are kept for the next job on it."""
+Rates = dict[tuple[str, str, int, str], float]
+"""The paths that planners generate in a second, by case, settings, UAV and stop rule."""
+
+
+def plan_job(job: Job, problems: Sequence[Problem] | None = None, rates: Rates | None = None) -> Row:
+    """Assign targets, plan and judge.
+
+    Runs of the same case may share its `problems`, and those of the same planner the `rates` that pilot runs showed.
+    """
     assert isinstance(job.planner, Planner)
-    assert job.stop is not None
-    problems = problems_of(job.case)
     count = len(job.case.scenario.uavs)
     streams = np.random.default_rng(job.seed).spawn(count) if count > 1 else [job.seed]
     results = []
     complaints: list[str] = []
-    for problem in problems:
-        stop = _counted(job.case, job.planner, job.stop, problem)
+    for problem in problems_of(job.case) if problems is None else problems:
+        stop = _counted(job, job.planner, problem, {} if rates is None else rates)
         result = require_result(job.planner.plan(problem, stop=stop, rng=streams[problem.uav]))
         violations = check_result(job.case.scenario, problem.uav, problem.target, result)
         wrong = wrong_figures(job.case.scenario, problem.airspace.rates, result)
@@ -43,7 +47,6 @@ def plan_job(job: Job) -> Row:
     return _row(job, results, complaints)
 
 
-@lru_cache(maxsize=4)
 def problems_of(case: Case) -> tuple[Problem, ...]:
     """Return the problem of each UAV of a case that has a target."""
     airspace = Airspace(case.scenario)
@@ -51,31 +54,29 @@ def problems_of(case: Case) -> tuple[Problem, ...]:
     return tuple(Problem(airspace, uav, target) for uav, target in enumerate(assigned) if target is not None)
 
 
-_rates: dict[tuple[str, str, int, str], float] = {}
-
-
-def _counted(case: Case, planner: Planner, stop: Stop, problem: Problem) -> Stop:
+def _counted(job: Job, planner: Planner, problem: Problem, rates: Rates) -> Stop:
     """Return a budget of paths for one of seconds alone, at the rate that pilot runs of this planner show.
 
     The rate changes during a schedule, so the second pilot run is about as long as the run itself, but at most 1 s.
     """
+    stop = job.stop
+    assert stop is not None
     if not isinstance(stop, MaxSeconds):
         return stop
     seconds = stop.seconds
-    which = (case.digest, settings_of(planner), problem.uav, repr(stop))
-    if which not in _rates:
+    which = (job.case.digest, settings_of(planner), problem.uav, repr(stop))
+    if which not in rates:
         paths = _MIN_PILOT_PATHS
         for _ in range(2):
             pilot = planner.plan(problem, stop=MaxPaths(paths) | MaxSeconds(max(1.0, seconds)), rng=0)
-            _rates[which] = max(pilot.effort.generated_paths, 1) / max(pilot.seconds, 1e-9)
+            rates[which] = max(pilot.effort.generated_paths, 1) / max(pilot.seconds, 1e-9)
             if pilot.stopped_by == "finished":  # an exact planner ends before its budget
                 break
-            paths = max(_MIN_PILOT_PATHS, int(_rates[which] * min(1.0, seconds)))
-    return MaxPaths(max(1, round(_rates[which] * seconds))) | stop
+            paths = max(_MIN_PILOT_PATHS, int(rates[which] * min(1.0, seconds)))
+    return MaxPaths(max(1, round(rates[which] * seconds))) | stop
 
 
 def _row(job: Job, results: Sequence[Result], complaints: Sequence[str]) -> Row:
-    scenario, planner, budget, seed = job.run
     status = max((r.status for r in results), key=list(Status).index, default=Status.NOT_PLANNED)
     success = bool(results) and all(result.status.reached for result in results)
     cost = sum(result.cost for result in results) if results else float("inf")
@@ -84,17 +85,17 @@ def _row(job: Job, results: Sequence[Result], complaints: Sequence[str]) -> Row:
     gap = None
     if success and bound is not None and (bound > 0 or cost == bound):
         gap = cost / bound - 1.0 if bound > 0 else 0.0
+    fuel, divergence, end = (
+        sum((one.terms.get(term, 0.0) for one in results), 0.0) for term in ("fuel", "divergence", "end")
+    )
     return Row(
-        scenario,
-        planner,
-        budget,
-        seed,
+        *job.run,
         status=status.value,
         success=success,
         cost=float(cost),
-        fuel=sum((result.terms.get("fuel", 0.0) for result in results), 0.0),
-        divergence=sum((result.terms.get("divergence", 0.0) for result in results), 0.0),
-        end=sum((result.terms.get("end", 0.0) for result in results), 0.0),
+        fuel=fuel,
+        divergence=divergence,
+        end=end,
         bound=bound,
         gap=gap,
         generated_paths=sum(result.effort.generated_paths for result in results),

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from datetime import UTC, datetime
 from enum import Enum
-from functools import cache
-from importlib.metadata import version
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path, PurePath
 from types import FunctionType
@@ -61,7 +60,7 @@ def code_digest(*made_by: object) -> str:
         If there is a module without a file.
     """
     own = [(name, _imported(name)[1]) for name in _own_modules(made_by)]
-    return digest(_of_skyverse(), np.__version__, _packages(made_by), own)
+    return digest(_imported("skyverse")[1], np.__version__, _packages(made_by), own)
 
 
 def refuse_edited(*made_by: object) -> None:
@@ -76,7 +75,7 @@ def versions(*made_by: object) -> str:
     """Return in words the versions of all that takes part in a run, the processor, and the day."""
     from llvmlite.binding import get_host_cpu_name
 
-    told = [f"skyverse {__version__} ({_of_skyverse()[:12]})", provenance("", None, None).platform]
+    told = [f"skyverse {__version__} ({_imported('skyverse')[1][:12]})", provenance("", None, None).platform]
     told += [*_packages(made_by), *(f"{name} ({_imported(name)[1][:12]})" for name in _own_modules(made_by))]
     return ", ".join([*told, f"{os.cpu_count()} cores ({get_host_cpu_name()})", f"{datetime.now(UTC):%Y-%m-%d}"])
 
@@ -84,10 +83,8 @@ def versions(*made_by: object) -> str:
 def _packages(made_by: object) -> list[str]:
     """Return the names and versions of the packages that take part in a run, but for numpy."""
     libraries = filter(None, (getattr(part, "library", "") for part in _parts(made_by)))
-    return [f"{package} {_version(package)}" for package in dict.fromkeys(("numba", "scipy", *libraries))]
-
-
-_version = cache(version)
+    names = dict.fromkeys(("numba", "scipy", *libraries))
+    return [f"{name} {import_module(name).__version__}" for name in names]
 
 
 def _parts(thing: object) -> Iterator[object]:
@@ -114,30 +111,28 @@ def _own_modules(thing: object) -> list[str]:
 _NOT_OWN = sys.stdlib_module_names | {"skyverse", "numpy"}
 
 
-@cache
-def _of_skyverse() -> str:
-    return _of_files(_files("skyverse"))
-
-
-_seen: dict[str, tuple[object, list[Path], str]] = {}
+_KEPT = "__source_when_first_seen__"
+"""The name under which a module keeps its source files and their digest, so that one imported anew is seen anew."""
 
 
 def _imported(name: str) -> tuple[list[Path], str]:
-    """Return the source files of a module, its package and what they import, and their digest when first seen.
+    """Return the source files of a module, its package and what they import, and their digest when first seen."""
+    module = vars(sys.modules[name]) if name in sys.modules else {}
+    if _KEPT not in module:
+        files = _files(name) if name == "skyverse" else _sources(name.partition(".")[0])
+        module[_KEPT] = files, _of_files(files)
+    return module[_KEPT]
 
-    A module that is imported anew is seen anew.
-    """
-    spec = getattr(sys.modules.get(name), "__spec__", None)
-    if name not in _seen or _seen[name][0] is not spec:
-        sources: dict[str, list[Path]] = {}
-        waiting = [name.partition(".")[0]]
-        while waiting:
-            module = waiting.pop()
-            sources[module] = _files(module)
-            waiting += sorted(filter(_is_own, _imports(sources[module]) - sources.keys()))
-        files = list(dict.fromkeys(file for each in sources.values() for file in each))
-        _seen[name] = spec, files, _of_files(files)
-    return _seen[name][1:]
+
+def _sources(name: str) -> list[Path]:
+    """Return the source files of a top-level module, and of all that it imports and that is not installed."""
+    sources: dict[str, list[Path]] = {}
+    waiting = [name]
+    while waiting:
+        module = waiting.pop()
+        sources[module] = _files(module)
+        waiting += sorted(filter(_is_own, _imports(sources[module]) - sources.keys()))
+    return list(dict.fromkeys(file for files in sources.values() for file in files))
 
 
 def _is_own(module: str) -> bool:
