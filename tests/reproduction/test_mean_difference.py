@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from skyverse.reproduction.claim_verdict import Sample, deviations_differ, mean_difference, sample
+from skyverse.lab import Sample, sample
+from skyverse.reproduction.claim_verdict import deviations_differ, mean_difference
 
 SIZES = [(20, 200), (50, 50), (2, 7), (200, 20)]
 

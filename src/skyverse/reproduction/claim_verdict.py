@@ -4,29 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
 
 from skyverse._typing import Floats
 from skyverse.lab.report import Block, Cell, Table, Text
-from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, Interval, holm
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, Interval, Sample, holm, sample
 
 POWER = 0.8
 """The power with which the least detectable difference is seen."""
 SAME_WITHIN = 0.03
 """Means that are shown to differ by less than this share are the same."""
-
-
-class Sample(NamedTuple):
-    """The mean, the standard deviation and the number of runs."""
-
-    mean: float
-    deviation: float
-    runs: int
-
-
-def sample(values: Floats) -> Sample:
-    """Return the sample of two or more values, (n,)."""
-    return Sample(float(values.mean()), float(values.std(ddof=1)), len(values))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from itertools import product
 from skyverse.lab.figures import boxes
 from skyverse.lab.job import Case, Job
 from skyverse.lab.report import Block, Figure, Table, Text
+from skyverse.lab.statistics import Sample, sample
 from skyverse.reproduction.cell_runs import (
     FORM_HEADS,
     FORMS,
@@ -21,7 +22,7 @@ from skyverse.reproduction.cell_runs import (
     restarts,
 )
 from skyverse.reproduction.charts import ChartSeries, lines
-from skyverse.reproduction.claim_verdict import Sample, mean_difference, sample
+from skyverse.reproduction.claim_verdict import mean_difference
 from skyverse.reproduction.costs import MAP_TITLES
 from skyverse.reproduction.published import (
     CONVERGENCE,

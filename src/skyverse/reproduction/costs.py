@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse.lab.job import Job
 from skyverse.lab.report import Block, Cell, Figure, Table, Text
-from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, Sample, holm, sample
 from skyverse.reproduction.cell_runs import (
     FORMS,
     CellRuns,
@@ -23,10 +23,8 @@ from skyverse.reproduction.cell_runs import (
 from skyverse.reproduction.charts import ChartSeries, bars
 from skyverse.reproduction.claim_verdict import (
     SAME_WITHIN,
-    Sample,
     deviations_differ,
     mean_difference,
-    sample,
 )
 from skyverse.reproduction.published import CASES, CELL_RUNS, COSTS, METHODS, THESIS_MAPS
 

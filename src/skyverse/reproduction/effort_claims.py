@@ -12,6 +12,7 @@ from skyverse.lab.job import Job
 from skyverse.lab.report import Block, SectionHeading, Table, Text
 from skyverse.lab.rows import Rows
 from skyverse.lab.running import run_jobs
+from skyverse.lab.statistics import sample
 from skyverse.mission.assignment import assign, straight_line
 from skyverse.reproduction.cell_runs import FORMS, CellRuns, all_methods, case
 from skyverse.reproduction.claim_verdict import (
@@ -24,7 +25,6 @@ from skyverse.reproduction.claim_verdict import (
     counted,
     judged,
     mean_difference,
-    sample,
     verdict,
 )
 from skyverse.reproduction.cost_claims import EQUAL, LAST, Size, compared
