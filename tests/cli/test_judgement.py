@@ -85,13 +85,6 @@ def test_a_mission_in_an_altered_world_is_not_flown_as_if_it_were_the_right_one(
     assert "clearance is 0.2 in the mission, not 0.25" in err
 
 
-def test_a_wind_of_two_numbers_is_told_as_it_is_read(skyverse, data):
-    pytest.importorskip("rotorpy", reason="the extra flight is not installed")
-    err = skyverse("fly", "map1.json", "--seed", 1, "--wind", "1,90")[2]
-    assert "--wind 1,90 is 1 m/s towards 90 degrees, counted from east towards north" in err
-    assert "a vector has three numbers, as in 1,90,0" in err
-
-
 def test_flights_of_a_proven_mission_say_nothing_more(skyverse, data):
     pytest.importorskip("rotorpy", reason="the extra flight is not installed")
     assert "referee" not in skyverse("fly", "map1.json", "--seed", 1)[2]

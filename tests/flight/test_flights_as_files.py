@@ -148,7 +148,7 @@ def test_the_command_reports_as_json_and_fails_on_what_is_not_safe(skyverse, tmp
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--wind", "north"], "or speed,degrees from east towards north, as in 1,90, found 'north'"),
+        (["--wind", "north"], "expected east,north,up in m/s, as in 1,0,0, found 'north'"),
         (["--animation", "a.avi"], "--animation: expected a file ending in .html, .mp4, .gif, found 'a.avi'"),
         (["-o", "a.csv"], "--output: a.csv: a flight is written as .json"),
         (["--rounds", "3"], "--rounds: expected --until-safe with it, found it alone"),

@@ -6,7 +6,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.lab import COLUMN_TYPES, Study, read_study, study_from_data, write_study
-from skyverse.live.policies import POLICY_NAMES
+from skyverse.live.policies import POLICIES
 
 FILE = """\
 name: Two maps
@@ -144,7 +144,7 @@ def test_the_documentations_study_among_movers_is_one(tmp_path):
     study = read_study(tmp_path / "study.yaml")
     assert (len(study.seeds), len(study.movers), len(study.policies)) == (20, 2, 8)
     section = page.split("## Replanning among movers")[1].split("\n## ")[0]
-    for name in POLICY_NAMES:
+    for name in POLICIES:
         assert f"| `{name}` |" in section
 
 

@@ -7,7 +7,6 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, certified, faults, hall
-from skyverse.errors import InputError
 from skyverse.live.guidance import Way
 from skyverse.live.policies import make_policy
 from skyverse.live.policies.policy import NO_EFFORT, Found, Policy
@@ -125,7 +124,15 @@ def test_uavs_of_a_fleet_keep_apart():
     assert arrived or all(answer.proven for answer in answers)
 
 
-@pytest.mark.parametrize("policy", ["wait", 3, object()])
-def test_what_is_no_policy_is_refused(policy):
-    with pytest.raises(InputError, match="policy: expected a Policy, found"):
-        sky.Replanner(sky.plan_mission(hall(), sky.Taut()), policy=policy)
+def test_a_policy_may_be_given_by_its_name_or_as_in_study_files():
+    mission = sky.plan_mission(hall())
+    assert sky.Replanner(mission, policy="wait").policy == make_policy("wait")
+    given = {"policy": "from-scratch", "planner": "astar"}
+    assert sky.Replanner(mission, policy=given).policy == make_policy("from-scratch", planner="astar")
+
+
+@pytest.mark.parametrize("policy", ["weit", 3, b"wait", {"planner": "astar"}, {"policy": "wait", "sweep": 1}])
+def test_what_is_no_policy_is_refused(policy, refuses):
+    mission = sky.plan_mission(hall(), sky.Taut())
+    with refuses():
+        sky.Replanner(mission, policy=policy)

@@ -1,6 +1,5 @@
 """The verb ``fly``: a mission in a simulator."""
 
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -39,8 +38,7 @@ class ConditionOptions:
         The quadrotor that flies in place of every multirotor of the mission; when left out, the vehicle that the
         mission was planned for where that can be simulated (thesis, indoor, camera), and otherwise thesis.
     wind
-        The wind's velocity towards east, north and up, m/s; or its speed and the direction that it blows to, degrees
-        from east towards north.
+        The wind's velocity towards east, north and up, m/s.
     wind_speed
         The wind's speed, m/s, with --wind-from.
     wind_from
@@ -73,9 +71,6 @@ class ConditionOptions:
         import skyverse as sky
 
         blown, share = wind_of(self.wind, self.wind_speed, self.wind_from), share_of("--mismatch", self.mismatch)
-        if len(blown) == 2:
-            meant = f"{blown[0]:g} m/s towards {blown[1]:g} degrees, counted from east towards north"
-            print(f"--wind {self.wind} is {meant}; a vector has three numbers, as in {self.wind},0.", file=sys.stderr)
         return sky.Conditions(self.vehicle, blown, self.noise, self.gusts, share, self.position_noise, self.delay)
 
 

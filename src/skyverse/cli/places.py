@@ -71,16 +71,13 @@ def tracking_error_of(text: str | None) -> tuple[float, float] | None:
     return horizontal, vertical
 
 
-def wind_of(wind: str, speed: float | None, direction: float | None) -> tuple[float, ...]:
+def wind_of(wind: str, speed: float | None, direction: float | None) -> tuple[float, float, float]:
     """Read a wind: as a vector, ``1,0,0``, or as pilots tell it, a speed and the direction that it blows from."""
     from skyverse.model.conditions import wind_from
 
     if speed is None and direction is None:
-        expected = "east,north,up in m/s, as in 1,0,0, or speed,degrees from east towards north, as in 1,90"
-        numbers: tuple[float, ...] = numbers_of("--wind", expected, wind)
-        if len(numbers) not in (2, 3):
-            raise InputError(f"--wind: expected {expected}, found {wind!r}")
-        return numbers
+        east, north, up = numbers_of("--wind", "east,north,up in m/s, as in 1,0,0", wind, 3)
+        return east, north, up
     if speed is None or direction is None:
         raise InputError("--wind-speed and --wind-from: expected both or neither, found only one of them")
     if wind != "0,0,0":

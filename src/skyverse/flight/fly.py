@@ -117,6 +117,7 @@ def fly(
     """
     require_kind(mission, Mission, "mission")
     conditions = Conditions() if conditions is None else conditions
+    require_kind(conditions, Conditions, "conditions")
     for name, value in (("runs", runs), ("workers", workers)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_RUNS):
             raise InputError(f"expected a whole number from 1 to {MAX_RUNS}, found {value!r}", field=name)

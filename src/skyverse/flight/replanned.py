@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, require_number
+from skyverse.errors import InputError, require_kind, require_number
 from skyverse.flight.commands import COMMAND_RATE, HOVER_SECONDS, SETTLING_SECONDS, commanded, reference
 from skyverse.flight.disturbances import draw
 from skyverse.flight.fly import chosen_vehicle
@@ -262,7 +262,16 @@ def fly_replanned(
         If rotorpy is not installed, the vehicle is too weak, an argument is out of range, the mission has aeroplanes or
         zones that are closed at times, or observations would arrive after the motions that answer them begin.
     """
-    mission, sensor = replanner.mission, Sensor() if sensor is None else sensor
+    sensor = Sensor() if sensor is None else sensor
+    conditions = Conditions() if conditions is None else conditions
+    for field, value, wanted in (
+        ("replanner", replanner, Replanner),
+        ("truth", truth, Scenario),
+        ("sensor", sensor, Sensor),
+        ("conditions", conditions, Conditions),
+    ):
+        require_kind(value, wanted, field)
+    mission = replanner.mission
     scenario = mission.scenario
     margin = scenario.clearance / 2 if margin is None else margin
     longest = 2.0 * mission.makespan + 60.0 if longest is None else longest
@@ -273,7 +282,7 @@ def fly_replanned(
     _refuse_what_is_not_flown(replanner, sensor)
     generator, seed = seeded(rng)
     require_simulator()
-    kind, conditions = chosen_vehicle(mission, Conditions() if conditions is None else conditions)
+    kind, conditions = chosen_vehicle(mission, conditions)
     refuse_weak(kind, scenario.uavs, conditions.wind)
     real = true_scenario(scenario, truth)
     fleet = ReplannedFleet(replanner, real, sensor, kind, conditions, margin, generator, longest)

@@ -183,6 +183,7 @@ def fly_until_safe(
         raise InputError(f"expected a whole number from 1 on, found {rounds!r}", field="rounds")
     require_kind(mission, Mission, "mission")
     conditions = Conditions() if conditions is None else conditions
+    require_kind(conditions, Conditions, "conditions")
     refuse_stand_in(conditions.vehicle or simulated_vehicle(mission.scenario.uavs), mission.scenario.uavs)
     factor = SLOWDOWN if runs is None else SLOWDOWN_OF_MANY
     rounds = rounds or (ROUNDS if runs is None else ROUNDS_OF_MANY)

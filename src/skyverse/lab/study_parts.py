@@ -13,7 +13,7 @@ from skyverse.errors import InputError
 from skyverse.files import BUILTIN_NAMES
 from skyverse.lab.code_versions import code_digest, settings_of
 from skyverse.lab.job import KnownBeforehand, OwnReplanner
-from skyverse.live.policies import POLICY_NAMES, make_policy
+from skyverse.live.policies import POLICIES, make_policy
 from skyverse.live.policies.policy import Policy
 from skyverse.model.quantities import Model, derived
 from skyverse.planners import make_planner, name_of, own_class
@@ -216,7 +216,7 @@ class StudyPolicy(MadeByName):
             raise InputError(f"there is no setting {', '.join(map(repr, self.settings))}; {self.policy!r} has none")
         if self.policy in _CONTENDERS:
             return _CONTENDERS[self.policy]()
-        if self.policy not in POLICY_NAMES:
-            names = ", ".join([*_CONTENDERS, *POLICY_NAMES])
+        if self.policy not in POLICIES:
+            names = ", ".join([*_CONTENDERS, *POLICIES])
             raise InputError(f"there is no policy {self.policy!r}; there are {names}")
         return make_policy(self.policy, **self.settings)

@@ -14,23 +14,20 @@ from skyverse.live.aeroplane_course import (
     AeroplaneCourse,
     Flying,
     Reference,
-    flown_leg,
+    leg_flown,
     loiter,
-    part_of,
     places_ahead,
     pose_at,
     pose_of,
-    timed,
     turn,
 )
 from skyverse.live.aeroplane_search import AeroplaneSearch
-from skyverse.live.course import STAY, followed, of_one_degree
+from skyverse.live.course import STAY, part_of, spliced, state_at, staying
 from skyverse.live.guidance import path_from
 from skyverse.live.pilot import Pilot
 from skyverse.live.policies.policy import Found
-from skyverse.live.replan import Choice, Span
-from skyverse.live.search import SearchBudget
-from skyverse.live.surroundings import Surroundings
+from skyverse.live.search import Choice
+from skyverse.live.surroundings import Span, Surroundings
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory, joined
@@ -119,7 +116,7 @@ class Aeroplane(Pilot):
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration at an instant, (3, 3)."""
-        return np.concatenate(self._lasting(t).motion.at([t]))
+        return state_at(self._lasting(t).motion, t)
 
     def _lasting(self, until: float) -> AeroplaneCourse:
         return self.course.lasting(until, self._able)
@@ -131,7 +128,7 @@ class Aeroplane(Pilot):
         if metres <= MIN_FLOWN:
             return None
         leg = turn(pose, LEFT, 0.0, metres, LEVEL, able.agility, able.speed)
-        return timed(begin, *flown_leg(leg, float(pose[4]), 0.0, able.agility, able.speed))
+        return leg_flown(begin, leg, pose, 0.0, able)
 
     def turning_place(self, t: float) -> Floats:
         """Return where it is level, (3,) metres, if it flies straight on from an instant on."""
@@ -166,8 +163,7 @@ class Aeroplane(Pilot):
             flown = _stayed(self.course, before.at([before.start]).position[0], t)
         else:
             flown = (*self.course.flown, part_of(before, before.start, t)) if t > before.start else self.course.flown
-        circle = timed(t, *loiter(pose, LEFT, 0.0, able))
-        return replace(self, course=AeroplaneCourse(flown, circle, None, -math.inf))
+        return replace(self, course=AeroplaneCourse(flown, loiter(t, pose, LEFT, 0.0, able), None, -math.inf))
 
     def led_to(self, scenario: Scenario, target: int | None, now: float, join: float) -> Self | None:
         """Return the pilot that follows a trajectory to its target from where it is level; ``None`` if there is none.
@@ -183,14 +179,10 @@ class Aeroplane(Pilot):
             return None
         problem, result = found
         heading = None if standing else float(pose_at(self._lasting(begin).motion, begin)[3])
-        flown = fly_aeroplane(problem.airspace.world, needed_waypoints(problem, result), self.uav, heading)
-        if flown is None:
+        plan = fly_aeroplane(problem.airspace.world, needed_waypoints(problem, result), self.uav, heading)
+        if plan is None:
             return None
-        durations, rows = np.diff(flown.knots), flown.coefficients
-        if level is not None:
-            durations = np.append(np.diff(level.knots), durations)
-            rows = np.concatenate(of_one_degree(level.coefficients, rows))
-        plan = timed(begin, durations, rows)
+        plan = plan.retimed(begin) if level is None else spliced(level, plan.retimed(level.end))
         if prove(problem.airspace.world, self.uav, plan).verdict is not Verdict.PROVEN:
             return None
         course = replace(self.course, reference=None, leaves=-math.inf)
@@ -203,21 +195,23 @@ class Aeroplane(Pilot):
         if self.plan is None or (self.arrival is not None and self.arrival <= now):
             return False
         since = max(self.done, self.course.planned_until(join), self.plan.start)
-        if new and not clear_pieces(world.space, *followed(self.plan, since, self.plan.end)).all():
+        ahead = part_of(self.plan, since, self.plan.end)
+        if new and not clear_pieces(world.space, np.diff(ahead.knots), ahead.coefficients.copy()).all():
             return True
         return self.course.leaves < now and now - self.planned >= self.seconds_of_way_out(self.uav)
 
-    def choose(
-        self, around: Surroundings, span: Span, budget: SearchBudget, answer: Found | None
-    ) -> tuple[Self, Choice]:
+    def choose(self, around: Surroundings, answer: Found | None) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen; policies are not asked."""
-        pilot = self._at(span)
+        span, pilot = around.span, self._at(around.span)
         if pilot.course.stands:
-            return pilot, _choice_of_staying(pilot.course.motion, around, span)
+            motion = pilot.course.motion
+            contact = around.contact(motion, span.now, span.apart)
+            free = bool(around.world.free(motion.coefficients[0, 0].copy())[0])
+            return pilot, Choice(True, free and contact.mover < 0, contact, 0)
         course, plan, able = pilot.course, pilot.plan, pilot._able
         since = max(pilot.done, course.planned_until(max(span.join, course.motion.start)))
         ahead = None if plan is None else places_ahead(plan, since, able)
-        course, choice = AeroplaneSearch(course, ahead, able, around, span, budget).choose()
+        course, choice = AeroplaneSearch(course, ahead, able, around).choose()
         return replace(pilot, course=course), choice
 
     def _at(self, span: Span) -> Self:
@@ -234,7 +228,7 @@ class Aeroplane(Pilot):
 
 def _standing(flown: tuple[Trajectory, ...], place: Floats, since: float) -> AeroplaneCourse:
     """Return the course of an aeroplane that stands at a place (3,) from an instant on."""
-    return AeroplaneCourse(flown, Trajectory(np.array([since, since + STAY]), place[None, None]), None, math.inf)
+    return AeroplaneCourse(flown, staying(place, since, since + STAY), None, math.inf)
 
 
 def _departing(flown: tuple[Trajectory, ...], plan: Trajectory) -> AeroplaneCourse:
@@ -246,11 +240,4 @@ def _stayed(course: AeroplaneCourse, place: Floats, until: float) -> tuple[Traje
     """Return what was flown before an aeroplane stood at a place (3,), and its stay there until it departs again."""
     if not course.flown or not course.stands:
         return course.flown
-    return (*course.flown, Trajectory(np.array([course.motion.start, until]), place[None, None]))
-
-
-def _choice_of_staying(motion: Trajectory, around: Surroundings, span: Span) -> Choice:
-    """Return what is known of an aeroplane that stands."""
-    contact = around.contact(motion.knots, motion.coefficients, span.now, span.apart)
-    free = bool(around.world.free(motion.coefficients[0, 0].copy())[0])
-    return Choice(True, free and contact.mover < 0, contact, 0)
+    return (*course.flown, staying(place, course.motion.start, until))

@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.course import followed, of_one_degree, parted, spliced
+from skyverse.live.course import part_of, parted, spliced
+from skyverse.live.course import timed as timed_as
 from skyverse.model.arrays import arctan2
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.kernel import inner, kernel
@@ -217,12 +218,11 @@ class AeroplaneCourse:
     def since(self, now: float) -> "AeroplaneCourse":
         """Return the same course, of which the pieces that end before now are counted as flown."""
         past, motion = parted(self.motion, now)
-        return self if past is None else replace(self, flown=(*self.flown, past), motion=motion)
+        return replace(self, flown=(*self.flown, *past), motion=motion)
 
     def joined(self, motion: Trajectory, reference: Reference | None, leaves: float) -> "AeroplaneCourse":
         """Return the course that leaves this one for a motion when that begins."""
-        whole = spliced(self.motion, motion.start, np.diff(motion.knots), motion.coefficients)
-        return AeroplaneCourse(self.flown, whole, reference, leaves)
+        return AeroplaneCourse(self.flown, spliced(self.motion, motion), reference, leaves)
 
     def lasting(self, until: float, able: Flying) -> "AeroplaneCourse":
         """Return the same course, with as many more full turns as it takes to fly until an instant."""
@@ -231,8 +231,8 @@ class AeroplaneCourse:
             return self
         (place,), (velocity,), (acceleration,) = motion.at([motion.end])
         side = LEFT if velocity[0] * acceleration[1] >= velocity[1] * acceleration[0] else RIGHT
-        more = loiter(pose_of(place, velocity), side, until - motion.end, able)
-        return replace(self, motion=spliced(motion, motion.end, *more))
+        more = loiter(motion.end, pose_of(place, velocity), side, until - motion.end, able)
+        return replace(self, motion=spliced(motion, more))
 
 
 def pose_of(place: Floats, velocity: Floats) -> Floats:
@@ -253,23 +253,24 @@ def pose_at(motion: Trajectory, t: float) -> Floats:
 
 def timed(begin: float, durations: Floats, rows: Floats) -> Trajectory:
     """Return the motion that begins at an instant, of pieces (m,) seconds and (m, k, 3) metres."""
-    return Trajectory(begin + np.append(0.0, np.cumsum(durations)), rows, form="dubins")
+    return timed_as(begin, durations, rows, "dubins")
 
 
-def part_of(motion: Trajectory, begin: float, end: float) -> Trajectory:
-    """Return what is flown of a motion between two instants, with the stay before it begins."""
-    return timed(begin, *followed(motion, begin, end))
-
-
-def loiter(pose: Floats, side: int, seconds: float, able: Flying) -> tuple[Floats, Floats]:
-    """Return the pieces of a circle to a side from a pose, which take so many seconds at least.
+def loiter(begin: float, pose: Floats, side: int, seconds: float, able: Flying) -> Trajectory:
+    """Return the circle to a side from a pose at an instant, which takes so many seconds at least.
 
     Where the aeroplane climbs, the climb fades out first; whole turns follow that are level.
     """
     fades = abs(float(pose[4])) / (able.agility.rate * able.speed)  # metres
     turns = max(1, math.ceil((seconds * able.speed - fades) / (2.0 * math.pi * able.radius)))
     leg = turn(pose, side, 2.0 * math.pi * turns + fades / able.radius, 0.0, LEVEL, able.agility, able.speed)
-    return flown_leg(leg, float(pose[4]), 0.0, able.agility, able.speed)
+    return leg_flown(begin, leg, pose, 0.0, able)
+
+
+def leg_flown(begin: float, leg: DubinsLeg, pose: Floats, climb: float, able: Flying) -> Trajectory:
+    """Return the motion along a leg from a pose (5,) at an instant, with the rate of climb at its end, m/s."""
+    durations, rows = flown_leg(leg, float(pose[4]), climb, able.agility, able.speed)
+    return timed(begin, durations, rows)
 
 
 STEP, EVEN, WIDER = 0.5, 24, 1.2
@@ -317,19 +318,17 @@ def back_to(ahead: Ahead, k: int, rank: int, begin: float, pose: Floats, able: F
     `rank` counts the words of the way back from the shortest one on; ``None`` if there is no such way.
     """
     instant, to = float(ahead.instants[k]), ahead.poses[k]
-    seconds, rest = followed(ahead.motion, instant, ahead.motion.end)
+    rest = part_of(ahead.motion, instant, ahead.motion.end)
+    goes_on = len(rest.coefficients) > 0
     off = (float(pose[3] - to[3]) + math.pi) % (2.0 * math.pi) - math.pi
     if max(np.abs(pose - to)[:3].max(), abs(off) * able.radius) <= LEG_END:  # it is there
-        return Reference(timed(begin, seconds, rest), begin, begin - instant) if len(seconds) and not rank else None
+        return Reference(rest.retimed(begin), begin, begin - instant) if goes_on and not rank else None
     leg = leg_between(pose, to, able.agility, able.speed, rank)
     if leg.a + leg.b + leg.c == math.inf:
         return None
-    durations, rows = flown_leg(leg, float(pose[4]), float(to[4]), able.agility, able.speed)
-    if len(seconds):
-        durations, rows = np.append(durations, seconds), np.concatenate(of_one_degree(rows, rest))
-    motion = timed(begin, durations, rows)
-    joins = float(motion.knots[len(durations) - len(seconds)])
-    return Reference(motion, joins, joins - instant)
+    motion = leg_flown(begin, leg, pose, float(to[4]), able)
+    joins = motion.end
+    return Reference(spliced(motion, rest.retimed(joins)) if goes_on else motion, joins, joins - instant)
 
 
 def turns_away(pose: Floats, able: Flying) -> Iterator[DubinsLeg]:
@@ -341,7 +340,7 @@ def turns_away(pose: Floats, able: Flying) -> Iterator[DubinsLeg]:
 
 def away_along(leg: DubinsLeg, begin: float, pose: Floats, able: Flying) -> Reference:
     """Return the reference from a pose (5,) at an instant along a leg of `turns_away`."""
-    return Reference(timed(begin, *flown_leg(leg, float(pose[4]), 0.0, able.agility, able.speed)))
+    return Reference(leg_flown(begin, leg, pose, 0.0, able))
 
 
 def end_of(leg: DubinsLeg) -> Floats:

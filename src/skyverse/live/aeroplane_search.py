@@ -24,16 +24,13 @@ from skyverse.live.aeroplane_course import (
     back_to,
     end_of,
     loiter,
-    part_of,
     pose_at,
     poses_at,
-    timed,
     turns_away,
 )
-from skyverse.live.course import followed, of_one_degree
-from skyverse.live.replan import Choice, FirstContact, Span
-from skyverse.live.search import BLOCKED, KEEP_ON, Search, SearchBudget, Step
-from skyverse.live.surroundings import Surroundings, barred
+from skyverse.live.course import part_of, spliced
+from skyverse.live.search import BLOCKED, KEEP_ON, Choice, Search, Step
+from skyverse.live.surroundings import FirstContact, Surroundings
 from skyverse.model.trajectory import Trajectory
 from skyverse.trajectory.dubins import pose
 from skyverse.trajectory.dubins_leg import DubinsLeg
@@ -46,15 +43,6 @@ DELAYS = (1.0, 2.0, 4.0, 8.0, 16.0)
 """Seconds by which a departure is delayed."""
 
 Outcome = tuple[AeroplaneCourse, Choice]
-
-
-class Exit(NamedTuple):
-    """Where a reference is left to loiter to a side, or where it ends if there is no side; from an instant on."""
-
-    begin: float
-    reference: Reference
-    leaves: float
-    side: int | None
 
 
 class Followed(NamedTuple):
@@ -81,26 +69,19 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
         Where it can get back to what was planned, if anything was.
     able
         What it can do.
-    around, span, budget
+    around
         What it keeps clear of, the instants that matter, and how long may be searched.
     """
 
-    def __init__(
-        self,
-        course: AeroplaneCourse,
-        ahead: Ahead | None,
-        able: Flying,
-        around: Surroundings,
-        span: Span,
-        budget: SearchBudget,
-    ) -> None:
-        super().__init__(around, span, budget)
+    def __init__(self, course: AeroplaneCourse, ahead: Ahead | None, able: Flying, around: Surroundings) -> None:
+        super().__init__(around)
+        span = self.span
         self.course, self.ahead, self.able = course, ahead, able
         self.begin = max(span.join, course.motion.start)
         self.looked_at = max(self.looked_at, self.begin)
         self.pose = pose_at(course.motion, self.begin)
         self.before = self.contact(course.motion, span.now, self.begin)
-        self.barred_before = self.barred(part_of(course.motion, span.now, self.begin))
+        self.barred_before = around.barred(part_of(course.motion, span.now, self.begin))
         self.held = False
 
     def first(self) -> Iterator[Step[AeroplaneCourse]]:
@@ -137,13 +118,7 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
 
     def contact(self, motion: Trajectory, begin: float, until: float) -> FirstContact:
         """Return what moves that a motion first comes too near to between two instants."""
-        return (
-            FirstContact() if begin >= until else self.around.contact(motion.knots, motion.coefficients, begin, until)
-        )
-
-    def barred(self, motion: Trajectory) -> float:
-        """Return from when on it is not proven that a motion is clear of what stands still, infinite if it is."""
-        return barred(self.around.world, motion.start, np.diff(motion.knots), motion.coefficients.copy())
+        return FirstContact() if begin >= until else self.around.contact(motion, begin, until)
 
     def seconds_left(self, poses: Floats) -> Floats:
         """Return about how many seconds it takes at least to the target from poses (m, 5), by each place ahead, (m, n).
@@ -206,22 +181,22 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
         """Push motions that follow a reference, as the `first` that are tried if those loiter late."""
         curve = part_of(reference.motion, begin, reference.motion.end)
         contact = self.contact(curve, self.begin, min(curve.end, self.span.apart))
-        barred = self.barred(curve)
+        barred = self.around.barred(curve)
         clear = min(contact.instant, barred, curve.end)
         if min(contact.instant, barred) < math.inf:
             self.judged(Followed(curve, reference, curve.end), contact, barred)
         leaves = self.cuts(begin, clear, curve.end)
-        found = [Exit(begin, reference, t, side) for t in leaves for side in (LEFT, RIGHT)]
+        found: list[tuple[float, int | None]] = [(t, side) for t in leaves for side in (LEFT, RIGHT)]
         if clear == curve.end and reference.joins < math.inf:
-            found.append(Exit(begin, reference, curve.end, None))
+            found.append((curve.end, None))
         arrival, looked_at = self.arrival(reference), min(self.looked_at, curve.end)
-        for one in found:
-            if one.leaves >= looked_at:
-                self.push(-math.inf if first else arrival, partial(self.proven, one))
-        soon = [one for one in found if one.leaves < looked_at]
+        for t, side in found:
+            if t >= looked_at:
+                self.push(-math.inf if first else arrival, partial(self.proven, begin, reference, t, side))
+        soon = [one for one in found if one[0] < looked_at]
         left = self.left(self.poses_then(reference.motion, soon))
-        for one, seconds in zip(soon, left.tolist(), strict=True):
-            self.push(max(self.looked_at + seconds, arrival), partial(self.proven, one))
+        for (t, side), seconds in zip(soon, left.tolist(), strict=True):
+            self.push(max(self.looked_at + seconds, arrival), partial(self.proven, begin, reference, t, side))
 
     def cuts(self, begin: float, clear: float, end: float) -> list[float]:
         """Return the instants, as they are tried, at which a reference that is clear up to an instant may be left."""
@@ -231,28 +206,27 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
         found += [t for t in last + APART * turn * np.arange(1, LATER) if t < clear]
         return found
 
-    def poses_then(self, motion: Trajectory, found: list[Exit]) -> Floats:
-        """Return about the poses (m, 5) of motions that loiter already when they are compared."""
-        poses = poses_at(motion, np.array([one.leaves for one in found]))
-        for row, one in zip(poses, found, strict=True):
-            way = (self.looked_at - one.leaves) * self.able.speed
+    def poses_then(self, motion: Trajectory, found: list[tuple[float, int | None]]) -> Floats:
+        """Return about the poses (m, 5) of motions that loiter already, since when and to which side, when compared."""
+        poses = poses_at(motion, np.array([leaves for leaves, _ in found]))
+        for row, (leaves, side) in zip(poses, found, strict=True):
+            way = (self.looked_at - leaves) * self.able.speed
             row[4] = 0.0
-            row[0], row[1], row[3] = pose(row[0], row[1], row[3], one.side or LEFT, way, 0.0, self.able.radius, way)
+            row[0], row[1], row[3] = pose(row[0], row[1], row[3], side or LEFT, way, 0.0, self.able.radius, way)
         return poses
 
-    def proven(self, found: Exit) -> Outcome | None:
-        """Return the motion that leaves a reference, if it is proven; if not, take note of what it meets."""
+    def proven(self, begin: float, reference: Reference, leaves: float, side: int | None) -> Outcome | None:
+        """Return the motion that leaves a reference to loiter to a side, if it is proven; else note what it meets.
+
+        Without a side the reference ends there.
+        """
         self.tried += 1
-        begin, reference, leaves, side = found
-        durations, rows = followed(reference.motion, begin, leaves)
+        motion = part_of(reference.motion, begin, leaves)
         if side is None:  # as far as is known, it stays where it has landed
-            motion = timed(begin, durations, rows)
             return self.judged(Followed(motion, reference, leaves), self.contact(motion, leaves, self.span.apart))
-        more = loiter(pose_at(reference.motion, leaves), side, self.span.apart - leaves, self.able)
-        circle = timed(leaves, *more)
-        motion = timed(begin, np.append(durations, more[0]), np.concatenate(of_one_degree(rows, more[1])))
+        circle = loiter(leaves, pose_at(reference.motion, leaves), side, self.span.apart - leaves, self.able)
         contact = self.contact(circle, leaves, self.span.apart)
-        return self.judged(Followed(motion, reference, leaves), contact, self.barred(circle))
+        return self.judged(Followed(spliced(motion, circle), reference, leaves), contact, self.around.barred(circle))
 
     def keep(self) -> Outcome | None:
         """Return the present course, with more full turns where needed, if it is proven."""
@@ -260,7 +234,7 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
         motion = self.course.lasting(self.span.apart, self.able).motion
         contact = self.contact(motion, self.span.now, self.span.apart)
         kept = Followed(self.course.motion, None, 0.0, kept=True)
-        return self.judged(kept, contact, self.barred(part_of(motion, self.begin, motion.end)))
+        return self.judged(kept, contact, self.around.barred(part_of(motion, self.begin, motion.end)))
 
     def judged(self, found: Followed, contact: FirstContact, barred: float = math.inf) -> Outcome | None:
         """Return a motion that meets nothing; otherwise take note of what it meets, also before it begins."""
@@ -281,10 +255,6 @@ class AeroplaneSearch(Search[AeroplaneCourse, Followed]):
             follows = (found.motion, found.reference, found.leaves)
             course = course.joined(*follows) if departed else AeroplaneCourse(course.flown, *follows)
         return course.lasting(self.span.apart, self.able)
-
-    def motion(self, found: Followed) -> Trajectory:
-        """Return what is flown from now on, as far as it is known."""
-        return found.motion
 
     def clear(self, found: Followed) -> bool:
         """Tell whether all of a motion is clear of what stands still."""

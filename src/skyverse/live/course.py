@@ -13,7 +13,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.live.guidance import Way
 from skyverse.live.steered_motion import braking_motion
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Form, Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, MIN_PIECE
 from skyverse.trajectory.limits import Limits
 
@@ -49,7 +49,7 @@ class Course:
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration at an instant, (3, 3)."""
-        return np.concatenate(self.motion.at([t]))
+        return state_at(self.motion, t)
 
     def remaining(self, t: float) -> Way:
         """Return the points of the way that are not yet passed at an instant."""
@@ -71,101 +71,92 @@ class Course:
     def since(self, now: float) -> "Course":
         """Return the same course, of which the pieces that end before now are counted as flown."""
         past, motion = parted(self.motion, now)
-        if past is None:
-            return self
-        return replace(self, flown=(*self.flown, past), motion=motion)
-
-    def part(self, begin: float, end: float) -> tuple[Floats, Floats]:
-        """Return what is flown between two instants: pieces of (m,) seconds, and coefficients (m, k, 3), metres."""
-        motion = hovering(self.motion, end)
-        knots, last = motion.knots, int(np.searchsorted(motion.knots, end, side="left"))
-        first = min(max(int(np.searchsorted(knots, begin, side="right")) - 1, 0), last)
-        rows = motion.coefficients[first:last].copy()
-        if len(rows):
-            rows[0] = later(rows[0], max(begin - knots[first], 0.0))
-        return np.diff(np.clip(knots[first : last + 1], begin, end)), rows
-
-    def stopping(self, t: float, limits: Limits) -> "Course":
-        """Return the course that stops as fast as possible from an instant on."""
-        durations, rows = stop_or_stay(self.state(t), limits)
-        way = self.remaining(t)
-        return self.joined(t, durations, rows, way, np.full(len(way.points), np.inf))
+        return replace(self, flown=(*self.flown, *past), motion=motion)
 
     def stop(self, t: float, limits: Limits) -> Floats:
         """Return where the UAV comes to rest if it brakes from an instant on, (3,) metres."""
-        durations, rows = stop_or_stay(self.state(t), limits)
-        return Trajectory(np.append(0.0, np.cumsum(durations)), rows).at([durations.sum()]).position[0]
+        return place_of_rest(stopping(self.state(t), t, limits))
 
     def restarted(self, t: float, state: Floats, limits: Limits) -> "Course":
         """Return the course of a UAV that brakes from a state (3, 3), where it was found to be at an instant."""
-        durations, rows = stop_or_stay(state, limits)
-        past = self.joined(t, np.zeros(0), np.zeros((0, 4, 3)), self.way, self.passed)
-        flown = (*self.flown, past.motion) if len(past.motion.coefficients) else self.flown
-        knots = t + np.append(0.0, np.cumsum(durations))
+        past = part_of(self.motion, self.motion.start, t)
+        flown = (*self.flown, past) if len(past.coefficients) else self.flown
         passed = np.where(self.passed <= t, self.passed, np.inf)
-        return replace(self, flown=flown, motion=Trajectory(knots, rows), passed=passed, leaves=-math.inf)
+        return replace(self, flown=flown, motion=stopping(state, t, limits), passed=passed, leaves=-math.inf)
 
     def guided_by(self, guidance: Way) -> "Course":
         """Return the same course of a UAV that follows another guidance from now on."""
         never = np.full(len(guidance.points) - 1, np.inf)
         return replace(self, way=guidance.after(1), passed=never, ahead=1, leaves=-math.inf)
 
-    def joined(
-        self, t: float, durations: Floats, rows: Floats, way: Way, passed: Floats, leaves: float = -math.inf
-    ) -> "Course":
-        """Return the course that leaves this one at an instant, with pieces (m,) seconds and (m, k, 3) metres."""
-        motion = hovering(self.motion, t) if t > self.motion.end else self.motion
-        both = spliced(motion, t, durations, rows)
-        return replace(self, motion=both, way=way, passed=passed, ahead=self.next_mark(t), leaves=leaves)
+    def joined(self, motion: Trajectory, way: Way, passed: Floats, leaves: float = -math.inf) -> "Course":
+        """Return the course that leaves this one for a motion when that begins."""
+        ahead = self.next_mark(motion.start)
+        return replace(self, motion=spliced(self.motion, motion), way=way, passed=passed, ahead=ahead, leaves=leaves)
 
 
-def stop_or_stay(state: Floats, limits: Limits) -> tuple[Floats, Floats]:
-    """Return the fastest stop from a state (3, 3), or a stay where that is at rest, as `braking_motion` does."""
-    durations, rows = braking_motion(state, limits)
-    if len(durations):
-        return durations, rows
-    durations, rows = np.array([STAY]), np.zeros((1, 4, 3))
-    rows[0, 0] = state[0]
-    return durations, rows
+def timed(begin: float, durations: Floats, rows: Floats, form: Form = "stop-and-go") -> Trajectory:
+    """Return the motion that begins at an instant, of pieces (m,) seconds and (m, k, 3) metres."""
+    return Trajectory(begin + np.append(0.0, np.cumsum(durations)), rows, form)
 
 
-def parted(motion: Trajectory, now: float) -> tuple[Trajectory | None, Trajectory]:
-    """Return the pieces of a motion that end before now, ``None`` if there are none, and those that follow."""
+def state_at(motion: Trajectory, t: float) -> Floats:
+    """Return position, velocity and acceleration at an instant of a motion, (3, 3)."""
+    return np.concatenate(motion.at([t]))
+
+
+def place_of_rest(motion: Trajectory) -> Floats:
+    """Return where a motion ends, (3,) metres."""
+    return motion.at([motion.end]).position[0]
+
+
+def staying(place: Floats, begin: float, end: float) -> Trajectory:
+    """Return the stay at a place (3,) between two instants."""
+    return Trajectory(np.array([begin, end]), place[None, None])
+
+
+def stopping(state: Floats, t: float, limits: Limits) -> Trajectory:
+    """Return the fastest stop from a state (3, 3) at an instant, or a stay where that is at rest."""
+    motion = timed(t, *braking_motion(state, limits))
+    return motion if len(motion.coefficients) else staying(state[0], t, t + STAY)
+
+
+def parted(motion: Trajectory, now: float) -> tuple[list[Trajectory], Trajectory]:
+    """Return the pieces of a motion that end before now, as one motion if there are any, and those that follow."""
     k = int(np.searchsorted(motion.knots, now, side="right")) - 1
     if not 0 < k < len(motion.coefficients):
-        return None, motion
-    past = Trajectory(motion.knots[: k + 1], motion.coefficients[:k])
-    return past, Trajectory(motion.knots[k:], motion.coefficients[k:])
+        return [], motion
+    past = Trajectory(motion.knots[: k + 1], motion.coefficients[:k], motion.form)
+    return [past], Trajectory(motion.knots[k:], motion.coefficients[k:], motion.form)
 
 
-def spliced(motion: Trajectory, t: float, durations: Floats, rows: Floats) -> Trajectory:
-    """Return the motion that leaves another at an instant, with pieces (m,) seconds and (m, k, 3) metres."""
-    k = int(np.searchsorted(motion.knots, t, side="left"))  # pieces before the instant
-    if k and t - motion.knots[k - 1] <= MIN_PIECE:
-        k -= 1
-    knots, kept = np.append(motion.knots[:k], t), motion.coefficients[:k]
-    pieces = np.concatenate(of_one_degree(kept, rows))
-    return Trajectory(np.concatenate([knots, t + np.cumsum(durations)]), pieces)
+def spliced(motion: Trajectory, more: Trajectory) -> Trajectory:
+    """Return the motion that leaves another one for a motion when that begins."""
+    kept = part_of(motion, min(motion.start, more.start), more.start)
+    most = max(kept.coefficients.shape[1], more.coefficients.shape[1])
+    rows = [np.pad(one.coefficients, ((0, 0), (0, most - one.coefficients.shape[1]), (0, 0))) for one in (kept, more)]
+    return Trajectory(np.append(kept.knots[:-1], more.knots), np.concatenate(rows), motion.form)
 
 
-def hovering(motion: Trajectory, until: float) -> Trajectory:
-    """Return a motion that stays where it ends until an instant."""
-    if until - motion.end <= MIN_PIECE:
-        return motion
-    stay = np.zeros((1, *motion.coefficients.shape[1:]))
-    stay[0, 0] = motion.at([motion.end]).position[0]
-    return Trajectory(np.append(motion.knots, until), np.concatenate([motion.coefficients, stay]))
+def part_of(motion: Trajectory, begin: float, end: float) -> Trajectory:
+    """Return what is flown of a motion between two instants, with the stays before it begins and after it ends."""
+    knots, rows = motion.knots, motion.coefficients
+    stays = np.zeros((2, 1, *rows.shape[1:]))
+    if begin < motion.start - MIN_PIECE:
+        stays[0, 0, 0] = rows[0, 0]
+        knots, rows = np.append(begin, knots), np.concatenate([stays[0], rows])
+    if end > motion.end + MIN_PIECE:
+        stays[1, 0, 0] = place_of_rest(motion)
+        knots, rows = np.append(knots, end), np.concatenate([rows, stays[1]])
+    clipped = np.clip(knots, begin, end)
+    pieces = np.flatnonzero(np.diff(clipped) > MIN_PIECE)
+    rows = rows[pieces]
+    if len(pieces):
+        rows[0] = _later(rows[0], clipped[pieces[0]] - knots[pieces[0]])
+    return Trajectory(np.append(clipped[pieces], end), rows, motion.form)
 
 
-def of_one_degree(*parts: Floats) -> list[Floats]:
-    """Return the coefficients of pieces, each (m, k, 3), padded by zeros to the largest degree of any of them."""
-    most = max(part.shape[1] for part in parts)
-    return [
-        np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) if part.shape[1] < most else part for part in parts
-    ]
-
-
-def later(rows: Floats, seconds: float) -> Floats:
+def _later(rows: Floats, seconds: float) -> Floats:
     """Return the coefficients (k, 3) of a polynomial whose time begins some seconds later."""
     shifted = rows.copy()
     for i in range(len(rows) - 1):
@@ -211,7 +202,7 @@ def planned_motion(motion: Trajectory | None, guidance: Way) -> Planned | None:
 
 def motions_along(
     planned: Trajectory, begin: float, until: float, limits: Limits
-) -> Iterator[tuple[float, Floats, Floats]]:
+) -> Iterator[tuple[float, Trajectory]]:
     """Yield motions that follow a trajectory from an instant on, and then brake so as to rest in time.
 
     Parameters
@@ -226,50 +217,28 @@ def motions_along(
     Yields
     ------
     tuple
-        The instant at which the trajectory is left, seconds; and pieces of (m,) seconds and (m, degree + 1, 3) metres,
-        by powers of the time since the piece began. Those that follow it longest come first.
+        The instant at which the trajectory is left, seconds, and the motion. Those that follow it longest come first.
     """
     if planned.end <= until:
-        yield planned.end, *followed(planned, begin, planned.end)
+        yield planned.end, part_of(planned, begin, planned.end)
         return
     last = _last_to_brake(planned, begin, until, limits)
     if last is None:
         return
     for share in FOLLOWED:
         leaves = begin + share * (last - begin)
-        durations, rows = followed(planned, begin, leaves)
-        brakes, more = braking_motion(_state(planned, leaves), limits)
-        yield leaves, np.append(durations, brakes), np.concatenate(of_one_degree(rows, more))
-
-
-def _state(planned: Trajectory, t: float) -> Floats:
-    return np.concatenate(planned.at([t]))
+        brakes = timed(leaves, *braking_motion(state_at(planned, leaves), limits))
+        yield leaves, spliced(part_of(planned, begin, leaves), brakes)
 
 
 def _last_to_brake(planned: Trajectory, begin: float, until: float, limits: Limits) -> float | None:
     """Return the last instant found from which the UAV comes to rest in time, or ``None``."""
     leaves = until
     for _ in range(ROUNDS):
-        durations, _ = braking_motion(_state(planned, leaves), limits)
-        if leaves + durations.sum() <= until:
+        seconds = braking_motion(state_at(planned, leaves), limits)[0].sum()
+        if leaves + seconds <= until:
             return leaves
-        leaves = min(until - float(durations.sum()), leaves - SOONER)
+        leaves = min(until - float(seconds), leaves - SOONER)
         if leaves <= begin:
             break
     return None
-
-
-def followed(planned: Trajectory, begin: float, end: float) -> tuple[Floats, Floats]:
-    """Return the pieces of a trajectory between two instants, and of the stay before it begins."""
-    durations, rows = [], []
-    if begin < planned.start - MIN_PIECE:
-        stay = np.zeros(planned.coefficients.shape[1:])
-        stay[0] = planned.coefficients[0, 0]
-        durations.append(min(end, planned.start) - begin)
-        rows.append(stay)
-    for k, coefficients in enumerate(planned.coefficients):
-        since, until = max(begin, float(planned.knots[k])), min(end, float(planned.knots[k + 1]))
-        if until - since > MIN_PIECE:
-            durations.append(until - since)
-            rows.append(later(coefficients, since - float(planned.knots[k])))
-    return np.array(durations), np.array(rows).reshape(-1, *planned.coefficients.shape[1:])

@@ -8,15 +8,14 @@ from typing import ClassVar, Self
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.course import Course, Planned, followed, planned_motion
+from skyverse.live.course import Course, Planned, part_of, place_of_rest, planned_motion, spliced
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees_its_way
 from skyverse.live.multirotor_search import MultirotorSearch
 from skyverse.live.pilot import LOST, SPARE, Pilot
 from skyverse.live.policies.policy import Found, PolicySearch
-from skyverse.live.replan import Choice, Span
-from skyverse.live.search import SearchBudget
+from skyverse.live.search import Choice
 from skyverse.live.steered_heading import steered_heading, still
-from skyverse.live.surroundings import Surroundings
+from skyverse.live.surroundings import Span, Surroundings
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Pointing, Trajectory, joined
@@ -137,8 +136,7 @@ class Multirotor(Pilot):
     def arrival(self) -> float | None:
         """The instant at which its motion ends at its target, seconds; ``None`` if it ends elsewhere."""
         motion = self.course.motion
-        off = math.dist(motion.at([motion.end]).position[0], self.guidance.points[-1])
-        return motion.end if off <= 1e-6 else None
+        return motion.end if math.dist(place_of_rest(motion), self.guidance.points[-1]) <= 1e-6 else None
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration at an instant, (3, 3)."""
@@ -181,19 +179,18 @@ class Multirotor(Pilot):
         barred = new and not world.segments_free(ahead[:-1], ahead[1:]).all()
         return barred or (now - self.planned >= LOST and not sees_its_way(world, self.turning_place(join), way, mark))
 
-    def choose(
-        self, around: Surroundings, span: Span, budget: SearchBudget, answer: Found | None
-    ) -> tuple[Self, Choice]:
+    def choose(self, around: Surroundings, answer: Found | None) -> tuple[Self, Choice]:
         """Return the pilot with the course that is chosen, along the way that a policy has found if it was asked."""
+        span = around.span
         now = self.course.since(span.now)
         before, pointing = self.pointing.parted(now.motion.start)
         pilot = replace(self, pointing=pointing, pointed=(*self.pointed, before) if len(before.turns) else self.pointed)
-        for motions in (0, budget.motions) if self.waits else (budget.motions,):
-            left = budget._replace(motions=motions)
+        for motions in (0, around.motions) if self.waits else (around.motions,):
+            asked = around._replace(motions=motions)
             if answer is None:
-                course, choice = MultirotorSearch(now, self.guidance, self.own, around, span, left).choose()
+                course, choice = MultirotorSearch(now, self.guidance, self.own, asked).choose()
             else:
-                course, choice = PolicySearch(now, self.guidance, around, span, left, answer).choose()
+                course, choice = PolicySearch(now, self.guidance, asked, answer).choose()
             if choice.proven:
                 break
         pilot = replace(pilot, course=course) if choice.kept else pilot.flying(course, span.join)
@@ -227,7 +224,7 @@ class Multirotor(Pilot):
         way = mission_guidance(airspace, mission, number)
         course, planned = self.course.guided_by(way), planned_motion(flight.retimed(begin + flight.start), way)
         assert planned is not None
-        whole = course.joined(begin, *followed(flight, 0.0, flight.end), course.way, course.passed).motion
+        whole = spliced(course.motion, part_of(flight, 0.0, flight.end).retimed(begin))
         own = planned._replace(motion=replace(whole, pointing=planned.motion.pointing))
         course = replace(course, leaves=begin)
         return replace(self, planned=begin, course=course, guidance=way, own=own, nearest=math.inf, held_up=False)

@@ -12,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.course import STAY, Course, Planned, motions_along, stop_or_stay
+from skyverse.live.course import STAY, Course, Planned, motions_along, part_of, place_of_rest, staying, stopping, timed
 from skyverse.live.guidance import AT_REST, GATE_SHARES, SHARES, Way, escapes, gates, ways_ahead
-from skyverse.live.replan import Choice, FirstContact, Span
-from skyverse.live.search import BLOCKED, KEEP_ON, Search, SearchBudget, Step
+from skyverse.live.search import BLOCKED, KEEP_ON, Choice, Search, Step
 from skyverse.live.steered_motion import seconds_left, steered_motion
-from skyverse.live.surroundings import Surroundings, barred, seconds_lost, way_back
+from skyverse.live.surroundings import FirstContact, Surroundings, seconds_lost, way_back
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT
 from skyverse.space.world import path_free
@@ -33,19 +32,13 @@ Outcome = tuple[Course, Choice]
 
 
 class Branch(NamedTuple):
-    """A motion that leaves the present course at an instant; with no pieces, that goes on."""
+    """A motion that leaves the present course when it begins, unless it is `kept`: the present course itself."""
 
-    begin: float
-    durations: Floats
-    rows: Floats
+    motion: Trajectory
     way: Way
     passed: Floats
     leaves: float = -math.inf
-
-    @property
-    def kept(self) -> bool:
-        """Whether the present course goes on."""
-        return not len(self.durations)
+    kept: bool = False
 
 
 class MultirotorSearch(Search[Course, Branch]):
@@ -57,27 +50,19 @@ class MultirotorSearch(Search[Course, Branch]):
         What it flies now.
     guidance, planned
         The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
-    around, span, budget
+    around
         What it keeps clear of, the instants that matter, and how long may be searched.
     """
 
-    def __init__(
-        self,
-        course: Course,
-        guidance: Way,
-        planned: Planned | None,
-        around: Surroundings,
-        span: Span,
-        budget: SearchBudget,
-    ) -> None:
-        super().__init__(around, span, budget)
+    def __init__(self, course: Course, guidance: Way, planned: Planned | None, around: Surroundings) -> None:
+        super().__init__(around)
         self.course, self.guidance, self.planned = course, guidance, planned
         self.widened = False
         self.states: dict[float, Floats] = {}
         self.before: dict[float, FirstContact] = {}
         self.clear_before: dict[float, bool] = {}
-        self.fastest = math.hypot(*self.state(span.now)[1])  # of a UAV that was found too fast, and brakes
-        self.hold = Branch(span.join, np.zeros(0), np.zeros(0), course.way, course.passed)
+        self.fastest = math.hypot(*self.state(self.span.now)[1])  # of a UAV that was found too fast, and brakes
+        self.hold = Branch(course.motion, course.way, course.passed, course.leaves, kept=True)
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration on the present course, (3, 3)."""
@@ -164,13 +149,12 @@ class MultirotorSearch(Search[Course, Branch]):
         )
         if not len(durations):
             return None
-        found = Branch(begin, durations, rows, way, begin + passed)
+        found = Branch(timed(begin, durations, rows), way, begin + passed)
         if self.taken:
             return found, self.nearest_rest(self.flown(found))
         if self.around.world.speed_zones:
-            motion = Trajectory(np.append(0.0, np.cumsum(durations)), rows)
             ahead = way.points[int(np.sum(passed <= looked_at)) :]
-            arrival += self.seconds_lost(motion.at([looked_at]).position[0], ahead)
+            arrival += self.seconds_lost(found.motion.at([begin + looked_at]).position[0], ahead)
         return found, begin + arrival
 
     def leads_on(self, place: Floats, way: Way, mark: int) -> bool:
@@ -190,54 +174,49 @@ class MultirotorSearch(Search[Course, Branch]):
             return
         behind = int(np.sum(own.passed[:-1] <= join))
         way, ahead = self.guidance.after(1 + behind), own.passed[behind:]
-        for leaves, durations, rows in motions_along(own.motion, join, self.span.until, self.around.limits):
-            passed = np.where(ahead <= leaves, ahead, np.inf)
-            yield Branch(join, durations, rows, way, passed, leaves)
+        for leaves, motion in motions_along(own.motion, join, self.span.until, self.around.limits):
+            yield Branch(motion, way, np.where(ahead <= leaves, ahead, np.inf), leaves)
 
     @cached_property
     def stop(self) -> Branch:
         """The motion that stops as fast as possible."""
         begin = self.span.join
-        durations, rows = stop_or_stay(self.state(begin), self.around.limits)
         way = self.course.remaining(begin)
-        return Branch(begin, durations, rows, way, np.full(len(way.points), np.inf))
+        motion = stopping(self.state(begin), begin, self.around.limits)
+        return Branch(motion, way, np.full(len(way.points), np.inf))
 
     def flown(self, found: Branch) -> Course:
         """Return the course of a motion."""
-        if found.kept:
-            return self.course
-        _, durations, rows, way, passed, leaves = found
-        return self.course.joined(found.begin, durations, rows, way, passed, leaves)
+        return self.course if found.kept else self.course.joined(*found[:-1])
 
-    def motion(self, found: Branch) -> Trajectory:
-        """Return what is flown from now on, to rest."""
-        return self.flown(found).motion
+    def begin(self, found: Branch) -> float:
+        """Return when a motion begins to differ from the present course, or could."""
+        return self.span.join if found.kept else found.motion.start
 
     def contact(self, found: Branch) -> FirstContact:
         """Return the mover that a motion first comes too near to, counted from now."""
-        motion, now, begin, apart = self.course.motion, self.span.now, found.begin, self.span.apart
+        present, now, begin, apart = self.course.motion, self.span.now, self.begin(found), self.span.apart
         if found.kept:
-            return self.around.contact(motion.knots, motion.coefficients, now, apart, self.fastest)
+            return self.around.contact(present, now, apart, self.fastest)
         if begin not in self.before:
-            self.before[begin] = self.around.contact(motion.knots, motion.coefficients, now, begin, self.fastest)
-        if self.before[begin].mover >= 0:
-            return self.before[begin]
-        knots = begin + np.append(0.0, np.cumsum(found.durations))
-        return self.around.contact(knots, found.rows, begin, apart, self.fastest)
+            self.before[begin] = self.around.contact(present, now, begin, self.fastest)
+        before = self.before[begin]
+        return before if before.mover >= 0 else self.around.contact(found.motion, begin, apart, self.fastest)
 
     def clear(self, found: Branch) -> bool:
         """Tell whether all that is flown from now on is clear of what stands still, and slow enough there."""
         if found.kept:
             return self.barred(found) == math.inf
-        world, begin = self.around.world, found.begin
+        begin = found.motion.start
         if begin not in self.clear_before:
-            self.clear_before[begin] = barred(world, begin, *self.course.part(self.span.now, begin)) == math.inf
-        return self.clear_before[begin] and barred(world, begin, found.durations, found.rows) == math.inf
+            before = part_of(self.course.motion, self.span.now, begin)
+            self.clear_before[begin] = self.around.barred(before) == math.inf
+        return self.clear_before[begin] and self.around.barred(found.motion) == math.inf
 
     def barred(self, found: Branch) -> float:
         """Return from when on a motion is not proven to be clear of what stands still, infinite if it is."""
-        course, now = self.flown(found), self.span.now
-        return barred(self.around.world, now, *course.part(now, max(course.motion.end, self.span.until)))
+        motion = self.flown(found).motion
+        return self.around.barred(part_of(motion, self.span.now, max(motion.end, self.span.until)))
 
     def examine(self, found: Branch) -> Outcome | None:
         """Return a motion if it may be flown."""
@@ -256,15 +235,16 @@ class MultirotorSearch(Search[Course, Branch]):
 
     def widen(self, found: Branch, contact: FirstContact) -> None:
         """Push ways past the place where a motion meets a mover, and away from where the UAV is."""
-        place = self.state(found.begin)[0]
-        limits, left = self.around.limits, self.span.until - found.begin
+        begin = self.begin(found)
+        place = self.state(begin)[0]
+        limits, left = self.around.limits, self.span.until - begin
         aside = REST if self.taken else 0.0
         if contact.mover >= 0 and len(found.way.points):
             k = min(int(np.sum(found.passed <= contact.instant)), len(found.way.points) - 1)
             meeting = self.flown(found).state(contact.instant)[0]
             need = float(self.around.moving.needs[contact.mover])
-            self.consider(found.begin, gates(found.way, place, meeting, k, need), GATE_SHARES, aside)
-        guidance = self.guidance.after(min(self.course.next_mark(found.begin), len(self.guidance.points) - 1))
+            self.consider(begin, gates(found.way, place, meeting, k, need), GATE_SHARES, aside)
+        guidance = self.guidance.after(min(self.course.next_mark(begin), len(self.guidance.points) - 1))
         reach = min(0.25 * limits.acceleration * left * left, 0.5 * limits.speed * left)
         self.consider(self.span.join, escapes(guidance, place, reach), (1.0,), aside)
 
@@ -282,11 +262,11 @@ class MultirotorSearch(Search[Course, Branch]):
         """
         course, looked_at = self.flown(found), self.looked_at
         end = course.motion.end
-        if found.kept and math.dist(course.state(end)[0], self.guidance.points[-1]) < AT_END:
+        if found.kept and math.dist(place_of_rest(course.motion), self.guidance.points[-1]) < AT_END:
             return end
         if self.taken:
             return self.nearest_rest(course) - (REST if self.rests else 0.0)
-        place, velocity, _ = course.state(max(looked_at, found.begin))
+        place, velocity, _ = course.state(max(looked_at, self.begin(found)))
         left = self.left(course, looked_at)
         seconds = seconds_left(self.around.limits, place, velocity, left.points)
         later = looked_at + seconds + self.seconds_lost(place, left.points)
@@ -313,8 +293,8 @@ class MultirotorSearch(Search[Course, Branch]):
         reach = self.around.limits.speed * (span.until - span.now)
         if math.dist(self.state(span.now)[0], target) > reach:
             return False
-        knots, rows = np.array([span.until, span.until + STAY]), target.reshape(1, 1, 3)
-        return 0 <= self.around.contact(knots, rows, span.until, span.until).mover < self.around.uavs
+        there = staying(target, span.until, span.until + STAY)
+        return 0 <= self.around.contact(there, span.until, span.until).mover < self.around.uavs
 
     def nearest_rest(self, course: Course) -> float:
         """Return about when a UAV arrives that rests at the end of a course until the horizon, and goes on then."""
@@ -344,10 +324,10 @@ class MultirotorSearch(Search[Course, Branch]):
         """Return the motion that leads soonest to where it is clear, or else nearest to there; or to keep on."""
 
         def lacks(met: tuple[FirstContact, Branch]) -> tuple[float, float]:
-            durations, rows = met[1].durations, met[1].rows
+            motion = met[1].motion
             if met[1].kept:
-                durations, rows = self.course.part(self.span.join, max(self.course.motion.end, self.span.until))
-            return way_back(self.around.world, durations, rows)
+                motion = part_of(motion, self.span.join, max(motion.end, self.span.until))
+            return way_back(self.around.world, motion)
 
         back = [(lacks(met), met) for met in ranked]
         (_, missing), best = min(back, key=lambda one: one[0])

@@ -5,7 +5,6 @@ Obstacles that are reported anew, a little differently each time, as one that ho
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,21 +56,6 @@ def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int)
     return states
 
 
-class Known(NamedTuple):
-    """What is known to stand still.
-
-    Attributes
-    ----------
-    scenario
-        All of it, apart from the following.
-    entered
-        Obstacles to which a UAV was too near when they were seen; it has to leave them first.
-    """
-
-    scenario: Scenario
-    entered: tuple[Shape, ...]
-
-
 def _require_mapping(given: object, field: str) -> None:
     """Raise `InputError` if what is given for UAVs is not a mapping from their indices."""
     if not isinstance(given, Mapping):
@@ -80,29 +64,36 @@ def _require_mapping(given: object, field: str) -> None:
         raise InputError(f"expected indices of UAVs, but they are {[*given]!r:.60}", field=field)
 
 
-def with_seen(known: Known, obstacles: Sequence[Shape], zones: Sequence[Shape], places: Sequence[Floats]) -> Known:
-    """Return what is known with more obstacles and zones, or raise `InputError`.
+def with_seen(
+    before: Scenario,
+    entered: tuple[Shape, ...],
+    obstacles: Sequence[Shape],
+    zones: Sequence[Shape],
+    places: Sequence[Floats],
+) -> tuple[Scenario, tuple[Shape, ...]]:
+    """Return a scenario with more obstacles and zones, and those that were entered, or raise `InputError`.
 
     Parameters
     ----------
-    known
-        Before.
+    before
+        What was known to stand still, apart from the following.
+    entered
+        Obstacles to which a UAV was too near when they were seen; it has to leave them first.
     obstacles, zones
         That were seen.
     places
         (3,) metres each: where the UAVs are.
     """
-    before = known.scenario
-    known_already = (*before.obstacles, *known.entered)
+    known_already = (*before.obstacles, *entered)
     obstacles = [one for one in obstacles if one not in known_already]
     zones = [one for one in zones if one not in before.zones]
-    if not obstacles and not zones and not known.entered:
-        return known
+    if not obstacles and not zones and not entered:
+        return before, entered
     whole = _with_more(before, obstacles, zones)
     kept, new = merged(known_already, whole.obstacles[len(before.obstacles) :])
     stay = {id(one) for one in kept}
     standing = tuple(one for one in before.obstacles if id(one) in stay)
-    added = (*(one for one in known.entered if id(one) in stay), *new)
+    added = (*(one for one in entered if id(one) in stay), *new)
     for field, count, most in (
         ("obstacles", len(standing) + len(added), max(MAX_OBSTACLES, len(before.obstacles))),
         ("zones", len(whole.zones), max(MAX_ZONES, len(before.zones))),
@@ -111,9 +102,9 @@ def with_seen(known: Known, obstacles: Sequence[Shape], zones: Sequence[Shape], 
             raise InputError(f"expected at most {most:,} with those that are known, found {count:,}", field=field)
     entered = tuple(one for one in added if any(_is_too_near(before, one, *both) for both in enumerate(places)))
     if len(entered) == len(added) and standing == before.obstacles and not zones:
-        return Known(before, entered)
+        return before, entered
     left = (one for one in added if one not in entered)
-    return Known(derived(whole, obstacles=(*standing, *left)), entered)
+    return derived(whole, obstacles=(*standing, *left)), entered
 
 
 def _with_more(scenario: Scenario, obstacles: Sequence[Shape], zones: Sequence[Shape]) -> Scenario:

@@ -8,8 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.policies.policy import Found
-from skyverse.live.replan import Choice, Span
-from skyverse.live.search import SearchBudget
+from skyverse.live.search import Choice
 from skyverse.live.surroundings import Surroundings
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -122,7 +121,5 @@ class Pilot(ABC):
         """Tell whether another way is to be planned among what stands still, which may be `new`."""
 
     @abstractmethod
-    def choose(
-        self, around: Surroundings, span: Span, budget: SearchBudget, answer: Found | None
-    ) -> tuple[Self, Choice]:
+    def choose(self, around: Surroundings, answer: Found | None) -> tuple[Self, Choice]:
         """Return the pilot with what is flown from now on, along the way that a policy has found if it was asked."""

@@ -1,57 +1,7 @@
-"""What is chosen for a UAV to fly from now on, what a replanner answers of it, and in which turns UAVs choose."""
+"""What a replanner answers, and in which turns UAVs choose what they fly."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
-
-
-class Span(NamedTuple):
-    """The instants that matter, seconds into the mission.
-
-    Attributes
-    ----------
-    now, join
-        Now, and when a new motion can begin.
-    until
-        Until when it is proven.
-    apart
-        Until when it is proven to keep its distance from other UAVs, no earlier than `until`.
-    """
-
-    now: float
-    join: float
-    until: float
-    apart: float
-
-
-class FirstContact(NamedTuple):
-    """What a motion first comes too near to: when, infinite if never, and which mover, -1 for what stands still."""
-
-    instant: float = math.inf
-    mover: int = -1
-
-
-class Choice(NamedTuple):
-    """What is known of the motion that was chosen.
-
-    Attributes
-    ----------
-    kept, proven
-        Whether it is what was flown before, and whether it is proven up to the horizon.
-    contact
-        What it comes too near to first, up to the horizon.
-    tried
-        How many motions were made.
-    held_up
-        Whether another UAV is in the way of the motion that would arrive first.
-    """
-
-    kept: bool
-    proven: bool
-    contact: FirstContact
-    tried: int
-    held_up: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,11 +48,6 @@ class Replan:
     out_of_bounds: float = 0.0
     forgotten: tuple[str, ...] = ()
 
-    def followed_by(self, later: "Replan") -> "Replan":
-        """Return the answer that takes the place of this one, to the same observation; efforts add up."""
-        tried, seconds = self.tried + later.tried, self.seconds + later.seconds
-        return replace(later, kept=self.kept and later.kept, tried=tried, seconds=seconds)
-
     def __repr__(self) -> str:
         return f"Replan at t = {self.time:.6g} s\n  {self.sentence}"
 
@@ -125,8 +70,11 @@ def in_turns(order: Sequence[int], replan: Callable[[int], Replan]) -> dict[int,
     last = dict.fromkeys(order, 0)
     while waiting:
         uav, turns = waiting.pop(0), turns + 1
-        found = replan(uav)
-        answers[uav], last[uav] = found if uav not in answers else answers[uav].followed_by(found), turns
+        found, before = replan(uav), answers.get(uav)
+        if before is not None:  # efforts add up
+            tried, seconds = before.tried + found.tried, before.seconds + found.seconds
+            found = replace(found, kept=before.kept and found.kept, tried=tried, seconds=seconds)
+        answers[uav], last[uav] = found, turns
         if not waiting:
             unproven = max((last[k] for k in order if not answers[k].proven), default=0)
             waiting = [k for k in order if answers[k].proven and last[k] < unproven][:1]

@@ -13,12 +13,13 @@ from skyverse.errors import InputError, is_number, require_kind
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
-from skyverse.live.observed import Known, checked_states, require_seconds, strays, with_seen, with_targets
+from skyverse.live.observed import checked_states, require_seconds, strays, with_seen, with_targets
 from skyverse.live.pilot import SPARE, Pilot
+from skyverse.live.policies import policy_of
 from skyverse.live.policies.policy import Found, Policy, Situation, all_about
-from skyverse.live.replan import Choice, Replan, Span, in_turns
-from skyverse.live.search import SearchBudget
-from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
+from skyverse.live.replan import Replan, in_turns
+from skyverse.live.search import Choice
+from skyverse.live.surroundings import Moving, Span, Surroundings, all_moving, with_others
 from skyverse.live.tracks import Sighting, Tracks, checked_sightings
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
@@ -68,14 +69,15 @@ class Replanner:
         How many motions are tried for a UAV at most at each observation.
     policy
         Finds the ways of multirotors anew, in place of those along the mission's path and past movers; motions along
-        them are made and proven as else.
+        them are made and proven as else. Given by its name, ``"velocity-obstacles"``, or with settings, as in study
+        files: ``{"policy": "from-scratch", "planner": "astar"}``.
     rng
         Seed or generator of the policy's random numbers.
 
     Attributes
     ----------
     mission, policy
-        As given.
+        The mission as given, and the policy, or ``None``.
     scenario
         What is known, with the obstacles that were seen.
     now
@@ -99,7 +101,7 @@ class Replanner:
         lead: float = 0.1,
         memory: float | None = None,
         candidates: int = 128,
-        policy: Policy | None = None,
+        policy: Policy | str | Mapping[str, object] | None = None,
         rng: Seed = None,
     ) -> None:
         if not isinstance(mission, Mission):
@@ -117,11 +119,10 @@ class Replanner:
         if isinstance(candidates, bool) or not isinstance(candidates, int) or candidates < 1:
             raise InputError(f"expected a whole number from 1 on, but it is {candidates!r}", field="candidates")
         self.lead, self.memory, self.candidates = lead, memory, candidates
-        if policy is not None:
-            require_kind(policy, Policy, "policy")
-            if any(uav.fixed_wing is not None for uav in scenario.uavs):
-                raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
-        self.policy, self.effort, self._rng = policy, Effort(0, 0, 0), seeded(rng)[0]
+        if policy is not None and any(uav.fixed_wing is not None for uav in scenario.uavs):
+            raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
+        self.policy = None if policy is None else policy_of(policy)
+        self.effort, self._rng = Effort(0, 0, 0), seeded(rng)[0]
         self.mission, self.scenario, self.now = mission, scenario, 0.0
         self._airspace = Airspace(scenario)
         self._tracks = Tracks(memory)
@@ -195,8 +196,9 @@ class Replanner:
             raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
         now, before = max(instant, self.now), self.scenario
         pilots, astray = self._found_at(now, {} if instant < self.now else placed)
-        known = with_seen(Known(before, self._entered), obstacles, zones, [pilot.state(now)[0] for pilot in pilots])
-        scenario, assignment = with_targets(known.scenario, self._assignment, {} if targets is None else targets)
+        places = [pilot.state(now)[0] for pilot in pilots]
+        known, entered = with_seen(before, self._entered, obstacles, zones, places)
+        scenario, assignment = with_targets(known, self._assignment, {} if targets is None else targets)
         for uav in () if targets is None else targets:
             pilots[uav] = self._led_to(scenario, assignment[uav], pilots[uav], now)
         self.now, self._astray = now, astray
@@ -204,8 +206,8 @@ class Replanner:
         reached = [pilot.reached(now, h, scenario) for pilot, h in zip(pilots, self._horizons, strict=True)]
         forgotten = self._tracks.forget(now, gone, reached)
         self._pilots = [pilot.freed() for pilot in pilots] if gone or forgotten else pilots
-        self._entered, self._assignment = known.entered, assignment
-        self._find_ways(scenario, new=known.scenario is not before)
+        self._entered, self._assignment = entered, assignment
+        self._find_ways(scenario, new=known is not before)
         join, may_wait = self.now + self.lead, deadline_ms is None
         self._pilots = self._lead_apart.led(self._pilots, self.scenario, self.now, join, may_wait)
         answers = self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
@@ -315,15 +317,18 @@ class Replanner:
             world=self._airspace.of(uav).world,
             moving=with_others(moving, self.scenario, uav, others),
             uavs=len(moving.names),
+            span=span,
+            motions=self.candidates,
+            deadline=deadline,
         )
         pilot = self._pilots[uav]
-        answer = self._asked(pilot, around, span) if isinstance(pilot, Multirotor) else None
-        pilot, choice = pilot.choose(around, span, SearchBudget(self.candidates, deadline), answer)
+        answer = self._asked(pilot, around) if isinstance(pilot, Multirotor) else None
+        pilot, choice = pilot.choose(around, answer)
         self._pilots[uav] = pilot
         self.effort += answer.effort if answer is not None else Effort(0, 0, choice.tried)
         out = _out_of_bounds(pilot.state(self.now)[0], self.scenario)
         proven = choice.proven and uav not in self._astray
-        sentence = _sentence(pilot, choice, around, span)
+        sentence = _sentence(pilot, choice, around)
         if choice.proven and not proven:
             sentence = f"{pilot.uav.name} has no way out: it was found at a speed at which it cannot fly on."
         return Replan(
@@ -339,8 +344,9 @@ class Replanner:
             out_of_bounds=out,
         )
 
-    def _asked(self, pilot: Multirotor, around: Surroundings, span: Span) -> Found | None:
+    def _asked(self, pilot: Multirotor, around: Surroundings) -> Found | None:
         """Return what the policy finds for a UAV; ``None`` if there is none to ask."""
+        span = around.span
         target = self._assignment[pilot.number]
         if self.policy is None:
             return None
@@ -369,16 +375,16 @@ def _out_of_bounds(place: Floats, scenario: Scenario) -> float:
     return math.dist(place, np.clip(place, scenario.bounds.min, scenario.bounds.max))
 
 
-def _sentence(pilot: Pilot, choice: Choice, around: Surroundings, span: Span) -> str:
+def _sentence(pilot: Pilot, choice: Choice, around: Surroundings) -> str:
     """Return what is proven of a UAV's motion, or which mover it may come too near to, when and where."""
     name = pilot.uav.name
     if choice.proven:
-        return f"{name} {pilot.way_out}, clear of everything until t = {span.until:.6g} s."
+        return f"{name} {pilot.way_out}, clear of everything until t = {around.span.until:.6g} s."
     if choice.contact.mover < 0:
         return f"{name} has no way out that is proven clear of what stands still, and slow enough in zones."
     at, whom = told_point(pilot.state(choice.contact.instant)[0]), around.moving.names[choice.contact.mover]
     told = f"{whom} may come too near at t = {choice.contact.instant:.6g} s, at {at}"
-    if choice.contact.instant <= span.join:  # whatever it flies then
+    if choice.contact.instant <= around.span.join:  # whatever it flies then
         return f"{name} has no way out: {told}, before another motion can begin."
     return f"{name} has no way out that was found among {max(choice.tried, 1)} motions: {told}."
 

@@ -5,15 +5,13 @@ it by when it would arrive; or it examines one. A kind of vehicle says which ste
 """
 
 import heapq
-import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from itertools import count
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from skyverse.live.replan import Choice, FirstContact, Span
-from skyverse.live.surroundings import Surroundings, share_avoided
+from skyverse.live.surroundings import FirstContact, Surroundings
 from skyverse.model.trajectory import Trajectory
 
 LOOKED_AT = 0.5
@@ -24,11 +22,34 @@ BLOCKED = 10.0
 """Seconds that it may take longer to arrive along a way in which something stands."""
 
 
-class SearchBudget(NamedTuple):
-    """How many motions are made at most, and the reading of `time.perf_counter` after which no more are made."""
+class Choice(NamedTuple):
+    """What is known of the motion that was chosen.
 
-    motions: int
-    deadline: float = math.inf
+    Attributes
+    ----------
+    kept, proven
+        Whether it is what was flown before, and whether it is proven up to the horizon.
+    contact
+        What it comes too near to first, up to the horizon.
+    tried
+        How many motions were made.
+    held_up
+        Whether another UAV is in the way of the motion that would arrive first.
+    """
+
+    kept: bool
+    proven: bool
+    contact: FirstContact
+    tried: int
+    held_up: bool = False
+
+
+class AnyCourse(Protocol):
+    """What a UAV is flying."""
+
+    @property
+    def motion(self) -> Trajectory:
+        """From some instant before now on."""
 
 
 class Flyable(Protocol):
@@ -39,7 +60,7 @@ class Flyable(Protocol):
         """Whether the present course goes on."""
 
 
-C = TypeVar("C")
+C = TypeVar("C", bound=AnyCourse)
 F = TypeVar("F", bound=Flyable)
 Step = Callable[[], tuple[C, Choice] | None]
 """Returns what is flown, and what is known of it, if it has found that."""
@@ -48,13 +69,13 @@ Step = Callable[[], tuple[C, Choice] | None]
 class Search(ABC, Generic[C, F]):
     """One search for one UAV, over courses C and motions F that may be flown next."""
 
-    def __init__(self, around: Surroundings, span: Span, budget: SearchBudget) -> None:
-        self.around, self.span, self.budget = around, span, budget
+    def __init__(self, around: Surroundings) -> None:
+        self.around, self.span = around, around.span
         self.queue: list[tuple[float, int, Step[C]]] = []
         self.numbers = count()
         self.met: list[tuple[FirstContact, F]] = []
         self.tried = 0
-        self.looked_at = span.now + LOOKED_AT * (span.until - span.now)
+        self.looked_at = self.span.now + LOOKED_AT * (self.span.until - self.span.now)
 
     @abstractmethod
     def first(self) -> Iterator[Step[C]]:
@@ -71,10 +92,6 @@ class Search(ABC, Generic[C, F]):
     @abstractmethod
     def flown(self, found: F) -> C:
         """Return the course of a motion."""
-
-    @abstractmethod
-    def motion(self, found: F) -> Trajectory:
-        """Return what is flown from now on, as far as it is known."""
 
     @abstractmethod
     def clear(self, found: F) -> bool:
@@ -99,7 +116,7 @@ class Search(ABC, Generic[C, F]):
     @property
     def spent(self) -> bool:
         """Whether no more motions may be made."""
-        return self.tried >= self.budget.motions or time.perf_counter() >= self.budget.deadline
+        return self.tried >= self.around.motions or time.perf_counter() >= self.around.deadline
 
     def steps(self) -> Iterator[Step[C]]:
         """Yield all steps, as far as the budget lasts."""
@@ -135,16 +152,7 @@ class Search(ABC, Generic[C, F]):
 
         One that is not clear of what stands still is flown only if there is no other.
         """
-        shapes, span = self.around.moving.shapes, self.span
-
-        def danger(met: tuple[FirstContact, F]) -> tuple[float, float]:
-            motion = self.motion(met[1])
-            share, missing = share_avoided(
-                shapes, motion.knots.copy(), motion.coefficients.copy(), span.join, span.apart
-            )
-            return -share, missing
-
-        ranked = sorted(self.met, key=danger)
+        ranked = sorted(self.met, key=lambda met: self.around.danger(self.flown(met[1]).motion))
         best = next((met for met in ranked if self.clear(met[1])), None)
         contact, found = self.nearest_to_clear(ranked) if best is None else best
         return self.unproven(found, contact)

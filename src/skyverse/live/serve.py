@@ -112,6 +112,9 @@ class Address(NamedTuple):
     host: str
     port: int
 
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
 
 OnListening = Callable[[str], None]
 """Called with where clients find the server, once they do."""
@@ -179,7 +182,7 @@ class _Server:
             await server.start_serving()
         except (OSError, OverflowError) as error:
             said = getattr(error, "strerror", None) or error
-            raise InputError(f"{_told(where)}: nobody can listen there: {said}", field="listen") from None
+            raise InputError(f"{where}: nobody can listen there: {said}", field="listen") from None
         if on_listening is not None:
             on_listening(found)
         async with server:
@@ -190,7 +193,7 @@ class _Server:
         local = all(ip_address(one.getsockname()[0]).is_loopback for one in server.sockets)
         if self.token is None and not local:
             server.close()
-            said = f"{_told(where)}: other machines can connect there, so a token is needed, which is not given"
+            said = f"{where}: other machines can connect there, so a token is needed, which is not given"
             raise InputError(said, field="listen")
 
     async def client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -279,7 +282,3 @@ def _private_files() -> Iterator[None]:
         yield
     finally:
         os.umask(before)
-
-
-def _told(where: Address | Path) -> str:
-    return str(where) if isinstance(where, Path) else f"{where.host}:{where.port}"

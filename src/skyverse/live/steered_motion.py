@@ -33,7 +33,7 @@ from skyverse.numerics.tolerances import (
 )
 from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.ramp import largest_acceleration, largest_speed
-from skyverse.trajectory.straight_legs import Legs, add_piece, corner_speeds_from, legs_between, pieces_along
+from skyverse.trajectory.straight_legs import add_piece, corner_speeds_from, legs_between, pieces_along
 
 MOST_PIECES = 4
 """Pieces of a change of velocity at most."""
@@ -262,7 +262,9 @@ def _motion_within(
             allowed[last] = most[last - 1]
             put(corners, last + 1, points[last])
             last += 1
-        legs = _slowed(legs_between(corners[: last + 1], limits), share)
+        legs = legs_between(corners[: last + 1], limits)
+        for k in range(last):
+            legs.speeds[k] *= share
         corner_speeds = corner_speeds_from(legs, allowed[: last + 1], speed)
         if corner_speeds[0] < speed:
             cap = corner_speeds[0]
@@ -287,22 +289,6 @@ def _motion_within(
                     coefficients[k, power, axis] = row
         return together, coefficients, passed, cap
     return np.empty(0), np.empty((0, 4, 3)), passed, cap
-
-
-@inner
-def _slowed(legs: Legs, share: float) -> Legs:
-    """Return legs on which only a share of the largest speed is used."""
-    return Legs(
-        legs.points,
-        legs.ways,
-        legs.lengths,
-        share * legs.speeds,
-        legs.accelerations,
-        legs.turns,
-        legs.sharpness,
-        legs.turning,
-        legs.jerk,
-    )
 
 
 @inner

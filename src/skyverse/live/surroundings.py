@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.replan import FirstContact, Span
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
@@ -37,6 +36,32 @@ from skyverse.space.world import World
 from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.proof import clear_pieces
 from skyverse.trajectory.speed_in_zones import first_too_fast
+
+
+class Span(NamedTuple):
+    """The instants that matter, seconds into the mission.
+
+    Attributes
+    ----------
+    now, join
+        Now, and when a new motion can begin.
+    until
+        Until when it is proven.
+    apart
+        Until when it is proven to keep its distance from other UAVs, no earlier than `until`.
+    """
+
+    now: float
+    join: float
+    until: float
+    apart: float
+
+
+class FirstContact(NamedTuple):
+    """What a motion first comes too near to: when, infinite if never, and which mover, -1 for what stands still."""
+
+    instant: float = math.inf
+    mover: int = -1
 
 
 class Moving(NamedTuple):
@@ -58,7 +83,7 @@ class Moving(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What a UAV keeps clear of, and what it can do.
+    """What a UAV keeps clear of, what it can do, and how long may be searched for that.
 
     Attributes
     ----------
@@ -70,14 +95,21 @@ class Surroundings(NamedTuple):
         What moves, other UAVs after all else.
     uavs
         The index of the first shape that is another UAV.
+    span
+        The instants that matter.
+    motions, deadline
+        How many motions are made at most, and the reading of `time.perf_counter` after which no more are made.
     """
 
     limits: Limits
     world: World
     moving: Moving
     uavs: int
+    span: Span
+    motions: int
+    deadline: float
 
-    def contact(self, knots: Floats, rows: Floats, begin: float, until: float, fastest: float = 0.0) -> FirstContact:
+    def contact(self, motion: Trajectory, begin: float, until: float, fastest: float = 0.0) -> FirstContact:
         """Return what moves that a motion first comes too near to between two instants; see `first_contact`.
 
         `fastest` is the greatest speed of one that breaks the limits, m/s.
@@ -85,8 +117,29 @@ class Surroundings(NamedTuple):
         if begin > until:
             return FirstContact()
         fastest = max(self.limits.speed * (1.0 + LIMIT_EASE), fastest)
-        mover, instant = first_contact(self.moving.shapes, knots.copy(), rows.copy(), fastest, begin, until)
+        knots, rows = motion.knots.copy(), motion.coefficients.copy()
+        mover, instant = first_contact(self.moving.shapes, knots, rows, fastest, begin, until)
         return FirstContact(instant, mover)
+
+    def danger(self, motion: Trajectory) -> tuple[float, float]:
+        """Return the share of movers' doubts that a motion avoids from `span.join` on, less than 0, and the seconds.
+
+        Both are less for a motion that is less dangerous; see `share_avoided`.
+        """
+        knots, rows = motion.knots.copy(), motion.coefficients.copy()
+        share, missing = share_avoided(self.moving.shapes, knots, rows, self.span.join, self.span.apart)
+        return -share, missing
+
+    def barred(self, motion: Trajectory) -> float:
+        """Return from when on it is not proven that a motion is clear of what stands still, and slow enough in zones.
+
+        That is the beginning of a piece, or an instant at which it is too fast; infinite if all of it is proven.
+        """
+        clear = clear_pieces(self.world.space, np.diff(motion.knots), motion.coefficients.copy())
+        instant = math.inf if clear.all() else float(motion.knots[np.argmin(clear)])
+        zones = self.world.speed_zones
+        too_fast = first_too_fast(zones, motion) if zones and len(motion.coefficients) else None
+        return instant if too_fast is None else min(instant, too_fast)
 
 
 def all_moving(
@@ -131,30 +184,6 @@ def with_others(moving: Moving, scenario: Scenario, uav: int, others: Mapping[in
             names.append(scenario.uavs[other].name)
     needs = np.append(moving.needs, [max(one.semi_axis_xy, one.semi_axis_z) for one in ellipsoids])
     return Moving(with_ellipsoids(moving.shapes, ellipsoids), (*moving.names, *names), needs)
-
-
-def barred(world: World, begin: float, durations: Floats, rows: Floats) -> float:
-    """Return from when on it is not proven that a motion is clear of what stands still, and slow enough in zones.
-
-    Parameters
-    ----------
-    world
-        What stands still.
-    begin
-        The instant at which the motion begins, seconds.
-    durations, rows
-        Its pieces, of (m,) seconds, and their coefficients (m, k, 3), metres.
-
-    Returns
-    -------
-    float
-        The beginning of a piece, or an instant at which it is too fast; infinite if all of it is proven.
-    """
-    clear = clear_pieces(world.space, durations, rows)
-    knots = begin + np.append(0.0, np.cumsum(durations))
-    instant = math.inf if clear.all() else float(knots[np.argmin(clear)])
-    too_fast = first_too_fast(world.speed_zones, Trajectory(knots, rows)) if world.speed_zones and len(rows) else None
-    return instant if too_fast is None else min(instant, too_fast)
 
 
 def _speed_if_too_fast(motion: Trajectory, limit: float) -> float:
@@ -260,15 +289,8 @@ NEARER = 0.01
 """Metres by which a UAV may come nearer to an obstacle, or farther out of bounds, than it is."""
 
 
-def way_back(world: World, durations: Floats, rows: Floats) -> tuple[float, float]:
+def way_back(world: World, motion: Trajectory) -> tuple[float, float]:
     """Return how a motion leads to where it is clear of what stands still, and slow enough in zones.
-
-    Parameters
-    ----------
-    world
-        What stands still.
-    durations, rows
-        Pieces of (m,) seconds, and their coefficients (m, k, 3), metres.
 
     Returns
     -------
@@ -278,17 +300,17 @@ def way_back(world: World, durations: Floats, rows: Floats) -> tuple[float, floa
         Metres that it lacks where it ends: infinite if it first leads nearer to obstacles or farther out of bounds, or
         ends no nearer to where it is clear.
     """
-    if not len(durations):
+    if not len(motion.coefficients):
         return math.inf, math.inf
-    clear = clear_pieces(world.space, durations, rows)
-    knots = np.append(0.0, np.cumsum(durations))
-    slow = _seconds_too_fast(world, Trajectory(knots, rows))
+    knots, durations = motion.knots - motion.start, np.diff(motion.knots)
+    clear = clear_pieces(world.space, durations, motion.coefficients.copy())
+    slow = _seconds_too_fast(world, motion)
     if clear.all():
         return slow, 0.0
     count = len(clear) - int(np.argmin(clear[::-1]))  # pieces up to the last one that is not clear
     steps = np.arange(SAMPLES + 1) / SAMPLES
-    t = (knots[:count, None] + durations[:count, None] * steps).ravel()
-    places = Trajectory(knots, rows).at(t).position
+    t = (motion.knots[:count, None] + durations[:count, None] * steps).ravel()
+    places = motion.at(t).position
     inside = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
     before = missing = 0.0
     for left, need in ((world.distance(places), world.space.clearance), (inside, 0.0)):
@@ -301,7 +323,7 @@ def way_back(world: World, durations: Floats, rows: Floats) -> tuple[float, floa
 
 
 def _seconds_too_fast(world: World, motion: Trajectory) -> float:
-    """Return the last of the instants that are looked at when a motion, from 0 s on, is too fast for a zone; else 0."""
+    """Return the seconds after which it is last seen that a motion is too fast for a zone; 0 if it is not."""
     if not world.speed_zones:
         return 0.0
     t = np.unique(np.linspace(motion.knots[:-1], motion.knots[1:], SAMPLES + 1))
@@ -309,7 +331,7 @@ def _seconds_too_fast(world: World, motion: Trajectory) -> float:
     speeds, last = np.linalg.norm(velocities, axis=1), 0.0
     for now, place, speed in zip(t.tolist(), places, speeds.tolist(), strict=True):
         if any(speed > zone.max_speed * (1.0 + LIMIT_EASE) and zone.holds(place) for zone in world.speed_zones):
-            last = now
+            last = now - motion.start
     return last
 
 

@@ -10,7 +10,7 @@ within e + v t + a t^2 / 2 of p1 + t (p1 - p0) / d, where v is that first bound.
 import math
 from bisect import insort
 from collections.abc import Collection, Mapping, Sequence
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
@@ -117,31 +117,23 @@ def checked_sightings(movers: Sequence[Sighting | Mapping[str, object]]) -> list
     return sightings
 
 
-class _Seen(NamedTuple):
-    """A sighting and its instant, seconds into the mission."""
-
-    time: float
-    sighting: Sighting
-
-
 class Track:
     """The sightings of one mover, in the order of their instants."""
 
     def __init__(self) -> None:
-        self._seen: list[_Seen] = []
+        self._seen: list[tuple[float, Sighting]] = []
 
     @property
     def last(self) -> float:
         """The instant of the last sighting, seconds."""
-        return self._seen[-1].time
+        return self._seen[-1][0]
 
     def add(self, time: float, sighting: Sighting) -> None:
         """Take in a sighting, also one that comes late; of two at one instant the more exact one is kept."""
-        same = [one for one in self._seen if one.time == time]
-        if same and same[0].sighting.error <= sighting.error:
+        if any(t == time and known.error <= sighting.error for t, known in self._seen):
             return
-        self._seen = [one for one in self._seen if one.time != time]
-        insort(self._seen, _Seen(time, sighting), key=lambda one: one.time)
+        self._seen = [one for one in self._seen if one[0] != time]
+        insort(self._seen, (time, sighting), key=lambda one: one[0])
         self._seen = self._seen[-MAX_KEPT:]
 
     def predicted(self, until: float) -> Mover:
@@ -166,7 +158,7 @@ class Track:
     def may_be_anywhere(self, now: float, low: Floats, high: Floats) -> bool:
         """Tell whether the mover may be anywhere in the box between two corners, (3,) metres each, at an instant."""
         mover = self.predicted(now)
-        doubt, seen = mover.doubt, self._seen[-1].sighting
+        doubt, seen = mover.doubt, self._seen[-1][1]
         reaches = [(mover.at([now])[0], float(doubt.at([now])[0]))]
         if doubt.top_speed is not None:
             reaches.append((np.array(seen.position), doubt.radius + doubt.top_speed * (now - self.last)))

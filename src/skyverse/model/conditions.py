@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import ConfigDict, Field
 
-from skyverse.errors import InputError, require_number
+from skyverse.errors import InputError, require_kind, require_number, shown
 from skyverse.model.quantities import Flag, Model, NonNegative, Positive, Real
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
@@ -49,8 +49,8 @@ class Conditions:
         default it is the vehicle that the mission was planned for where that is one of them, and otherwise the
         thesis's.
     wind
-        The mean velocity of the air, (3,) m/s towards east, north and up. Two numbers are its speed, m/s, and the
-        direction in which it moves, degrees counter-clockwise from east.
+        The mean velocity of the air, (3,) m/s towards east, north and up; `wind_from` gives that of a wind as pilots
+        tell it.
     noise
         The standard deviation, on each axis, of the white normal noise in what controllers measure: this many metres
         of position and m/s of velocity.
@@ -76,7 +76,7 @@ class Conditions:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
     vehicle: str | None = None
-    wind: tuple[Real, ...] = (0.0, 0.0, 0.0)
+    wind: tuple[Real, Real, Real] = (0.0, 0.0, 0.0)
     noise: Real = 0.0
     gusts: Flag = False
     mismatch: Real = 0.0
@@ -84,6 +84,8 @@ class Conditions:
     delay: Real = 0.0
 
     def __post_init__(self) -> None:
+        if self.vehicle is not None:
+            require_kind(self.vehicle, str, "vehicle")
         object.__setattr__(self, "wind", _velocity(self.wind))
         for name, unit, most in (
             ("noise", "metres", MAX_NOISE),
@@ -120,20 +122,16 @@ class Conditions:
         return self.sentence if seed is None else f"{self.sentence}, seed {seed}"
 
 
-def _velocity(wind: Sequence[float]) -> tuple[float, ...]:
+def _velocity(wind: object) -> tuple[float, float, float]:
     """Return the velocity of a wind, (3,) m/s, or raise `InputError`."""
     try:
-        numbers = [float(number) for number in wind]
+        east, north, up = (float(number) for number in wind)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        raise InputError(f"expected east,north,up in m/s, or speed,degrees, found {wind!r}", field="wind")
-    if max(map(abs, numbers if len(numbers) == 3 else numbers[:1])) > MAX_WIND:
-        raise InputError(f"expected at most {MAX_WIND:g} m/s, found {wind!r}", field="wind")
-    if len(numbers) == 2:
-        speed, heading = numbers[0], math.radians(numbers[1])
-        return round(speed * math.cos(heading), 12), round(speed * math.sin(heading), 12), 0.0
-    return tuple(numbers)
+        east = north = up = math.nan
+    if isinstance(wind, str) or not all(abs(speed) <= MAX_WIND for speed in (east, north, up)):
+        said = f"expected east, north and up in m/s, up to {MAX_WIND:g} each, found {shown(wind)}"
+        raise InputError(f"{said}; wind_from(8, 270) is a wind of 8 m/s from the west", field="wind")
+    return east, north, up
 
 
 def _told_wind(wind: Sequence[float]) -> str:

@@ -11,7 +11,7 @@ from skyverse.live.guidance import Way
 from skyverse.live.policies import make_policy
 from skyverse.live.policies.planner_policies import problem_now
 from skyverse.live.policies.policy import Situation
-from skyverse.live.replan import Span
+from skyverse.live.surroundings import Span
 from skyverse.model.temporary_zones import TimedShape
 
 TARGET = (19.0, 5.0, 1.0)

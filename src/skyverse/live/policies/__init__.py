@@ -1,26 +1,23 @@
 """Replanning policies by name: ways in which a UAV in flight finds its way anew."""
 
-import importlib
+from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, did_you_mean, shown
+from skyverse.live.policies.planner_policies import FromScratch, KeptPopulation
+from skyverse.live.policies.policy import Policy, Wait
+from skyverse.live.policies.velocity_obstacles import VelocityObstacles
 
-if TYPE_CHECKING:
-    from skyverse.live.policies.policy import Policy
-
-_CLASSES = {
-    "from-scratch": "planner_policies.FromScratch",
-    "kept-population": "planner_policies.KeptPopulation",
-    "velocity-obstacles": "velocity_obstacles.VelocityObstacles",
-    "wait": "policy.Wait",
+POLICIES: dict[str, type[Policy]] = {
+    "from-scratch": FromScratch,
+    "kept-population": KeptPopulation,
+    "velocity-obstacles": VelocityObstacles,
+    "wait": Wait,
 }
-
-POLICY_NAMES = tuple(_CLASSES)
-"""The names of the policies in files."""
+"""The policies by their names in files."""
 
 
-def make_policy(name: str, **settings: object) -> "Policy":
+def make_policy(name: str, **settings: object) -> Policy:
     """Return the policy of that name with these settings.
 
     Raises
@@ -28,13 +25,23 @@ def make_policy(name: str, **settings: object) -> "Policy":
     InputError
         If there is no such policy or setting, or a setting has a value that it cannot have.
     """
-    if name not in _CLASSES:
-        raise InputError(f"there is no policy {name!r}; there are {', '.join(POLICY_NAMES)}")
-    module, _, cls = _CLASSES[name].partition(".")
-    made = getattr(importlib.import_module(f"{__name__}.{module}"), cls)
-    known = [field.name for field in fields(made)]
+    if name not in POLICIES:
+        near = did_you_mean(name, POLICIES) or f"; there are {', '.join(POLICIES)}"
+        raise InputError(f"there is no policy {name!r}{near}")
+    known = [field.name for field in fields(POLICIES[name])]
     unknown = [setting for setting in settings if setting not in known]
     if unknown:
-        has = f"{made.__name__} has {', '.join(known) or 'none'}"
+        has = f"{POLICIES[name].__name__} has {', '.join(known) or 'none'}"
         raise InputError(f"there is no setting {', '.join(map(repr, unknown))}; {has}")
-    return made(**settings)
+    return POLICIES[name](**settings)
+
+
+def policy_of(given: object) -> Policy:
+    """Return a policy that is given as such, by its name, or by a mapping of its name and its settings, as in files."""
+    settings = {"policy": given} if isinstance(given, str) else given
+    if isinstance(settings, Mapping) and isinstance(settings.get("policy"), str):
+        return make_policy(settings["policy"], **{key: value for key, value in settings.items() if key != "policy"})
+    if not isinstance(given, Policy):
+        said = f"expected the name of a policy, or a mapping of it and its settings, found {shown(given)}"
+        raise InputError(said, field="policy")
+    return given

@@ -14,10 +14,9 @@ from skyverse.errors import InputError
 from skyverse.live.course import Course
 from skyverse.live.guidance import SHARES, Way
 from skyverse.live.multirotor_search import AT_END, Branch, MultirotorSearch, Outcome
-from skyverse.live.replan import Span
-from skyverse.live.search import KEEP_ON, SearchBudget, Step
+from skyverse.live.search import KEEP_ON, Step
 from skyverse.live.steered_motion import seconds_left
-from skyverse.live.surroundings import Surroundings
+from skyverse.live.surroundings import Span, Surroundings
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import PolynomialMotion
 from skyverse.model.result import Effort
@@ -147,7 +146,7 @@ class PolicySearch(MultirotorSearch):
 
     Parameters
     ----------
-    course, guidance, around, span, budget
+    course, guidance, around
         As for `MultirotorSearch`.
     found
         What the policy has found. Its way is tried also by the place where the UAV would come to rest.
@@ -155,19 +154,11 @@ class PolicySearch(MultirotorSearch):
 
     taken = False
 
-    def __init__(
-        self,
-        course: Course,
-        guidance: Way,
-        around: Surroundings,
-        span: Span,
-        budget: SearchBudget,
-        found: Found,
-    ) -> None:
-        super().__init__(course, guidance, None, around, span, budget)
+    def __init__(self, course: Course, guidance: Way, around: Surroundings, found: Found) -> None:
+        super().__init__(course, guidance, None, around)
         self.ways: list[Way] = []
         if found.way is not None and len(found.way.points):
-            self.ways = [found.way, found.way.through(0, course.stop(span.join, around.limits), 0.0)]
+            self.ways = [found.way, found.way.through(0, course.stop(self.span.join, around.limits), 0.0)]
         self.share, self.proof, self.widened = found.share, found.proof, True
 
     def first(self) -> Iterator[Step[Course]]:
