@@ -45,9 +45,12 @@ def read(path: Path) -> None:
     if path.suffix in RASTERS:
         area = (12.6745, 46.797, 12.68, 46.801)
         terrain = [sky.Raster(path, crs="EPSG:32632")]
-        assert sky.build_scenario("a", terrain=terrain, area=area, fill_nodata="nearest").terrain is not None
+        assert (
+            sky.build_scenario(sky.BuildOptions("a", terrain=terrain, area=area, fill_nodata="nearest")).terrain
+            is not None
+        )
     elif path.name.startswith("aerial"):
-        assert sky.build_scenario("a", voxels=[path], ground=sky.AboveSea(300)).terrain is not None
+        assert sky.build_scenario(sky.BuildOptions("a", voxels=[path], ground=sky.AboveSea(300))).terrain is not None
     elif path.suffix in FEATURES or path.name == "city.json":
         from skyverse.maps.georeference.reading import Choices
         from skyverse.maps.readers import read_features

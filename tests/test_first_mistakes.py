@@ -80,19 +80,19 @@ NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_wei
         (lambda one: sky.to_local(one, [[46.8, 9.85, 1500.0]]), "origin", (None, "x", (46.8, 9.85, 1500.0))),
         (lambda one: sky.to_wgs84(one, [[0.0, 0.0, 0.0]]), "origin", (None, "x", (46.8, 9.85, 1500.0))),
         *(
-            (lambda one, name=name: sky.build_scenario("x", **{name: one}), name, NOT_FILES)
+            (lambda one, name=name: sky.BuildOptions("x", **{name: one}), name, NOT_FILES)
             for name in ("terrain", "buildings", "zones", "voxels", "soft_zones")
         ),
-        (lambda one: sky.build_scenario("x", soft_zones=one), "soft_zones", (["a.geojson"], [("a.geojson", "x")])),
+        (lambda one: sky.BuildOptions("x", soft_zones=one), "soft_zones", (["a.geojson"], [("a.geojson", "x")])),
         *(
-            (lambda one, name=name: sky.build_scenario("x", **{name: one}), name, (3, "46.8,9.85", object()))
+            (lambda one, name=name: sky.BuildOptions("x", **{name: one}), name, (3, "46.8,9.85", object()))
             for name in ("uavs", "targets")
         ),
         *(
-            (lambda one, name=name: sky.build_scenario("x", **{name: one}), name, NOT_A_NUMBER[1:])
+            (lambda one, name=name: sky.BuildOptions("x", **{name: one}), name, NOT_A_NUMBER[1:])
             for name in NUMBERS_OF_MAPS
         ),
-        (lambda one: sky.build_scenario("x", area=one), "area", ("x", 3, (1.0, 2.0), (1.0, 2.0, 3.0, "x"))),
+        (lambda one: sky.BuildOptions("x", area=one), "area", ("x", 3, (1.0, 2.0), (1.0, 2.0, 3.0, "x"))),
         (lambda one: sky.Raster(one), "Raster.path", NOT_A_PATH),
         (lambda one: sky.Reading(building_height=one), "Reading.building_height", NOT_A_NUMBER[1:]),
         (lambda one: sky.Reading(buffer=one), "Reading.buffer", NOT_A_NUMBER[1:]),

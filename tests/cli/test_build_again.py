@@ -9,7 +9,7 @@ pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
 import skyverse as sky
-from skyverse.maps.assembly.build import build_scenario
+from of_maps import of_maps
 from skyverse.model.altitude import AboveGround, AboveSea
 
 START, GOAL, OTHER = "46.8,9.85,60 m agl", "46.803,9.85,60 m agl", "46.803,9.853,70 m agl"
@@ -48,7 +48,7 @@ def test_what_is_not_changed_is_as_it_was_from_any_folder(skyverse, zones, tmp_p
         "margin": 300.0,
     }
     for made, target in ((first, (46.803, 9.85, AboveGround(60))), (second, (46.803, 9.853, AboveGround(70)))):
-        direct = build_scenario(made.name, targets=[target], **options)
+        direct = of_maps(made.name, targets=[target], **options)
         assert made.model_copy(update={"built_with": ()}) == direct
     assert {name: rest for name, *rest in second.built_with}["zones"] == [str(zones)]
     assert "maps/z=1.geojson=0.5" in Path("second.yaml").read_text()

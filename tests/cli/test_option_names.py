@@ -144,5 +144,3 @@ def test_every_option_of_scenario_build_has_the_documentation_of_its_parameter()
     build = app["scenario"]["build"]
     helped = [one.names[0] for one in build.assemble_argument_collection() if one.parameter.help]
     assert len(helped) == 43
-    assert "`" not in skyverse.build_scenario.__doc__.split("Parameters")[0]
-    assert all(f"\n{name}\n" in skyverse.build_scenario.__doc__ for name in ("name", "terrain", "geoid", "on_note"))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from of_maps import of_maps
 from skyverse.draw.mission_page import banner
 from skyverse.draw.scene import scene
 from skyverse.model.altitude import AboveGround, AboveSea
@@ -117,7 +118,7 @@ def test_what_a_file_gave_nothing_of_stays_with_the_scenario_and_its_missions(tm
     feature = {"type": "Feature", "properties": {"upper": "60 m agl"}, "geometry": shape}
     (tmp_path / "far.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
     notes = []
-    scenario = sky.build_scenario(
+    scenario = of_maps(
         "elsewhere",
         zones=[tmp_path / "far.geojson"],
         ground=AboveSea(1500),

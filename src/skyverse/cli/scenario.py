@@ -28,7 +28,7 @@ from skyverse.cli.places import (
 from skyverse.cli.report import json_text
 from skyverse.cli.watch import console
 from skyverse.errors import InputError
-from skyverse.maps.assembly.options import MapDetail, MapFiles, MapRegion, documentation
+from skyverse.maps.assembly.options import BuildOptions, MapDetail, MapFiles, MapRegion
 from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.built_with import Words
 from skyverse.model.caution import stands_out
@@ -141,10 +141,19 @@ def _name(owner: type, field: str) -> str:
     return option_of(f"{owner.__name__}.{field}").removeprefix("--").replace("-", "_")
 
 
+def _documentation(options: type) -> dict[str, str]:
+    """Return the documentation of each attribute of an options class, those of its bases first."""
+    found: dict[str, str] = {}
+    for base in reversed(options.__mro__[:-1]):
+        _, _, entries = inspect.cleandoc(base.__doc__ or "").partition("Attributes\n----------\n")
+        found |= dict(re.findall(r"^(\w+)\n((?: .*\n?)+)", entries, re.MULTILINE))
+    return {name: inspect.cleandoc(text) for name, text in found.items()}
+
+
 def _options() -> Iterator[inspect.Parameter]:
     """Yield an option for each parameter of the classes in `_GROUPS`, with the documentation that it has there."""
     for owner, group in _GROUPS.items():
-        documented = documentation(owner)
+        documented = _documentation(owner)
         for field in dataclasses.fields(owner):
             name = _name(owner, field.name)
             if name == "path":  # of a raster: these are the files of --terrain
@@ -222,7 +231,7 @@ def build(
     with _watched(notes) as on_note:
         raster = _values(Raster, given)
         files["terrain"] = [Raster(path, **raster) for path in files.get("terrain", ())]
-        made = build_scenario(
+        options = BuildOptions(
             name or output.stem,
             **files,
             **_values(FleetLimits, given),
@@ -231,6 +240,7 @@ def build(
             reading=Reading(**_values(Reading, given)),
             on_note=on_note,
         )
+        made = build_scenario(options)
         made = made.model_copy(update={"built_with": words})
         write(made, output)
     _report(made, notes, output, as_json)

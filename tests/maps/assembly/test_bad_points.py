@@ -9,9 +9,9 @@ import pytest
 pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
+from of_maps import of_maps
 from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.errors import InputError
-from skyverse.maps.assembly.build import build_scenario
 from skyverse.model.altitude import AboveGround, AboveSea, parse_altitude
 
 LAT, LON = 46.8, 9.85
@@ -38,7 +38,7 @@ def halls(tmp_path):
 def built(halls, uavs, targets=(), **more):
     given = {"buildings": [halls], "ground": AboveSea(500), "ceiling": AboveSea(600)} | more
     given = {"clearance": 2.0, "ground_clearance": 2.0} | given
-    return build_scenario("town", uavs=uavs, targets=targets, tolerance=0, area=(9.84, 46.79, 9.87, 46.81), **given)
+    return of_maps("town", uavs=uavs, targets=targets, tolerance=0, area=(9.84, 46.79, 9.87, 46.81), **given)
 
 
 GOOD = place(-200, 0, AboveGround(30))

@@ -19,10 +19,10 @@ from rasterio.transform import Affine  # noqa: E402
 from scipy.ndimage import map_coordinates  # noqa: E402
 
 import skyverse as sky  # noqa: E402
+from of_maps import of_maps  # noqa: E402
 from proj_map import proj_local  # noqa: E402
 from skyverse.cli import main  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
-from skyverse.maps.assembly.build import build_scenario  # noqa: E402
 from skyverse.maps.assembly.obstacles import ROUNDING, LocalFeatures, prisms  # noqa: E402
 from skyverse.maps.georeference.feature import Feature  # noqa: E402
 from skyverse.maps.georeference.reading import Raster  # noqa: E402
@@ -78,7 +78,7 @@ START, GOAL = place(-300, 0, AboveGround(60)), place(300, 50, AboveGround(60))
 
 
 def test_uavs_and_targets_are_where_they_were_said_to_be_in_each_frame(valley):
-    scenario = build_scenario(
+    scenario = of_maps(
         "valley",
         terrain=[valley],
         uavs={"sea": place(-300, 0, AboveSea(1600)), "ground": START, "home": place(100, -80, AboveHome(30))},
@@ -119,7 +119,7 @@ def test_a_uav_stands_on_the_rasters_ground_not_on_the_raised_one(valley):
     rng = np.random.default_rng(3)
     places = [place(*rng.uniform(-800, 800, 2), AboveGround(40)) for _ in range(40)]
     near = {"separation": 1.0, "tracking_error": (0.0, 0.0)}
-    scenario = build_scenario("v", terrain=[valley], uavs=places, terrain_step=60, **near)
+    scenario = of_maps("v", terrain=[valley], uavs=places, terrain_step=60, **near)
     expected = [surveyed(valley, latitude, longitude) for latitude, longitude, _ in places]
     assert homes(scenario) == pytest.approx(expected, abs=1e-4)
     raised = [scenario.terrain.height(uav.start[:2]) - uav.home for uav in scenario.uavs]
@@ -131,7 +131,7 @@ def test_in_davos_too_home_is_the_rasters_ground():
     path, rng = DATA / "davosdorf.tif", np.random.default_rng(4)
     south, north, west, east = 46.80, 46.83, 9.80, 9.86
     places = [(rng.uniform(south, north), rng.uniform(west, east), AboveGround(60)) for _ in range(60)]
-    scenario = build_scenario("davos", terrain=[path], uavs=places)
+    scenario = of_maps("davos", terrain=[path], uavs=places)
     assert homes(scenario) == pytest.approx([surveyed(path, *at[:2]) for at in places], abs=0.02)  # PROJ's grids
     raised = [scenario.terrain.height(uav.start[:2]) - uav.home for uav in scenario.uavs]
     assert max(raised) > 1
@@ -147,15 +147,15 @@ def test_home_is_of_the_higher_file_in_metres_above_the_sea_and_unknown_beside_h
         return tmp_path / name
 
     feet = changed("feet.tif", (heights + 5) / 0.3048)
-    both = build_scenario("v", terrain=[valley, Raster(feet, unit="ft")], uavs=[START])
+    both = of_maps("v", terrain=[valley, Raster(feet, unit="ft")], uavs=[START])
     assert homes(both)[0] == pytest.approx(surveyed(valley, *START[:2], 5), abs=1e-3)
     ellipsoid = changed("e.tif", heights + 50, crs=pyproj.CRS("EPSG:32632").to_3d().to_wkt())
-    above = build_scenario("v", terrain=[ellipsoid], uavs=[START], geoid=50.0)
+    above = of_maps("v", terrain=[ellipsoid], uavs=[START], geoid=50.0)
     assert homes(above)[0] == pytest.approx(surveyed(valley, *START[:2]), abs=1e-3)
     holed = np.where(np.indices(heights.shape)[1] < 50, -9999, heights)  # START is there
     hole = changed("hole.tif", holed, nodata=-9999)
-    assert build_scenario("v", terrain=[hole], uavs=[START], fill_nodata=1500.0).uavs[0].home is None
-    assert build_scenario("v", ground=AboveSea(1500), uavs=[START]).uavs[0].home is None
+    assert of_maps("v", terrain=[hole], uavs=[START], fill_nodata=1500.0).uavs[0].home is None
+    assert of_maps("v", ground=AboveSea(1500), uavs=[START]).uavs[0].home is None
 
 
 corner = st.tuples(st.floats(-400, 400), st.floats(-400, 400))
@@ -177,7 +177,7 @@ def test_what_is_in_a_zone_is_in_its_prisms(valley, tmp_path, corners, low, high
         return
     fields = {"lower": low, "upper": high}
     path = geojson(tmp_path / "zones.geojson", (outline(*shape.exterior.coords[:-1]), fields))
-    scenario = build_scenario(
+    scenario = of_maps(
         "valley", terrain=[valley], zones=[path], area=(*place(-400, -100, 0)[1::-1], *place(400, 150, 0)[1::-1]),
         tolerance=tolerance,
     )  # fmt: skip
@@ -234,17 +234,17 @@ def test_a_start_or_target_in_a_zone_or_near_it_is_refused_by_both_names(valley,
     at = place(east, north, altitude)
     for ends in ({"uavs": {"alpha": at}}, {"uavs": [START], "targets": {"alpha": at}}):
         if safe:
-            build_scenario("v", **ends, **options)
+            of_maps("v", **ends, **options)
             continue
         with pytest.raises(
             InputError, match=r"alpha: expected a point 2 m or .* the no-fly zone 'Castle' of z\.geojson"
         ):
-            build_scenario("v", **ends, **options)
+            of_maps("v", **ends, **options)
 
 
 def test_a_building_stands_on_the_lowest_ground_and_ends_above_the_highest(valley, tmp_path):
     path = geojson(tmp_path / "b.geojson", (SQUARE, {"height": "12 m", "name": "town hall"}), license="CC0")
-    scenario = build_scenario("valley", terrain=[valley], buildings=[path], uavs=[START], targets=[GOAL], tolerance=0)
+    scenario = of_maps("valley", terrain=[valley], buildings=[path], uavs=[START], targets=[GOAL], tolerance=0)
     (prism,) = scenario.obstacles
     x, y = (at.ravel() for at in np.meshgrid(np.linspace(-49, 49, 40), np.linspace(-49, 49, 40)))
     middle = sky.to_local(scenario.frame.origin, [LAT, LON, 1500])[0]
@@ -259,7 +259,7 @@ def test_a_building_stands_on_the_lowest_ground_and_ends_above_the_highest(valle
 def test_soft_zones_carry_their_risk_and_no_end_reaches_past_the_bounds(valley, tmp_path):
     path = geojson(tmp_path / "z=1.geojson", (SQUARE, {"lower": "0 m agl", "name": "school"}))
     told = []
-    scenario = build_scenario(
+    scenario = of_maps(
         "valley", terrain=[valley], soft_zones=[(path, 0.5)], uavs=[START], targets=[GOAL], on_note=told.append
     )
     (zone,) = scenario.zones
@@ -274,7 +274,7 @@ def test_zones_with_latitude_first_are_not_dropped_as_lying_elsewhere(valley, tm
     turned = {"type": "Polygon", "coordinates": [[corner[::-1] for corner in ring]]}
     path = geojson(tmp_path / "z.geojson", (turned, {"upper": "90 m agl"}))
     with pytest.raises(InputError, match=r"z\.geojson: nothing of it lies in the area, but would with latitude and"):
-        build_scenario("valley", terrain=[valley], zones=[path], uavs=[START], targets=[GOAL])
+        of_maps("valley", terrain=[valley], zones=[path], uavs=[START], targets=[GOAL])
 
 
 def test_what_lies_outside_is_dropped_and_what_crosses_the_edge_is_cut(valley, tmp_path):
@@ -282,7 +282,7 @@ def test_what_lies_outside_is_dropped_and_what_crosses_the_edge_is_cut(valley, t
     long = outline((-5000, 90), (5000, 90), (5000, 110), (-5000, 110))
     path = geojson(tmp_path / "z.geojson", (far, {"upper": "90 m agl"}), (long, {"upper": "90 m agl"}))
     told = []
-    scenario = build_scenario(
+    scenario = of_maps(
         "valley", terrain=[valley], zones=[path], uavs=[START], targets=[GOAL], margin=100, on_note=told.append
     )
     (prism,) = scenario.obstacles
@@ -298,8 +298,8 @@ def test_buildings_that_touch_become_one_unless_they_are_to_stay_as_they_are(val
     ]
     path = geojson(tmp_path / "b.geojson", *row)
     options = {"terrain": [valley], "buildings": [path], "uavs": [START], "targets": [GOAL]}
-    assert len(build_scenario("v", **options, tolerance=0).obstacles) == 4
-    assert len(build_scenario("v", **options, tolerance=5).obstacles) == 1
+    assert len(of_maps("v", **options, tolerance=0).obstacles) == 4
+    assert len(of_maps("v", **options, tolerance=5).obstacles) == 1
 
 
 @pytest.mark.parametrize("width", [2e-4, 4e-4, 9e-4])
@@ -319,7 +319,7 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
     lake = outline(*(100 * np.column_stack([np.cos(turn), np.sin(turn)])))
     path, told = geojson(tmp_path / "z.geojson", (lake, {"upper": "90 m agl"})), []
     options = {"terrain": [valley], "uavs": [START], "targets": [GOAL], "on_note": told.append}
-    (prism,) = build_scenario("v", zones=[path], tolerance=0, **options).obstacles
+    (prism,) = of_maps("v", zones=[path], tolerance=0, **options).obstacles
     assert len(prism.vertices) <= 1000
     assert 100**2 * np.pi - 1 < shapely.Polygon(prism.vertices).area < 101**2 * np.pi
     assert any("of more than 1000 corners, simplified by 0.0" in note.text for note in told)
@@ -383,7 +383,7 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
 )
 def test_what_cannot_be_is_refused_in_one_sentence(valley, options, sentence):
     with pytest.raises(InputError, match=sentence) as caught:
-        build_scenario("valley", terrain=[valley], **options)
+        of_maps("valley", terrain=[valley], **options)
     assert "\n" not in str(caught.value)
 
 
@@ -391,23 +391,23 @@ def test_heights_above_ground_need_the_ground_and_above_home_a_home(valley, tmp_
     path = geojson(tmp_path / "z.geojson", (SQUARE, {"upper": "90 m agl"}))
     start = [place(-300, 0, AboveSea(1600))]
     with pytest.raises(InputError, match=r"z\.geojson: feature 1: an altitude above ground, which is unknown"):
-        build_scenario("flat", zones=[path], uavs=start)
+        of_maps("flat", zones=[path], uavs=start)
     with pytest.raises(InputError, match=r"uav-1: an altitude above ground or home needs the ground"):
-        build_scenario("flat", uavs=[START])
-    flat = build_scenario("flat", zones=[path], uavs=start, ground=AboveSea(1500))
+        of_maps("flat", uavs=[START])
+    flat = of_maps("flat", zones=[path], uavs=start, ground=AboveSea(1500))
     assert sky.to_wgs84(flat.frame.origin, [0, 0, flat.obstacles[0].high])[0, 2] == pytest.approx(1590, abs=0.1)
     home = geojson(tmp_path / "h.geojson", (SQUARE, {"upper": "90 m home"}))
     with pytest.raises(InputError, match=r"h\.geojson: feature 1: an altitude above home, but an obstacle has no home"):
-        build_scenario("v", terrain=[valley], zones=[home], uavs=[START])
+        of_maps("v", terrain=[valley], zones=[home], uavs=[START])
     with pytest.raises(InputError, match="there is nothing to build of"):
-        build_scenario("nothing")
+        of_maps("nothing")
 
 
 def test_an_area_across_the_antimeridian_is_one(tmp_path):
     path = tmp_path / "z.geojson"
     ring = [[179.99, -16.81], [180.01, -16.81], [180.01, -16.79], [179.99, -16.79], [179.99, -16.81]]
     geojson(path, ({"type": "Polygon", "coordinates": [ring]}, {"lower": "0 m amsl", "upper": "90 m amsl"}))
-    scenario = build_scenario("fiji", zones=[path], area=(179.95, -16.85, -179.95, -16.75), ground=AboveSea(0))
+    scenario = of_maps("fiji", zones=[path], area=(179.95, -16.85, -179.95, -16.75), ground=AboveSea(0))
     assert abs(scenario.frame.origin.longitude) == pytest.approx(180)
     wide = 0.1 * DEGREE * np.cos(np.radians(16.8))
     assert scenario.bounds.max[0] - scenario.bounds.min[0] == pytest.approx(wide, rel=0.01)
@@ -417,7 +417,7 @@ def test_an_area_across_the_antimeridian_is_one(tmp_path):
 
 
 def test_without_area_and_uavs_all_of_the_terrain_is_taken(valley):
-    scenario = build_scenario("valley", terrain=[valley])
+    scenario = of_maps("valley", terrain=[valley])
     sizes = np.subtract(scenario.bounds.max, scenario.bounds.min)
     assert (sizes[:2] > 2300).all()
     assert (sizes[:2] < 2400).all()
@@ -427,8 +427,8 @@ def test_without_area_and_uavs_all_of_the_terrain_is_taken(valley):
 
 def test_an_origin_that_is_given_is_kept(valley):
     origin = sky.Origin(latitude=46.79, longitude=9.84, altitude=1234.5, geoid=50.0)
-    scenario = build_scenario("valley", terrain=[valley], uavs=[START], targets=[GOAL], origin=origin)
-    usual = build_scenario("valley", terrain=[valley], uavs=[START], targets=[GOAL], geoid=50.0)
+    scenario = of_maps("valley", terrain=[valley], uavs=[START], targets=[GOAL], origin=origin)
+    usual = of_maps("valley", terrain=[valley], uavs=[START], targets=[GOAL], geoid=50.0)
     assert scenario.frame.origin == origin
     altitudes = [sky.to_wgs84(s.frame.origin, s.uavs[0].start)[0, 2] for s in (scenario, usual)]
     assert altitudes[0] == pytest.approx(altitudes[1], abs=1.5)  # their grids differ, and are raised differently
@@ -437,9 +437,9 @@ def test_an_origin_that_is_given_is_kept(valley):
 def test_a_geoid_goes_with_an_origin_that_has_none_and_not_with_another(valley):
     origin = sky.Origin(latitude=46.79, longitude=9.84, altitude=1234.5)
     options = {"terrain": [valley], "uavs": [START], "geoid": 50.0}
-    assert build_scenario("v", origin=origin, **options).frame.origin.geoid == 50.0
+    assert of_maps("v", origin=origin, **options).frame.origin.geoid == 50.0
     with pytest.raises(InputError, match=r"geoid: expected that of the origin, 48, found 50"):
-        build_scenario("v", origin=origin.model_copy(update={"geoid": 48.0}), **options)
+        of_maps("v", origin=origin.model_copy(update={"geoid": 48.0}), **options)
 
 
 def test_files_of_one_name_have_their_own_licences(valley, tmp_path):
@@ -448,18 +448,18 @@ def test_files_of_one_name_have_their_own_licences(valley, tmp_path):
         (tmp_path / folder).mkdir()
         paths.append(geojson(tmp_path / folder / "z.geojson", (SQUARE, {"upper": "90 m agl"})))
     options = {"terrain": [valley], "zones": paths, "uavs": [START]}
-    made = build_scenario("v", **options, licences={str(paths[1]): "CC0", "valley.tif": "mine"})
+    made = of_maps("v", **options, licences={str(paths[1]): "CC0", "valley.tif": "mine"})
     assert [(s.file, s.licence) for s in made.sources] == [
         ("valley.tif", "mine"), ("z.geojson", ""), ("z.geojson", "CC0")
     ]  # fmt: skip
     with pytest.raises(InputError, match=r"licences: z\.geojson: .* found several of that name"):
-        build_scenario("v", **options, licences={"z.geojson": "CC0"})
+        of_maps("v", **options, licences={"z.geojson": "CC0"})
 
 
 def test_a_missing_extra_is_told_with_the_line_that_installs_it(valley, monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio", None)
     with pytest.raises(InputError, match=r'pip install "skyverse\[maps\]"'):
-        build_scenario("valley", terrain=[valley], uavs=[START])
+        of_maps("valley", terrain=[valley], uavs=[START])
 
 
 def command(*words):
@@ -503,7 +503,7 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
     scenario = sky.read_scenario(out)
     assert scenario.uavs[0].name == "alpha"
     assert scenario.sources[1].licence == "mine: free=yes"
-    again = build_scenario(
+    again = of_maps(
         "valley",
         terrain=[valley],
         zones=[zones],
@@ -552,7 +552,7 @@ def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, m
 @pytest.mark.parametrize("margin", [250, 280, 300, 340])
 def test_what_is_given_at_the_least_height_above_ground_is_free_whatever_rounding_does(margin):
     place = (50.0, 10.0, AboveGround(30)), (50.0, 10.01, AboveGround(60))
-    scenario = build_scenario("level", ground=AboveSea(300), uavs=place[:1], targets=place[1:], margin=margin)
+    scenario = of_maps("level", ground=AboveSea(300), uavs=place[:1], targets=place[1:], margin=margin)
     for point, metres in ((scenario.uavs[0].start, 30), (scenario.targets[0].position, 60)):
         assert point[2] - scenario.terrain.height(point[:2]) == pytest.approx(metres, abs=1e-12)
 
@@ -566,14 +566,14 @@ def test_an_origin_has_a_geoid_that_there_is():
 def test_a_raster_that_says_no_unit_is_told_unless_the_user_says_one(valley):
     def told(raster):
         notes = []
-        build_scenario("v", terrain=[raster], uavs=[START], on_note=notes.append)
+        of_maps("v", terrain=[raster], uavs=[START], on_note=notes.append)
         return [note.text for note in notes if note.file == str(valley) and "unit" in note.text]
 
     give = "give Raster(unit='m') if they are or Raster(unit='ft') to take them as feet"
     assert told(valley) == [f"WARNING: heights without a unit are taken as metres; {give}"]
     assert told(Raster(valley, unit="m")) == []
     for raster, kept in ((valley, 1), (Raster(valley, unit="m"), 0)):
-        (source,) = build_scenario("v", terrain=[raster], uavs=[START]).sources
+        (source,) = of_maps("v", terrain=[raster], uavs=[START]).sources
         assert len(source.cautions) == kept
         assert not [said for said in source.cautions if "Raster(" in said]
 
@@ -584,14 +584,14 @@ def test_a_mission_among_zones_whose_times_are_not_read_warns_of_it(tmp_path):
     zone = {"type": "Feature", "properties": said, "geometry": {"type": "Polygon", "coordinates": [square]}}
     (tmp_path / "zones.geojson").write_text(json.dumps(zone))
     ends = {"uavs": [(50.002, 10.0, AboveGround(60))], "targets": [(50.002, 10.002, AboveGround(60))]}
-    scenario = build_scenario("z", ground=AboveSea(300), zones=[tmp_path / "zones.geojson"], **ends)
+    scenario = of_maps("z", ground=AboveSea(300), zones=[tmp_path / "zones.geojson"], **ends)
     warned = [one.sentence for one in mission_cautions(sky.plan_mission(scenario))]
     assert any("with times ('startDateTime')" in sentence for sentence in warned)
 
 
 @pytest.mark.skipif(not (DATA / "delft.city.json").is_file(), reason="the Delft buildings are not here")
 def test_delft_is_flown_over_as_it_stands():
-    scenario = build_scenario("delft", buildings=[DATA / "delft.city.json"], tolerance=0)
+    scenario = of_maps("delft", buildings=[DATA / "delft.city.json"], tolerance=0)
     assert len(scenario.obstacles) >= 160
     document = json.loads((DATA / "delft.city.json").read_text())
     used: set[int] = set()
@@ -612,7 +612,7 @@ def test_delft_is_flown_over_as_it_stands():
 def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that_is_told(valley):
     def uav_and_notes(**limits):
         told = []
-        made = build_scenario("v", terrain=[valley], uavs=[START], targets=[GOAL], on_note=told.append, **limits)
+        made = of_maps("v", terrain=[valley], uavs=[START], targets=[GOAL], on_note=told.append, **limits)
         return made.uavs[0], [note.text for note in told if note.text.startswith("UAVs ")]
 
     uav, (note,) = uav_and_notes()
@@ -636,12 +636,12 @@ def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that
 
 def test_a_ceiling_above_ground_bounds_the_scenario_and_its_ends(valley):
     ends = {"terrain": [valley], "uavs": [START], "targets": [GOAL]}
-    scenario = build_scenario("v", **ends, ceiling=AboveGround(120))
-    assert scenario == build_scenario("v", **ends, max_height=AboveGround(120))
+    scenario = of_maps("v", **ends, ceiling=AboveGround(120))
+    assert scenario == of_maps("v", **ends, max_height=AboveGround(120))
     assert scenario.max_height == 120
     assert scenario.bounds.max[2] == pytest.approx(scenario.terrain.heights.max() + 120)
     with pytest.raises(InputError, match=r"expected a point at most 50 m above the ground, found it \d+\.\d\d m above"):
-        build_scenario("v", **ends, max_height=AboveGround(50))
+        of_maps("v", **ends, max_height=AboveGround(50))
 
 
 def test_zones_end_where_their_file_says_which_is_told_unless_they_are_to_be_closed_above(valley, tmp_path):
@@ -650,7 +650,7 @@ def test_zones_end_where_their_file_says_which_is_told_unless_they_are_to_be_clo
 
     def built(**more):
         told = []
-        made = build_scenario("v", terrain=[valley], zones=[path], uavs=[start], on_note=told.append, **more)
+        made = of_maps("v", terrain=[valley], zones=[path], uavs=[start], on_note=told.append, **more)
         return made, [note.text for note in told if "flown over" in note.text]
 
     scenario, (note,) = built()

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
-from skyverse.maps.assembly.build import build_scenario
+from of_maps import of_maps
 from skyverse.maps.assembly.extent import VERY_LOW_LEVEL
 from skyverse.model.altitude import AboveGround, AboveSea
 
@@ -21,7 +21,7 @@ def built(folder, lower, ceiling=None):
     (folder / "zones.json").write_text(json.dumps({"type": "FeatureCollection", "features": [zone]}))
     notes = []
     given = {"zones": [folder / "zones.json"], "ground": AboveSea(500), "uavs": [(46.8, 9.851, AboveGround(35))]}
-    made = build_scenario("circle", **given, ceiling=ceiling, on_note=lambda note: notes.append(note.text))
+    made = of_maps("circle", **given, ceiling=ceiling, on_note=lambda note: notes.append(note.text))
     return made, " ".join(notes)
 
 

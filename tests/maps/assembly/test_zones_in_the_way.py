@@ -9,8 +9,8 @@ pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
 import skyverse as sky
+from of_maps import of_maps
 from skyverse.errors import InputError
-from skyverse.maps.assembly.build import build_scenario
 from skyverse.model.altitude import AboveGround, AboveSea
 from skyverse.space.unsafe_points import unsafe_points
 
@@ -28,7 +28,7 @@ def zones(folder, **fields):
 def built(folder, height, **fields):
     start = (50.0, 10.005, AboveGround(height))
     path = zones(folder, **fields)
-    return build_scenario("z", ground=AboveSea(300), uavs=[start], targets=[(50.0, 10.01, start[2])], zones=[path])
+    return of_maps("z", ground=AboveSea(300), uavs=[start], targets=[(50.0, 10.01, start[2])], zones=[path])
 
 
 @pytest.mark.parametrize("height", [60, 240, 500])
@@ -56,17 +56,17 @@ def test_one_place_with_latitude_and_longitude_swapped_is_named(turned):
             latitude, longitude, altitude = places[turned]
             places[turned] = (longitude, latitude, altitude)
     with pytest.raises(InputError, match=f"^{turned}: .*180 km .*swapped"):
-        build_scenario("z", ground=AboveSea(300), uavs=uavs, targets=targets)
+        of_maps("z", ground=AboveSea(300), uavs=uavs, targets=targets)
 
 
 def test_of_two_places_either_may_be_swapped():
     with pytest.raises(InputError, match=r"^a or t: .*swapped"):
-        build_scenario("z", ground=AboveSea(300), uavs={"a": HERE}, targets={"t": (10.01, 50.0, AboveGround(30))})
+        of_maps("z", ground=AboveSea(300), uavs={"a": HERE}, targets={"t": (10.01, 50.0, AboveGround(30))})
 
 
 def test_places_that_are_far_apart_either_way_are_not_called_swapped():
     with pytest.raises(InputError, match="expected an area of at most 180 km") as refused:
-        build_scenario("z", ground=AboveSea(300), uavs={"a": HERE}, targets={"t": (20.0, 30.0, AboveGround(30))})
+        of_maps("z", ground=AboveSea(300), uavs={"a": HERE}, targets={"t": (20.0, 30.0, AboveGround(30))})
     assert "swapped" not in str(refused.value)
 
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
+from of_maps import of_maps  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
-from skyverse.maps.assembly.build import build_scenario  # noqa: E402
 from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds  # noqa: E402
 from skyverse.maps.georeference.reading import Choices, Reading  # noqa: E402
 from skyverse.maps.readers import read_features  # noqa: E402
@@ -148,7 +148,7 @@ def test_zones_moved_to_another_longitude_are_the_same_in_their_frame(zones, tur
 def test_a_buffered_line_across_the_antimeridian_shuts_what_it_crosses(zones):
     path = zones({"type": "LineString", "coordinates": [[179.995, -17], [-179.995, -17]]})
     with pytest.raises(InputError, match="must not be entered"):
-        build_scenario(
+        of_maps(
             "z",
             zones=[path],
             uavs=[(-17.001, -179.9998, AboveSea(50))],

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from of_maps import of_maps
 from proj_map import proj_local
 from skyverse.cli import main
 from skyverse.errors import InputError
-from skyverse.maps.assembly.build import build_scenario
 from skyverse.model.altitude import AboveGround, AboveSea
 
 laspy = pytest.importorskip("laspy")
@@ -78,8 +78,8 @@ def test_a_file_that_claims_a_coordinate_system_and_holds_none_is_read_with_the_
     cloud.x, cloud.y, cloud.z = points.T
     cloud.write(tmp_path / "a.las")
     with pytest.raises(InputError, match=r"a\.las: expected its coordinate system, found none; give Reading\(crs="):
-        build_scenario("c", voxels=[tmp_path / "a.las"], area=WIDE)
-    built = build_scenario("c", voxels=[tmp_path / "a.las"], area=WIDE, reading=sky.Reading(crs="EPSG:5555"))
+        of_maps("c", voxels=[tmp_path / "a.las"], area=WIDE)
+    built = of_maps("c", voxels=[tmp_path / "a.las"], area=WIDE, reading=sky.Reading(crs="EPSG:5555"))
     assert built.obstacles[0].occupied.any()
 
 
@@ -87,9 +87,7 @@ def test_a_file_that_claims_a_coordinate_system_and_holds_none_is_read_with_the_
 @pytest.mark.parametrize("suffix", [".las", ".laz"])
 def test_points_are_where_proj_puts_them_and_all_below_is_shut(tmp_path, seed, wide, size, suffix):
     points, places = some(seed, wide)
-    scenario = build_scenario(
-        "a", voxels=[las(tmp_path / f"a{suffix}", points)], origin=ORIGIN, area=WIDE, voxel_size=size
-    )
+    scenario = of_maps("a", voxels=[las(tmp_path / f"a{suffix}", points)], origin=ORIGIN, area=WIDE, voxel_size=size)
     (voxels,) = scenario.obstacles
     assert voxels.step == (size, size, size)
     assert columns(voxels) == wanted(places, size)
@@ -100,7 +98,7 @@ def test_points_are_where_proj_puts_them_and_all_below_is_shut(tmp_path, seed, w
 
 def test_without_area_and_origin_all_of_the_cloud_is_taken(tmp_path):
     points, _ = some(5)
-    scenario = build_scenario("a", voxels=[las(tmp_path / "a.laz", points)])
+    scenario = of_maps("a", voxels=[las(tmp_path / "a.laz", points)])
     assert abs(scenario.frame.origin.latitude - LAT) < 1e-3
     assert sum(scenario.bounds.max[:2]) == pytest.approx(1100, abs=10)  # 300 m of points, 250 m around
     assert scenario.obstacles[0].step[0] == 2
@@ -111,10 +109,10 @@ def test_noise_is_left_out_and_the_ground_where_a_terrain_says_it(tmp_path):
     codes = np.resize([2, 7, 18, 5, 6, 1], len(points))
     path, told = las(tmp_path / "a.las", points, codes), []
     options = {"voxels": [path], "origin": ORIGIN, "area": WIDE, "on_note": lambda note: told.append(note.text)}
-    (bare,) = build_scenario("a", **options).obstacles
+    (bare,) = of_maps("a", **options).obstacles
     assert columns(bare) == wanted(places[~np.isin(codes, (7, 18))], 2.0)
     told.clear()
-    (grown,) = build_scenario("a", ground=AboveSea(395), **options).obstacles
+    (grown,) = of_maps("a", ground=AboveSea(395), **options).obstacles
     assert columns(grown) == wanted(places[~np.isin(codes, (2, 7, 18))], 2.0)
     assert grown.origin[2] < -5
     assert told[-1].startswith("300 points, 100 of the ground left out, 200 of noise left out; ")
@@ -124,13 +122,13 @@ def test_what_is_outside_the_area_is_left_out_and_told(tmp_path):
     points, places = some(7, wide=2000, count=2000)
     told, path = [], las(tmp_path / "a.las", points)
     near = (LON - 0.004, LAT - 0.002, LON + 0.004, LAT + 0.002)
-    scenario = build_scenario("a", voxels=[path], origin=ORIGIN, area=near, clearance=0.5, on_note=told.append)
+    scenario = of_maps("a", voxels=[path], origin=ORIGIN, area=near, clearance=0.5, on_note=told.append)
     low, high = np.array(scenario.bounds.min[:2]) - 11, np.array(scenario.bounds.max[:2]) + 11
     inside = ((places[:, :2] >= low) & (places[:, :2] <= high)).all(axis=1)
     assert columns(scenario.obstacles[0]) == wanted(places[inside], 2.0)
     assert f"{(~inside).sum():,} outside left out" in told[-1].text
     away = (LON + 1, LAT - 0.002, LON + 1.01, LAT + 0.002)
-    nothing = build_scenario("a", voxels=[path], area=away, ground=AboveSea(0), on_note=told.append)
+    nothing = of_maps("a", voxels=[path], area=away, ground=AboveSea(0), on_note=told.append)
     assert nothing.obstacles == ()
     assert told[-1].text == "WARNING: nothing of it stands in the area"
 
@@ -141,12 +139,12 @@ def test_feet_are_feet_and_the_ellipsoid_needs_a_geoid(tmp_path):
     points = feet * [1, 1, 0.3048]
     places = local(points)
     path = las(tmp_path / "ft.las", feet, crs=pyproj.crs.CompoundCRS("a", [UTM, 8228]))  # NAVD88 height (ft)
-    (voxels,) = build_scenario("a", voxels=[path], origin=ORIGIN, area=WIDE).obstacles
+    (voxels,) = of_maps("a", voxels=[path], origin=ORIGIN, area=WIDE).obstacles
     assert columns(voxels) == wanted(places, 2.0)
     high = las(tmp_path / "e.las", points + np.array([0, 0, 47.0]), crs=pyproj.CRS(UTM).to_3d())
     with pytest.raises(InputError, match=r"e\.las: its altitudes are counted from the ellipsoid; give geoid"):
-        build_scenario("a", voxels=[high], origin=ORIGIN, area=WIDE)
-    (voxels,) = build_scenario("a", voxels=[high], origin=ORIGIN, area=WIDE, geoid=47.0).obstacles
+        of_maps("a", voxels=[high], origin=ORIGIN, area=WIDE)
+    (voxels,) = of_maps("a", voxels=[high], origin=ORIGIN, area=WIDE, geoid=47.0).obstacles
     assert columns(voxels) == wanted(local(points.round(3)), 2.0)
 
 
@@ -154,22 +152,20 @@ def test_coordinates_that_a_file_does_not_say_are_asked_for(tmp_path):
     points, places = some(9)
     bare = las(tmp_path / "bare.las", points, crs=None)
     with pytest.raises(InputError, match=r"bare\.las: .* found none; give Reading\(crs='EPSG:4326'\)"):
-        build_scenario("a", voxels=[bare])
-    (voxels,) = build_scenario(
-        "a", voxels=[bare], origin=ORIGIN, area=WIDE, reading=sky.Reading(crs="EPSG:5555")
-    ).obstacles
+        of_maps("a", voxels=[bare])
+    (voxels,) = of_maps("a", voxels=[bare], origin=ORIGIN, area=WIDE, reading=sky.Reading(crs="EPSG:5555")).obstacles
     assert columns(voxels) == wanted(places, 2.0)
     flat = las(tmp_path / "flat.las", points, crs=UTM)
     with pytest.raises(InputError, match=r"flat\.las: .* says nothing of altitudes; give Reading\(altitudes='amsl'\)"):
-        build_scenario("a", voxels=[flat])
-    assert build_scenario("a", voxels=[flat], reading=sky.Reading(altitudes="amsl")).obstacles
+        of_maps("a", voxels=[flat])
+    assert of_maps("a", voxels=[flat], reading=sky.Reading(altitudes="amsl")).obstacles
     feet = las(tmp_path / "feet.las", [(1.5e6, 6e5, 100), (1.5001e6, 6.001e5, 120)], crs=2230)
     with pytest.raises(InputError, match=r"feet\.las: .* not in metres; give Reading\(unit='m'\) or Read"):
-        build_scenario("a", voxels=[feet], reading=sky.Reading(altitudes="amsl"))
+        of_maps("a", voxels=[feet], reading=sky.Reading(altitudes="amsl"))
     with pytest.raises(InputError, match=r"a\.ply: expected a point cloud \(\.las, \.laz\), found '\.ply'"):
-        build_scenario("a", voxels=[tmp_path / "a.ply"])
+        of_maps("a", voxels=[tmp_path / "a.ply"])
     with pytest.raises(InputError, match=r"none\.las: no such file"):
-        build_scenario("a", voxels=[tmp_path / "none.las"])
+        of_maps("a", voxels=[tmp_path / "none.las"])
 
 
 def test_geotiff_keys_say_what_altitudes_are_counted_from(tmp_path):
@@ -179,7 +175,7 @@ def test_geotiff_keys_say_what_altitudes_are_counted_from(tmp_path):
     cloud = laspy.read(path)
     cloud.header.vlrs.append(laspy.VLR("LASF_Projection", 34735, "keys", entries.tobytes()))
     cloud.write(path)
-    (voxels,) = build_scenario("a", voxels=[path], origin=ORIGIN, area=WIDE).obstacles
+    (voxels,) = of_maps("a", voxels=[path], origin=ORIGIN, area=WIDE).obstacles
     assert columns(voxels) == wanted(places, 2.0)
 
 
@@ -190,7 +186,7 @@ def test_a_header_that_lies_is_not_believed(tmp_path):
     data[179:187] = np.float64(points[:, 0].max() - 100).tobytes()  # the greatest x
     path.write_bytes(data)
     with pytest.raises(InputError, match=r"a\.las: expected points in the range that its header says"):
-        build_scenario("a", voxels=[path], origin=ORIGIN, area=WIDE)
+        of_maps("a", voxels=[path], origin=ORIGIN, area=WIDE)
 
 
 @pytest.mark.parametrize("suffix", [".las", ".laz"])
@@ -199,7 +195,7 @@ def test_a_cloud_that_is_cut_off_is_refused_in_one_sentence(tmp_path, suffix, sh
     path = las(tmp_path / f"a{suffix}", some(12)[0])
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
     with pytest.raises(InputError, match=rf"a\{suffix}: cannot be read as LAS, it is cut off or damaged: ") as caught:
-        build_scenario("a", voxels=[path], origin=ORIGIN, area=WIDE)
+        of_maps("a", voxels=[path], origin=ORIGIN, area=WIDE)
     assert "\n" not in str(caught.value)
 
 
@@ -226,7 +222,7 @@ def test_a_start_or_target_in_or_near_a_cloud_is_refused(tmp_path):
         at = (LAT, LON + east / 75_300, AboveGround(up))  # the voxel is 2 m wide, from the origin on
         for places in ({"uavs": [at]}, {"uavs": [free], "targets": [at]}):
             if safe:
-                build_scenario("a", **places, **options)
+                of_maps("a", **places, **options)
                 continue
             with pytest.raises(InputError, match=r"(uav|target)-1: expected a point 3 m or more from what .* a\.las"):
-                build_scenario("a", **places, **options)
+                of_maps("a", **places, **options)

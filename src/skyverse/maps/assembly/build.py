@@ -15,7 +15,7 @@ from skyverse.maps.assembly.bad_points import refuse_bad_points
 from skyverse.maps.assembly.frame import Area, require_size
 from skyverse.maps.assembly.inputs import licence_of, licensed, open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.obstacles import local_features, points_inside, prisms, simplified, within_bounds
-from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note, keywords_of
+from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note
 from skyverse.maps.assembly.places import (
     homes,
     local_points,
@@ -33,7 +33,7 @@ from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
-from skyverse.model.frame import Frame, Origin, require_geoid
+from skyverse.model.frame import Frame, Origin
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target, upright_step
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.short_lines import counted
@@ -51,11 +51,15 @@ epv 1.5 m, in "Using PX4's Navigation Filter (EKF2)", section "GNSS Performance 
 """
 
 
-@keywords_of(BuildOptions)
 def build_scenario(options: BuildOptions) -> Scenario:
     """Build a scenario from maps.
 
     Nothing becomes smaller than its file has it: the ground is raised to its highest points, and outlines grow.
+
+    Parameters
+    ----------
+    options
+        The files, the places, and how they are used.
 
     Returns
     -------
@@ -66,8 +70,6 @@ def build_scenario(options: BuildOptions) -> Scenario:
     InputError
         If something cannot be used; the message names file, feature or UAV, what was expected and what was found.
     """
-    if options.geoid is not None:
-        require_geoid(options.geoid)
     told: list[Note] = []
     options = replace(options, on_note=_kept_too(options.on_note, told))
     on_note, clearance, ground_clearance = options.on_note, options.clearance, options.ground_clearance

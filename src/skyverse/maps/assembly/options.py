@@ -1,13 +1,9 @@
 """What `build_scenario` is given, documented once: for callers in Python and for the options of the command line."""
 
-import functools
-import inspect
-import re
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Literal
 
 from skyverse.errors import InputError, is_number, require_kind, require_number, shown
 from skyverse.maps.georeference.reading import Raster, Reading
@@ -192,6 +188,10 @@ class BuildOptions(FleetLimits, MapDetail, MapRegion, MapFiles):
     def __post_init__(self) -> None:
         super().__post_init__()
         _require(0.0, margin=self.margin)
+        if self.geoid is not None:
+            from skyverse.model.frame import require_geoid  # which imports pydantic
+
+            require_geoid(self.geoid)
         for name in ("uavs", "targets"):
             require_kind(getattr(self, name), (list, tuple, Mapping), name)
         for name in ("terrain", "buildings", "zones", "voxels", "soft_zones"):
@@ -227,45 +227,3 @@ def _require(least: float, **numbers: float | None) -> None:
         if value is not None and not least <= value <= MAX_NUMBER:
             limits = f"from {least:g} on" if value < least else f"of at most {MAX_NUMBER:,.0f}"
             raise InputError(f"expected a number {limits}, found {value:,.12g}", field=name)
-
-
-def documentation(options: type) -> dict[str, str]:
-    """Return the documentation of each attribute of an options class, those of its bases first."""
-    found: dict[str, str] = {}
-    for base in reversed(options.__mro__[:-1]):
-        _, _, entries = inspect.cleandoc(base.__doc__ or "").partition("Attributes\n----------\n")
-        found |= dict(re.findall(r"^(\w+)\n((?: .*\n?)+)", entries, re.MULTILINE))
-    return {name: inspect.cleandoc(text) for name, text in found.items()}
-
-
-P = ParamSpec("P")
-Options = TypeVar("Options")
-Result = TypeVar("Result")
-
-
-def keywords_of(options: Callable[P, Options]) -> Callable[[Callable[[Options], Result]], Callable[P, Result]]:
-    """Make a function of one options object callable with the attributes of that object as keywords.
-
-    The section ``Parameters`` of its docstring is the documentation of the options class.
-    """
-
-    def decorated(function: Callable[[Options], Result]) -> Callable[P, Result]:
-        @functools.wraps(function)
-        def called(*args: P.args, **kwargs: P.kwargs) -> Result:
-            return function(options(*args, **kwargs))
-
-        assert isinstance(options, type)
-        returned: Any = inspect.signature(function).return_annotation
-        signature = inspect.signature(options).replace(return_annotation=returned)
-        called.__signature__ = signature  # type: ignore[attr-defined]
-        called.__annotations__ = {one.name: one.annotation for one in signature.parameters.values()}
-        called.__annotations__["return"] = returned
-        parameters = documentation(options)
-        section = "".join(
-            f"{name}\n{textwrap.indent(parameters.get(name, ''), '    ')}\n" for name in signature.parameters
-        )
-        before, returns, after = inspect.cleandoc(function.__doc__ or "").partition("Returns\n-------\n")
-        called.__doc__ = f"{before}Parameters\n----------\n{section}\n{returns}{after}"
-        return called
-
-    return decorated
