@@ -35,7 +35,9 @@ def deconflicted(name: str) -> list[str]:
     given = scenario(name)
     assignment = "identity" if name in SWAPS else "path-cost"
     began = time.perf_counter()
-    alone = sky.plan_mission(given, sky.Taut(), rng=1, assignment=assignment, keep_apart=False)
+    alone = sky.plan_mission(
+        given, sky.Taut(), rng=1, assignment=assignment, options=sky.MissionOptions(keep_apart=False)
+    )
     planned = time.perf_counter()
     mission = sky.plan_mission(given, sky.Taut(), rng=1, assignment=assignment)
     ended = time.perf_counter()

@@ -118,7 +118,8 @@ def plan(planner: sky.Planner, scenario: sky.Scenario) -> sky.Result:
 
 def fly(scenario: sky.Scenario, planner: sky.Planner | None = None, **options: Any) -> sky.Mission:
     """Plan a fleet's mission with six iterations and seed 1."""
-    return sky.plan_mission(scenario, planner, stop=FEW, rng=1, **options)
+    how = sky.MissionOptions(shape=options.pop("shape", "minimum-time"))
+    return sky.plan_mission(scenario, planner, stop=FEW, rng=1, options=how, **options)
 
 
 @cache

@@ -65,7 +65,9 @@ def metaheuristics(name: str, kind: MoverKind, given: argparse.Namespace) -> lis
         direct, proven, arrivals, seconds = 0, 0, [], []
         for seed in range(given.seeds, given.seeds + given.count):
             moving = sky.random_movers(scenario, given.movers, kind=kind, speed=speed, seed=seed)
-            direct += not sky.plan_mission(moving, planner, rng=seed, keep_apart=False).violations
+            direct += not sky.plan_mission(
+                moving, planner, rng=seed, options=sky.MissionOptions(keep_apart=False)
+            ).violations
             began = time.process_time()
             mission = sky.plan_mission(moving, planner, rng=seed)
             seconds.append(time.process_time() - began)

@@ -36,7 +36,9 @@ def world(seed: int) -> sky.Mission:
 def planned(scenario: sky.Scenario, rng: np.random.Generator) -> sky.Mission:
     """Plan a mission, sometimes under a limit that it just keeps, or just breaks."""
     shape = str(rng.choice(["minimum-snap", "minimum-jerk", "stop-and-go"]))
-    mission = sky.plan_mission(scenario, sky.Taut(), rng=0, assignment="identity", shape=shape)
+    mission = sky.plan_mission(
+        scenario, sky.Taut(), rng=0, assignment="identity", options=sky.MissionOptions(shape=shape)
+    )
     flown = [uav for uav, trajectory in enumerate(mission.trajectories) if trajectory is not None]
     if not flown or rng.random() < 0.5:
         return mission

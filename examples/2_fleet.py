@@ -17,7 +17,7 @@ scenario = sky.read("table-4.8")
 
 missions = {
     (assignment, criterion): sky.plan_mission(
-        scenario, sky.AStar(), assignment=assignment, criterion=criterion, keep_apart=False
+        scenario, sky.AStar(), assignment=assignment, options=sky.MissionOptions(criterion=criterion, keep_apart=False)
     )
     for assignment in ("identity", "euclidean", "path-cost")
     for criterion in ("min-sum", "min-max")

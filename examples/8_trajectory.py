@@ -14,7 +14,7 @@ import skyverse as sky
 
 scenario = sky.random_downtown(60, seed=1)
 shapes = ("minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go")  # the first one is the default
-missions = {shape: sky.plan_mission(scenario, shape=shape) for shape in shapes}
+missions = {shape: sky.plan_mission(scenario, options=sky.MissionOptions(shape=shape)) for shape in shapes}
 for shape, mission in missions.items():
     trajectory = mission.trajectories[0]
     print(f"{shape:12}  {trajectory.form:11}  {mission.makespan:.2f} s  {trajectory.note}")

@@ -38,6 +38,7 @@ from .maps.readers.track import read_track as read_track
 from .mission.assignment import assign as assign
 from .mission.assignment import straight_line as straight_line
 from .mission.plan_many import plan_many as plan_many
+from .mission.plan_mission import MissionOptions as MissionOptions
 from .mission.plan_mission import plan_mission as plan_mission
 from .model.altitude import AboveGround as AboveGround
 from .model.altitude import AboveHome as AboveHome

@@ -37,7 +37,7 @@ def test_every_delay_that_is_forbidden_is_in_conflict(seed, close, nearness, sca
     b = shifted(b, theirs[there] - ours[here] + gap)
     store = CurveStore()
     store.add(a), store.add(b)
-    curves, _ = store.arrays
+    curves = store.arrays.curves
     other = TimedCurve(0, departure, 1.0)
     free = free_departures(departure + a.end - a.start)
     forbid_at_rest(curves, other, 1, scale, XY, Z, free)
@@ -53,7 +53,7 @@ def test_a_flight_that_waits_where_the_other_one_passes_must_depart_before():
     second = shifted(second, middle - second.at([second.start]).position[0])
     store = CurveStore()
     store.add(first), store.add(second)
-    curves, _ = store.arrays
+    curves = store.arrays.curves
     free = free_departures(first.end - first.start)
     forbid_at_rest(curves, TimedCurve(0, 0.0, 1.0), 1, 1.0, XY, Z, free)
     late = int((first.end - first.start) / 2 / TICK) + 1

@@ -21,7 +21,7 @@ def test_curves_and_trees_are_those_of_each_trajectory_by_itself_whatever_came_b
         rows[:, : flight.coefficients.shape[1]] = flight.coefficients
         flights.append(sky.Trajectory(flight.knots, rows))
         assert store.add(flights[-1]) == len(flights) - 1
-    curves, trees = store.arrays
+    swept, curves = store.arrays, store.arrays.curves
     assert store.trajectories == flights
     for c, flight in enumerate(flights):
         padded = np.zeros((len(flight.coefficients), curves.rows.shape[1], 3))
@@ -30,5 +30,5 @@ def test_curves_and_trees_are_those_of_each_trajectory_by_itself_whatever_came_b
         assert np.isclose(store.seconds[c], flight.end - flight.start)
         for local in rng.uniform(-0.5, store.seconds[c] + 0.5, 5):
             np.testing.assert_array_equal(position_at(curves, c, local), position_at(alone, 0, local))
-        boxes = trees.boxes[trees.base[c] : trees.base[c] + 2 * trees.leaves[c] + 1]
+        boxes = swept.boxes[swept.base[c] : swept.base[c] + 2 * swept.leaves[c] + 1]
         np.testing.assert_array_equal(boxes, grow_tree(alone, 0))

@@ -73,7 +73,7 @@ def close_targets(scenario, assignment):
 
 def test_no_exchange_brings_two_targets_too_close_for_those_that_fly_there():
     scenario = fleet()
-    given_at_once = sky.plan_mission(scenario, sky.AStar(), keep_apart=False)
+    given_at_once = sky.plan_mission(scenario, sky.AStar(), options=sky.MissionOptions(keep_apart=False))
     assert close_targets(scenario, given_at_once.assignment) == set()
     mission = sky.plan_mission(scenario, sky.AStar())
     assert mission.deconfliction.found
@@ -93,5 +93,7 @@ def test_that_starts_given_too_close_cannot_be_passed_is_known_at_once():
 @settings(max_examples=20)
 def test_no_exchange_of_any_fleet_brings_two_targets_too_close(seed):
     scenario = fleet(seed, 0.3)
-    before, after = (sky.plan_mission(scenario, sky.AStar(), keep_apart=apart) for apart in (False, True))
+    before, after = (
+        sky.plan_mission(scenario, sky.AStar(), options=sky.MissionOptions(keep_apart=apart)) for apart in (False, True)
+    )
     assert close_targets(scenario, after.assignment) <= close_targets(scenario, before.assignment)

@@ -10,7 +10,7 @@ from curves import random_flight
 from nearness import Timed, moved_to_meet, nearness
 from skyverse.deconfliction.curve_store import CurveStore
 from skyverse.deconfliction.curves import TimedCurve
-from skyverse.deconfliction.forbidden_departures import TICK, forbid_departures, free_departures, next_free
+from skyverse.deconfliction.forbidden_departures import TICK, forbid_departures, free_departures, next_free, sweep_of
 
 TINY = 1e-9
 
@@ -54,14 +54,13 @@ def test_forbidden_are_those_delays_that_some_pair_of_leaves_forbids(seed, scale
     b = moved_to_meet(rng, flown, Timed(a, departure, 1.0)).trajectory
     store = CurveStore()
     store.add(a), store.add(b)
-    curves, trees = store.arrays
+    swept = store.arrays
     seconds = scale * store.seconds[1]
     other = TimedCurve(0, departure, 1.0)
     free = free_departures(departure + store.seconds[0] + 1.0)
-    base, leaves = trees.base[1], trees.leaves[1]
-    forbid_departures(curves, trees, other, tuple(axes), trees.boxes, base, leaves, seconds, 1, free)
+    forbid_departures(sweep_of(swept, other, 1), sweep_of(swept, TimedCurve(1, 0.0, scale), 1), tuple(axes), free)
     forbidden = free[:-1] != np.arange(len(free) - 1)
-    rows = [trees.boxes[trees.base[c] : trees.base[c] + 2 * trees.leaves[c] + 1] for c in range(2)]
+    rows = [swept.boxes[swept.base[c] : swept.base[c] + 2 * swept.leaves[c] + 1] for c in range(2)]
     flown = rows[0], departure, departure + store.seconds[0]
     expected = exhaustively_forbidden(flown, rows[1], seconds, len(forbidden), (axes[0], *axes))
     np.testing.assert_array_equal(forbidden, expected)

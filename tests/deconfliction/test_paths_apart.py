@@ -36,7 +36,9 @@ def nearness(scenario, mission):
 
 
 def planned(scenario):
-    return sky.plan_mission(scenario, sky.Taut(), assignment="identity", apart_in_space=True)
+    return sky.plan_mission(
+        scenario, sky.Taut(), assignment="identity", options=sky.MissionOptions(apart_in_space=True)
+    )
 
 
 @pytest.mark.parametrize("error", [(0.0, 0.0), (0.5, 1.0)])

@@ -18,6 +18,8 @@ from skyverse.model.verdict import Fault, Verdict
 from skyverse.problem import Airspace, Problem
 from skyverse.trajectory import fly_along
 
+LEFT = sky.MissionOptions(keep_apart=False)
+
 
 def scenario(uavs, targets, obstacles=(), height=(0, 2), width=10.0, clearance=0.001):
     return sky.Scenario(
@@ -205,7 +207,7 @@ def test_an_exchange_is_told_of_even_where_it_does_not_resolve_all_and_compared_
 
 
 def test_without_being_asked_no_conflict_is_resolved():
-    mission = plan(scenario(CROSSING, ACROSS), faults={Fault.SEPARATION}, keep_apart=False)
+    mission = plan(scenario(CROSSING, ACROSS), faults={Fault.SEPARATION}, options=LEFT)
     assert mission.deconfliction is None
 
 
@@ -278,7 +280,7 @@ def test_where_no_start_or_target_is_in_the_way_all_is_resolved_proven_and_the_f
     seed, count
 ):
     given = crossing(seed, count)
-    planned, mission = plan(given, faults=None, keep_apart=False), plan(given)
+    planned, mission = plan(given, faults=None, options=LEFT), plan(given)
     apart(mission)
     assert mission.deconfliction.found == sky.find_conflicts(given, planned.trajectories)
     assert_actions_are_what_was_done(given, planned, mission)
@@ -291,7 +293,7 @@ def test_where_no_start_or_target_is_in_the_way_all_is_resolved_proven_and_the_f
 @drawn(st.integers(0, 2**32), st.integers(2, 6))
 def test_what_is_said_to_be_left_is_what_the_referee_refutes_and_nothing_is_invented(seed, count):
     given = crossing(seed, count, well_formed=False)
-    planned, mission = plan(given, faults=None, keep_apart=False), plan(given, faults=None)
+    planned, mission = plan(given, faults=None, options=LEFT), plan(given, faults=None)
     left = mission.deconfliction.left
     assert left == sky.find_conflicts(given, mission.trajectories)
     assert {v.uavs for v in mission.violations} == {conflict.uavs for conflict in left}

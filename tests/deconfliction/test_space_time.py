@@ -14,7 +14,7 @@ from skyverse.deconfliction.space_time import waiting_flights
 from skyverse.deconfliction.space_time.leg_profiles import SECONDS, leg_profiles
 from skyverse.deconfliction.space_time.others import make_others
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
-from skyverse.deconfliction.space_time.search import RoadmapGraph, earliest_arrival, seconds_to
+from skyverse.deconfliction.space_time.search import ArrivalQuery, RoadmapGraph, earliest_arrival, seconds_to
 from skyverse.model.temporary_zones import TimedShape
 from skyverse.model.trajectory import joined
 from skyverse.model.verdict import Verdict
@@ -104,13 +104,14 @@ def test_the_search_arrives_when_a_brute_force_search_over_ticks_does(cells, oth
     schedule = Schedule(np.arange(n), np.array(departures[:n]), np.ones(n))
     movers = moving_shapes([mover_along(flight) for flight in flights[n:]], sky.TrackingError())
     horizon = max(flight.end for flight in flights) + 60.0 if as_movers else 0.0
-    known = make_others(*store.arrays, schedule, np.full((n, 2), SEPARATION), movers, horizon)
+    known = make_others(store.arrays, schedule, np.full((n, 2), SEPARATION), movers, horizon)
     source, target = rng.integers(len(graph.points), size=2).tolist()
     left = seconds_to(graph, profiles, target)
-    found = earliest_arrival(graph, profiles, known, left, (source, target), 0.0, 1.0, 100_000, np.inf)
+    query = ArrivalQuery(graph, profiles, known, left, source, target, 0.0, 1.0, 100_000, np.inf)
+    found = earliest_arrival(query)
     arrival = found.arrivals[-1] if len(found.vertices) else np.inf
     for latest, there in ((arrival + 1e-6, True), (arrival - 1e-3, False)):
-        bounded = earliest_arrival(graph, profiles, known, left, (source, target), 0.0, 1.0, 100_000, latest)
+        bounded = earliest_arrival(query._replace(latest=latest))
         if source != target and arrival < np.inf:
             assert (len(bounded.vertices) > 0) == there
             assert not there or bounded.arrivals[-1] == pytest.approx(arrival, abs=1e-9)
@@ -234,8 +235,8 @@ def test_a_curve_that_is_dropped_leaves_the_others_as_they_were():
     np.testing.assert_array_equal(ours.curves.first[:3], theirs.curves.first[:3])
     rows = int(theirs.curves.first[2])
     np.testing.assert_array_equal(ours.curves.rows[:rows], theirs.curves.rows[:rows])
-    used = int(theirs.trees.base[1] + 2 * theirs.trees.leaves[1] + 1)
-    np.testing.assert_array_equal(ours.trees.boxes[:used], theirs.trees.boxes[:used])
+    used = int(theirs.base[1] + 2 * theirs.leaves[1] + 1)
+    np.testing.assert_array_equal(ours.boxes[:used], theirs.boxes[:used])
 
 
 def test_a_uav_lets_a_mover_pass_in_a_bay():
@@ -277,10 +278,11 @@ def counted_searches(monkeypatch):
     """What each search in space and time is asked, as a list that grows: ends, flights, weight, and latest arrival."""
     asked, search = [], waiting_flights.earliest_arrival
 
-    def counted(graph, profiles, others, left, ends, begin, weight, most, latest):
+    def counted(query):
+        others = query.others
         among = frozenset(zip(others.base, others.departure, others.seconds, strict=True))
-        asked.append((*ends, among, others.horizon, weight, latest))
-        return search(graph, profiles, others, left, ends, begin, weight, most, latest)
+        asked.append((query.source, query.target, among, others.horizon, query.weight, query.latest))
+        return search(query)
 
     monkeypatch.setattr(waiting_flights, "earliest_arrival", counted)
     return asked

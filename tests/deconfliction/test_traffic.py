@@ -37,10 +37,9 @@ def first_departure(a, b, scale, free, *, close_ends):
     """When b departs at the earliest without a conflict with a."""
     store = CurveStore()
     store.add(a), store.add(b)
-    curves, trees = store.arrays
     schedule = Schedule(np.array([0]), np.array([a.start]), np.array([1.0]))
     traffic = Traffic(schedule, np.array([SEMI_AXIS_XY]), np.array([SEMI_AXIS_Z]), np.array([close_ends]))
-    return earliest_departure(curves, trees, traffic, 1, scale, free)
+    return earliest_departure(store.arrays, traffic, 1, scale, free)
 
 
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1.4]))
@@ -122,8 +121,7 @@ class Crowd:
         return np.array(least)
 
     def earliest(self):
-        curves, trees = self.store.arrays
-        return earliest_departure(curves, trees, self.traffic, self.number, 1.0, free_departures(self.latest))
+        return earliest_departure(self.store.arrays, self.traffic, self.number, 1.0, free_departures(self.latest))
 
 
 @given(st.integers(0, 2**32), st.integers(1, 4))
@@ -139,23 +137,21 @@ def test_among_many_the_earliest_departure_is_free_of_all_and_each_earlier_one_m
 @given(st.integers(0, 2**32), st.integers(1, 5), st.booleans())
 def test_conflicting_flights_are_those_that_an_exact_test_of_each_pair_finds(seed, count, at_once):
     crowd = Crowd(seed, count)
-    curves, trees = crowd.store.arrays
     own = TimedCurve(crowd.number, 0.0 if at_once else 1.23, 1.0)
-    found = conflicting_flights(curves, trees, crowd.traffic, own)
+    found = conflicting_flights(crowd.store.arrays, crowd.traffic, own)
     schedule = crowd.traffic.schedule
     for p, (xy, z) in enumerate(crowd.axes):
         other = TimedCurve(p, schedule.departure[p], schedule.time_scale[p])
-        assert found[p] == in_conflict(curves, other, own, xy, z)
+        assert found[p] == in_conflict(crowd.store.arrays.curves, other, own, xy, z)
 
 
 @given(st.integers(0, 2**32), st.integers(1, 4), st.floats(0.1, 0.9))
 def test_estimates_without_an_offset_are_no_earlier_than_the_earliest_arrival(seed, count, share):
     crowd = Crowd(seed, count)
-    curves, trees = crowd.store.arrays
     offsets, ratios = np.zeros((1, 3)), np.ones(1)
     seconds = crowd.store.seconds[crowd.number]
     latest = crowd.latest + seconds
-    (arrival,) = estimate_detours(curves, trees, crowd.traffic, crowd.number, offsets, ratios, share, 0.0, latest)
+    (arrival,) = estimate_detours(crowd.store.arrays, crowd.traffic, crowd.number, offsets, ratios, share, 0.0, latest)
     found = crowd.earliest()
     assert arrival == np.inf if found < 0 else arrival >= found + seconds - 1e-9
 
@@ -163,12 +159,11 @@ def test_estimates_without_an_offset_are_no_earlier_than_the_earliest_arrival(se
 @given(st.integers(0, 2**32), st.floats(1.0, 3.0), st.floats(0.0, 2.0))
 def test_estimates_where_nobody_flies_are_the_detours_flown_at_once(seed, ratio, since):
     crowd = Crowd(seed, 1)
-    curves, trees = crowd.store.arrays
     nobody = Traffic(
         Schedule(*(column[:0] for column in crowd.traffic.schedule)), *(np.zeros(0),) * 2, np.zeros(0, bool)
     )
     seconds = crowd.store.seconds[crowd.number] * ratio
     (arrival,) = estimate_detours(
-        curves, trees, nobody, crowd.number, np.ones((1, 3)), np.array([ratio]), 0.5, since, 100.0
+        crowd.store.arrays, nobody, crowd.number, np.ones((1, 3)), np.array([ratio]), 0.5, since, 100.0
     )
     assert since - 1e-6 <= arrival - seconds <= since + TICK

@@ -71,7 +71,7 @@ def test_a_result_is_drawn_among_the_obstacles_of_a_scenario(mission):
 @pytest.mark.parametrize("shape", ["minimum-time", "stop-and-go"])
 def test_a_trajectory_shows_height_speed_climb_and_acceleration_at_their_extremes(shape):
     scenario = sky.read("map2")
-    trajectory = sky.plan_mission(scenario, shape=shape).trajectories[0]
+    trajectory = sky.plan_mission(scenario, options=sky.MissionOptions(shape=shape)).trajectories[0]
     t = np.linspace(trajectory.start, trajectory.end, 20_001)
     motion = trajectory.at(t)
     speed, acceleration = (np.linalg.norm(v, axis=1) for v in (motion.velocity, motion.acceleration))

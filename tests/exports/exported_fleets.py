@@ -31,7 +31,8 @@ def fleet(starts, targets, homes=None, *, separation=2.0, speed=5.0, seed=0, **h
         ),
         targets=tuple(Target(position=tuple(t)) for t in targets),
     )
-    return sky.plan_mission(scenario, sky.Taut(), assignment="identity", rng=seed, **how)
+    options = sky.MissionOptions(**how)
+    return sky.plan_mission(scenario, sky.Taut(), assignment="identity", rng=seed, options=options)
 
 
 def random_fleet(seed, **how):

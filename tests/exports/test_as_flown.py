@@ -84,7 +84,9 @@ def test_paths_that_cross_are_refused_where_they_are_to_be_apart_in_space(tmp_pa
         sky.export(mission, tmp_path / "m.plan", apart_in_space=True)
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(sky.InputError, match="conflicts are to be left"):
-        sky.plan_mission(mission.scenario, sky.AStar(), keep_apart=False, apart_in_space=True)
+        sky.plan_mission(
+            mission.scenario, sky.AStar(), options=sky.MissionOptions(keep_apart=False, apart_in_space=True)
+        )
     around = fleet(starts, targets, [0.0, 0.0], apart_in_space=True)
     assert [action.kind for action in around.deconfliction.actions] == ["detour"]
     assert around.deconfliction.found

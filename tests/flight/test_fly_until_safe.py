@@ -112,7 +112,9 @@ def test_planning_anew_keeps_paths_apart_in_space():
         targets=[sky.Target(position=end) for _, end in ends],
     )
     for in_space in (True, False):
-        planned = sky.plan_mission(scenario, sky.Taut(), apart_in_space=in_space, rng=1, assignment="identity")
+        planned = sky.plan_mission(
+            scenario, sky.Taut(), options=sky.MissionOptions(apart_in_space=in_space), rng=1, assignment="identity"
+        )
         assert (not apart_by_timing_only(planned)) == in_space
         anew = farther(planned, 0.05, 0.1)
         assert anew.violations == ()

@@ -32,7 +32,14 @@ def test_a_row_of_a_fleet_sums_the_mission_up(assignment):
     asked = job(sky.MVO(), seed=3, scenario=fleet, stop=sky.MaxPaths(60))
     asked = replace(asked, case=replace(asked.case, assignment=assignment))
     row = plan_job(asked)
-    mission = sky.plan_mission(fleet, sky.MVO(), stop=sky.MaxPaths(60), rng=3, assignment=assignment, keep_apart=False)
+    mission = sky.plan_mission(
+        fleet,
+        sky.MVO(),
+        stop=sky.MaxPaths(60),
+        rng=3,
+        assignment=assignment,
+        options=sky.MissionOptions(keep_apart=False),
+    )
     results = mission.results
     histories = [result.history.by_iteration() for result in results]
     assert row.cost == mission.cost

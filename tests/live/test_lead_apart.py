@@ -97,7 +97,7 @@ def corridor_mission():
         uavs=[sky.UAV(start=place, max_speed=1.0, separation=0.4) for place in places],
         targets=[sky.Target(position=(4, 2, z)), sky.Target(position=(13, 2, z))],
     )
-    return sky.plan_mission(corridor, assignment="identity", keep_apart=False)
+    return sky.plan_mission(corridor, assignment="identity", options=sky.MissionOptions(keep_apart=False))
 
 
 def test_a_uav_that_has_arrived_in_a_corridor_makes_way_and_returns():

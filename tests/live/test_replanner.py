@@ -23,7 +23,7 @@ PILLARS = [sky.Cylinder(centre=(x, 5 + 0.3 * (-1) ** x), radius=0.5, low=0, high
 @pytest.mark.parametrize("scenario", [hall(), hall(*PILLARS)], ids=["hall", "pillars"])
 @pytest.mark.parametrize("shape", ["minimum-time", "minimum-snap"])
 def test_a_uav_that_meets_nothing_flies_the_mission(scenario, shape):
-    mission = sky.plan_mission(scenario, assignment="identity", shape=shape)
+    mission = sky.plan_mission(scenario, assignment="identity", options=sky.MissionOptions(shape=shape))
     assert not mission.violations
     flight = sky.Replanner(mission)
     answers = fly(flight, [], top_speed=1.0)
@@ -150,7 +150,9 @@ def test_uavs_that_wait_for_each_other_try_another_way_after_a_while():
         uavs=[sky.UAV(start=place, max_speed=1.0, separation=0.4) for place in starts],
         targets=[sky.Target(position=place) for place in ends],
     )
-    flight = sky.Replanner(sky.plan_mission(scenario, assignment="identity", keep_apart=False))
+    flight = sky.Replanner(
+        sky.plan_mission(scenario, assignment="identity", options=sky.MissionOptions(keep_apart=False))
+    )
     answers = fly(flight, [], top_speed=1.0)
     assert all(one.proven for answer in answers for one in answer)
     assert None not in [flight.arrival(0), flight.arrival(1)]

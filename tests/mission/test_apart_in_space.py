@@ -27,7 +27,7 @@ def crossing():
         uavs=[{"start": (20, 1, 2), "separation": 1.0}, {"start": (1, 20, 2), "separation": 1.0}],
         targets=[{"position": (20, 39, 2)}, {"position": (39, 20, 2)}],
     )
-    return sky.plan_mission(scenario, sky.Taut(), assignment="identity", keep_apart=False)
+    return sky.plan_mission(scenario, sky.Taut(), assignment="identity", options=sky.MissionOptions(keep_apart=False))
 
 
 def leads_back(asked):

@@ -27,13 +27,13 @@ TOTALS = {  # nodes without coordination, with Munkres on straight lines, and on
     "table-4.13": (1041, 1037, 1037),
 }
 ASSIGNMENTS = ("identity", "euclidean", "path-cost")
-PATHS = {"shape": "stop-and-go", "keep_apart": False}  # where it is about paths
+PATHS = sky.MissionOptions(shape="stop-and-go", keep_apart=False)  # where it is about paths
 
 
 @pytest.mark.parametrize("fleet", TOTALS)
 @pytest.mark.parametrize(("which", "assignment"), list(enumerate(ASSIGNMENTS)))
 def test_every_fleet_of_the_thesis_has_its_known_total(fleet, which, assignment):
-    mission = sky.plan_mission(sky.read(fleet), sky.AStar(), assignment=assignment, **PATHS)
+    mission = sky.plan_mission(sky.read(fleet), sky.AStar(), assignment=assignment, options=PATHS)
     assert mission.cost == TOTALS[fleet][which]
     assert mission.complete
     assert {v.fault for v in mission.violations} <= {Fault.SEPARATION}
@@ -43,13 +43,13 @@ def test_every_fleet_of_the_thesis_has_its_known_total(fleet, which, assignment)
 
 @pytest.mark.parametrize(("assignment", "longest"), list(zip(ASSIGNMENTS, (201, 168, 244), strict=True)))
 def test_the_longest_path_of_table_4_8_is_known(assignment, longest):
-    mission = sky.plan_mission(sky.read("table-4.8"), sky.AStar(), assignment=assignment, **PATHS)
+    mission = sky.plan_mission(sky.read("table-4.8"), sky.AStar(), assignment=assignment, options=PATHS)
     assert max(result.cost for result in mission.results) == longest
 
 
 def test_the_smallest_longest_path_of_table_4_8_is_146():
     scenario = sky.read("table-4.8")
-    mission = sky.plan_mission(scenario, sky.AStar(), criterion="min-max", **PATHS)
+    mission = sky.plan_mission(scenario, sky.AStar(), options=dataclasses.replace(PATHS, criterion="min-max"))
     assert max(result.cost for result in mission.results) == 146
     # of all assignments with that maximum it has the smallest sum
     costs = cost_matrix(Airspace(scenario), "path-cost")
@@ -76,7 +76,7 @@ def fleet(starts, targets, **changes):
 @pytest.mark.parametrize(("uavs", "targets"), [(4, 2), (2, 4), (1, 3), (3, 1), (0, 2), (2, 0)])
 def test_more_uavs_than_targets_and_the_reverse_leave_some_without(assignment, uavs, targets):
     scenario = fleet(SIDE[:uavs], OTHER[:targets])
-    mission = sky.plan_mission(scenario, sky.AStar(), assignment=assignment, **PATHS)
+    mission = sky.plan_mission(scenario, sky.AStar(), assignment=assignment, options=PATHS)
     sent = [j for j in mission.assignment if j is not None]
     assert len(mission.assignment) == len(mission.results) == len(mission.trajectories) == uavs
     assert len(set(sent)) == len(sent) == min(uavs, targets)
@@ -118,7 +118,11 @@ def test_a_uav_that_reaches_nothing_still_gets_a_result_that_says_why():
 
 def test_every_trajectory_leads_from_the_true_start_to_the_true_target():
     mission = sky.plan_mission(
-        fleet(SIDE, OTHER), sky.MVO(universes=6), stop=sky.MaxIterations(8), rng=1, keep_apart=False
+        fleet(SIDE, OTHER),
+        sky.MVO(universes=6),
+        stop=sky.MaxIterations(8),
+        rng=1,
+        options=sky.MissionOptions(keep_apart=False),
     )
     for uav, target, result, trajectory in zip(
         mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, strict=True
@@ -143,7 +147,9 @@ SMALL = [sky.MVO(universes=4), sky.MVO(universes=4, as_run=True), sky.RandomRest
 @settings(max_examples=25)
 def test_nothing_that_is_planned_is_ever_refused_by_the_referee(scenario, planner, assignment, criterion, seed):
     stop = sky.MaxIterations(4)
-    mission = sky.plan_mission(scenario, planner, stop=stop, rng=seed, assignment=assignment, criterion=criterion)
+    mission = sky.plan_mission(
+        scenario, planner, stop=stop, rng=seed, assignment=assignment, options=sky.MissionOptions(criterion=criterion)
+    )
     close = {Fault.SEPARATION, Fault.GIVEN}  # in such little rooms not all can be kept apart, nor hidden
     assert {v.fault for v in mission.violations} <= close
     left, at_fault = mission.deconfliction.left, {v.uavs for v in mission.violations if v.fault is Fault.SEPARATION}
@@ -157,7 +163,7 @@ def test_nothing_that_is_planned_is_ever_refused_by_the_referee(scenario, planne
 @given(scenarios(uavs=3, targets=3, most_nodes=6), st.integers(0, 2**32))
 @settings(max_examples=20)
 def test_a_seed_gives_one_mission(scenario, seed):
-    how = {"stop": sky.MaxIterations(4), "rng": seed, "shape": "stop-and-go"}
+    how = {"stop": sky.MaxIterations(4), "rng": seed, "options": PATHS}
     first, again = (sky.plan_mission(scenario, sky.MVO(universes=4), **how) for _ in range(2))
     assert timeless(first) == timeless(again)
 
@@ -172,7 +178,7 @@ def timeless(mission):
 def test_a_seed_gives_the_same_mission_in_a_spawned_process():
     args, kwargs = (
         (fleet(SIDE, OTHER), sky.MVO(universes=5)),
-        {"stop": sky.MaxIterations(5), "rng": 11, "shape": "stop-and-go"},
+        {"stop": sky.MaxIterations(5), "rng": 11, "options": PATHS},
     )
     here = sky.plan_mission(*args, **kwargs)
     with multiprocessing.get_context("spawn").Pool(1) as pool:
@@ -190,7 +196,7 @@ def test_a_uav_draws_the_same_numbers_whatever_the_others_do():
             stop=sky.MaxIterations(5),
             rng=3,
             assignment="identity",
-            **PATHS,
+            options=PATHS,
         )
         for start in (SIDE[0], SIDE[3])
     )
@@ -269,7 +275,7 @@ def test_a_mission_does_not_depend_on_the_number_of_threads(planner):
     ("changes", "says"),
     [
         ({"assignment": "greedy"}, "'euclidean', 'path-cost' or 'identity', not 'greedy'"),
-        ({"criterion": "min-mean"}, "'min-sum' or 'min-max', not 'min-mean'"),
+        ({"options": sky.MissionOptions(criterion="min-mean")}, "'min-sum' or 'min-max', not 'min-mean'"),
         ({"stop": sky.MaxSeconds(1)}, "counted budget"),
         ({"rng": -3}, "not -3"),
         ({"workers": 0}, "workers is a whole number from 1 on, not 0"),

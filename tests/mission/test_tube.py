@@ -107,6 +107,6 @@ def test_uavs_keep_their_separation_and_both_errors(errors, apart):
     )
     targets = tuple({"position": (18, y, 6)} for y in (4, 6))
     given = scenario(obstacles=(), uavs=uavs, targets=targets)
-    mission = sky.plan_mission(given, sky.Taut(), assignment="identity", keep_apart=False)
+    mission = sky.plan_mission(given, sky.Taut(), assignment="identity", options=sky.MissionOptions(keep_apart=False))
     assert (not sky.find_conflicts(given, mission.trajectories)) == apart
     assert (mission.apart.verdict is Verdict.PROVEN) == apart

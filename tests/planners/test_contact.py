@@ -145,7 +145,7 @@ def test_the_other_way_round_is_taken_where_a_mover_is_in_the_shorter_one():
     shorter = sky.Scenario(**{**dict(FLAT), "targets": (sky.Target(position=(4, 1, 0)),)})
     for movers, side in (([], -1), ([LOW], 1)):
         scenario = among(shorter, movers)
-        mission = sky.plan_mission(scenario, sky.MVO(), rng=1, keep_apart=False)
+        mission = sky.plan_mission(scenario, sky.MVO(), rng=1, options=sky.MissionOptions(keep_apart=False))
         middle = mission.results[0].path[np.abs(mission.results[0].path[:, 0] - 2) < 1e-9]
         assert (np.sign(middle[:, 1] - 2) == side).all()
         assert not mission.violations
@@ -160,7 +160,7 @@ def test_the_price_of_contact_steers_a_search_and_is_no_part_of_its_results_cost
     )
     assert paid[-1] > result.cost + 100
     assert result.cost == sum(result.terms.values()) == result.history.cost[-1]
-    mission = sky.plan_mission(scenario, sky.MVO(), stop=STOP, rng=1, keep_apart=False)
+    mission = sky.plan_mission(scenario, sky.MVO(), stop=STOP, rng=1, options=sky.MissionOptions(keep_apart=False))
     assert {violation.fault for violation in mission.violations} == {sky.Fault.MOVER}
 
 

@@ -155,13 +155,13 @@ def searches_for_the_whole_objective():
 
 
 def trajectories_among_boxes():
-    sky.plan_mission(world(7, ("box", "box")), sky.Taut(), rng=7, shape="minimum-jerk")
+    sky.plan_mission(world(7, ("box", "box")), sky.Taut(), rng=7, options=sky.MissionOptions(shape="minimum-jerk"))
 
 
 def trajectories_over_hills():
     over_hills = world(8, ("cylinder", "prism", "voxels"), terrain=True, altitude=2.6)
-    sky.plan_mission(over_hills, sky.Taut(), rng=7, shape="minimum-snap")
-    sky.plan_mission(over_hills, sky.AStar(), rng=7, shape="stop-and-go")
+    sky.plan_mission(over_hills, sky.Taut(), rng=7, options=sky.MissionOptions(shape="minimum-snap"))
+    sky.plan_mission(over_hills, sky.AStar(), rng=7, options=sky.MissionOptions(shape="stop-and-go"))
 
 
 def fleets():
@@ -218,7 +218,7 @@ def flights_among_movers():
         sky.Box(min=(-3, -3, 8), max=(-2, 3, 12), max_speed=1.0, active=[[2, None]]),
     ]
     given = sky.Scenario(**{**dict(swap), "movers": movers, "zones": zones, "lattice": coarse})
-    sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity", shape="stop-and-go")
+    sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity", options=sky.MissionOptions(shape="stop-and-go"))
     instants = np.linspace(0, 12, 40)
     shapes = moving_shapes(timed_parts(given), sky.TrackingError())
     mover_gaps(shapes, instants, np.zeros((40, 3)))

@@ -25,7 +25,7 @@ def flown(scenario, planner=None, shape="minimum-time", uav=0):
 @pytest.mark.parametrize("shape", ["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"])
 def test_flights_through_the_maps_are_what_was_asked_for_and_proven(name, shape):
     scenario = sky.read(name)
-    mission = sky.plan_mission(scenario, sky.Taut(), shape=shape)
+    mission = sky.plan_mission(scenario, sky.Taut(), options=sky.MissionOptions(shape=shape))
     trajectory = mission.trajectories[0]
     assert trajectory.form in {"stop-and-go": ("stop-and-go",), "minimum-time": ("blended", "smooth")}.get(
         shape, ("smooth",)
@@ -45,7 +45,7 @@ def test_a_steep_flight_at_the_edge_of_several_limits_is_proven():
         uavs=[sky.UAV(start=(0, 0, 0), **limits)],
         targets=[sky.Target(position=(0, 1, 12))],
     )
-    mission = sky.plan_mission(scenario, sky.Taut(), shape="stop-and-go")
+    mission = sky.plan_mission(scenario, sky.Taut(), options=sky.MissionOptions(shape="stop-and-go"))
     assert mission.violations == ()
     assert mission.certificates[0].verdict is sky.Verdict.PROVEN
     assert mission.trajectories[0].note == ""

@@ -75,7 +75,7 @@ def test_missions_keep_the_limits_of_zones_also_where_a_uav_may_stray(shape, err
     uav = sky.UAV(start=(-70, -20, 12), max_speed=12, tracking_error=error)
     wall = sky.Box(min=(20, -60, 0), max=(25, 15, 80))
     scenario = world_of(BOX, SPHERE, obstacles=(wall,), uavs=(uav,), targets=(sky.Target(position=(70, 0, 12)),))
-    mission = sky.plan_mission(scenario, sky.Taut(), shape=shape)
+    mission = sky.plan_mission(scenario, sky.Taut(), options=sky.MissionOptions(shape=shape))
     assert mission.complete
     assert not mission.violations
     motion = mission.trajectories[0].at(np.linspace(0, mission.makespan, 4000))

@@ -28,7 +28,9 @@ def over_a_wall(**limits):
 
 @pytest.mark.parametrize("shape", ["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"])
 def test_a_trajectory_climbs_and_descends_within_its_limits_and_uses_them(shape):
-    mission = sky.plan_mission(over_a_wall(max_climb=CLIMB, max_descent=DESCENT), sky.Taut(), rng=1, shape=shape)
+    mission = sky.plan_mission(
+        over_a_wall(max_climb=CLIMB, max_descent=DESCENT), sky.Taut(), rng=1, options=sky.MissionOptions(shape=shape)
+    )
     assert mission.violations == ()
     assert mission.certificates[0].verdict is Verdict.PROVEN
     flown = mission.trajectories[0]

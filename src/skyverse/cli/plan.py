@@ -77,7 +77,7 @@ class BudgetOptions:
 
 @Parameter(name="*", group=Group("Assignment and flight"))
 @dataclass(frozen=True, kw_only=True)
-class MissionOptions:
+class FleetOptions:
     """What `plan_mission` makes of the paths.
 
     Parameters
@@ -182,7 +182,7 @@ class MissionOutput:
     as_json: AsJson = False
 
 
-_SEARCH, _BUDGET, _MISSION = PlannerOptions(), BudgetOptions(), MissionOptions()
+_SEARCH, _BUDGET, _MISSION = PlannerOptions(), BudgetOptions(), FleetOptions()
 _SCENARIO, _LIMITS, _WRITTEN = ScenarioOptions(), LimitOptions(), MissionOutput()
 
 
@@ -192,7 +192,7 @@ def plan(
     *,
     search: PlannerOptions = _SEARCH,
     budget: BudgetOptions = _BUDGET,
-    mission: MissionOptions = _MISSION,
+    mission: FleetOptions = _MISSION,
     otherwise: ScenarioOptions = _SCENARIO,
     limits: LimitOptions = _LIMITS,
     written: MissionOutput = _WRITTEN,
@@ -239,8 +239,17 @@ def plan(
         progress_bar(asked, stop) as on_progress,
     ):
         tell_unspent(method, {f"--{name}": most for name, most in vars(budget).items()})
-        how = {"rng": search.seed, "workers": search.workers, **vars(mission)}
-        planned = sky.plan_mission(asked, method, stop=stop, on_progress=on_progress, **how)
+        how = {name: value for name, value in vars(mission).items() if name != "assignment"}
+        planned = sky.plan_mission(
+            asked,
+            method,
+            stop=stop,
+            rng=search.seed,
+            assignment=mission.assignment,
+            options=sky.MissionOptions(**how),
+            workers=search.workers,
+            on_progress=on_progress,
+        )
         planned = replace(planned, source=source_from(out, scenario))
         sky.write(planned, out)
         files = [out]

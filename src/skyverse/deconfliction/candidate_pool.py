@@ -146,7 +146,7 @@ class CandidatePool:
         curve, departure, time_scale = flights.schedule
         schedule = Schedule(curve[kept], departure[kept], time_scale[kept])
         semi_axes = np.column_stack(flights[1:3])[kept]
-        return make_others(*self._store.arrays, schedule, semi_axes, self._movers(candidate), self.end + LOOK_AHEAD)
+        return make_others(self._store.arrays, schedule, semi_axes, self._movers(candidate), self.end + LOOK_AHEAD)
 
     def is_clear(self, candidate: Candidate, flown: Trajectory, departure: float, traffic: Traffic) -> bool:
         """Tell whether a candidate's UAV could fly along a trajectory from an instant on without a conflict."""
@@ -163,12 +163,12 @@ class CandidatePool:
         (n + m,)
             Of the n flights of the traffic, and then of the m movers that matter to the candidate.
         """
-        curves, trees = self._store.arrays
+        swept = self._store.arrays
         own = TimedCurve(candidate.curve, departure, 1.0)
-        flights = conflicting_flights(curves, trees, traffic, own)
+        flights = conflicting_flights(swept, traffic, own)
         if not self.is_dynamic:
             return flights
-        return np.concatenate([flights, meets_movers(self._movers(candidate), curves, own, self.end) < np.inf])
+        return np.concatenate([flights, meets_movers(self._movers(candidate), swept.curves, own, self.end) < np.inf])
 
     def meets_movers(self, candidate: Candidate) -> bool:
         """Tell whether a candidate that departs at once comes too near to a mover."""
@@ -219,13 +219,13 @@ class CandidatePool:
     ) -> float | None:
         """Return the earliest instant, up to the latest, at which a candidate can depart without a conflict, if any."""
         free: Ints = free_departures(latest, candidate.trajectory.start)
-        curves, trees = self._store.arrays
+        swept = self._store.arrays
         while True:
-            found = earliest_departure(curves, trees, traffic, candidate.curve, time_scale, free)
+            found = earliest_departure(swept, traffic, candidate.curve, time_scale, free)
             if found < 0.0 or not self.is_dynamic:
                 return None if found < 0.0 else found
             number, shapes = round(found / TICK), self._movers(candidate)
-            clear = clear_departure(shapes, curves, candidate.curve, time_scale, self.end, number, free)
+            clear = clear_departure(shapes, swept.curves, candidate.curve, time_scale, self.end, number, free)
             if clear == number:
                 return found
 
@@ -255,20 +255,10 @@ class CandidatePool:
         if key not in self._gates:
             self._gates[key] = gates_beside(self.airspace, candidate, part / GATE_PARTS)
         gates, offsets, ratios = self._gates[key]
-        curves, trees = self._store.arrays
-        arrivals = estimate_detours(
-            curves,
-            trees,
-            traffic,
-            candidate.curve,
-            offsets,
-            ratios,
-            part / GATE_PARTS,
-            candidate.trajectory.start,
-            latest,
-        )
+        start, share = candidate.trajectory.start, part / GATE_PARTS
+        arrivals = estimate_detours(self._store.arrays, traffic, candidate.curve, offsets, ratios, share, start, latest)
         if self.is_dynamic:
-            passed = candidate.trajectory.start + part / GATE_PARTS * candidate.seconds * ratios
+            passed = start + share * candidate.seconds * ratios
             centres = np.array([gate.centre for gate in gates]).reshape(-1, 3)
             gaps = mover_gaps(self._movers(candidate), passed, centres)
             arrivals = np.where((gaps < 0.0).any(axis=0), np.inf, arrivals)  # a mover is there when the UAV comes

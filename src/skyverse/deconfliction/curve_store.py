@@ -1,23 +1,14 @@
 """A growing collection of trajectories and their swept volume trees, in arrays that kernels read."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.curves import Curves, curve_duration, make_curves
-from skyverse.deconfliction.swept_volume_tree import SweptVolumeTrees, grow_tree
+from skyverse.deconfliction.swept_volume_tree import SweptCurves, grow_tree
 from skyverse.model.trajectory import Trajectory
 
 MIN_COEFFICIENTS = 6
 """Coefficients that each piece has room for at first, those of a quintic, so that arrays are seldom laid out anew."""
-
-
-class StoredCurves(NamedTuple):
-    """All curves of a store and their trees, as kernels take them."""
-
-    curves: Curves
-    trees: SweptVolumeTrees
 
 
 class CurveStore:
@@ -80,11 +71,11 @@ class CurveStore:
         self.seconds.append(float(curve_duration(one, 0)))
 
     @property
-    def arrays(self) -> StoredCurves:
-        """The arrays; they may be longer than what is stored, and what follows it is not to be read."""
+    def arrays(self) -> SweptCurves:
+        """The curves and their trees as kernels take them; what follows what is stored is not to be read."""
         begin, duration, rows, low, high, boxes = self._columns
         curves = Curves(self._first, begin, duration, rows, low, high)
-        return StoredCurves(curves, SweptVolumeTrees(self._base, self._leaves, boxes))
+        return SweptCurves(curves, self._base, self._leaves, boxes)
 
 
 def _written(column: np.ndarray, at: int, part: np.ndarray) -> np.ndarray:

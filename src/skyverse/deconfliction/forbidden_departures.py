@@ -11,12 +11,14 @@ says that there is none left.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.deconfliction.curves import Curves, TimedCurve, curve_duration
-from skyverse.deconfliction.swept_volume_tree import SweptVolumeTrees
+from skyverse.deconfliction.curves import TimedCurve, curve_duration
+from skyverse.deconfliction.pair_conflicts import ARRIVED, FLYING, WAITING
+from skyverse.deconfliction.swept_volume_tree import SweptCurves
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import TICK_INDEX
 
@@ -43,80 +45,76 @@ def next_free(free: Ints, i: int) -> int:
     return i
 
 
+class Sweep(NamedTuple):
+    """The volume that a flight sweeps, as a tree of boxes, and when it does.
+
+    Attributes
+    ----------
+    boxes, base, last
+        As in `SweptCurves`: its tree begins at row `base`, and at row `last` is the point where it ends.
+    leaves
+        The number of nodes on the lowest level that is looked at, a power of 2.
+    departure, seconds
+        When it departs, and how long it takes.
+    """
+
+    boxes: Floats
+    base: int
+    last: int
+    leaves: int
+    departure: float
+    seconds: float
+
+
 @inner
-def forbid_departures(
-    curves: Curves,
-    trees: SweptVolumeTrees,
-    other: TimedCurve,
-    semi_axes: tuple[float, float],
-    boxes: Floats,
-    base: int,
-    leaves: int,
-    seconds: float,
-    coarse: int,
-    free: Ints,
-) -> None:
+def sweep_of(swept: SweptCurves, flight: TimedCurve, coarse: int) -> Sweep:
+    """Return the volume that a flight sweeps; so many leaves of its tree are taken together."""
+    base, leaves = swept.base[flight.curve], swept.leaves[flight.curve]
+    seconds = flight.time_scale * curve_duration(swept.curves, flight.curve)
+    return Sweep(swept.boxes, base, base + 2 * leaves, max(leaves // coarse, 1), flight.departure, seconds)
+
+
+@inner
+def forbid_departures(other: Sweep, own: Sweep, semi_axes: tuple[float, float], free: Ints) -> None:
     """Forbid the departures with which a flight would come too close to another one.
 
     Parameters
     ----------
-    curves, trees
-        With those of the other flight.
-    other
-        The other flight.
+    other, own
+        The other flight, and the one that is to depart, whose own departure is 0.
     semi_axes
         Horizontal and vertical semi-axis that count between the two, metres.
-    boxes, base, leaves, seconds
-        The flight's tree, and how long it takes.
-    coarse
-        How many leaves of the other's tree are taken together.
     free
         (m + 1,) as from `free_departures`; changed in place.
     """
-    c = other.curve
-    begin = other.departure
-    end = begin + other.time_scale * curve_duration(curves, c)
-    base_other, leaves_other = trees.base[c], trees.leaves[c]
-    fewer = max(leaves_other // coarse, 1)
-    theirs = trees.boxes
-    last = base_other + 2 * leaves_other - 1
-    for phase in range(3):  # before it departs, in flight, after it has arrived
-        if phase == 0:
-            my_base, my_leaves, since, until = base - 1, 1, -np.inf, 0.0
-        elif phase == 1:
-            my_base, my_leaves, since, until = base, leaves, 0.0, seconds
-        else:
-            my_base, my_leaves, since, until = base + 2 * leaves - 1, 1, seconds, np.inf
-        if phase < 2:
-            _forbid_parts(theirs, last, 1, end, np.inf, boxes, my_base, my_leaves, since, until, semi_axes, free)
-        _forbid_parts(theirs, base_other, fewer, begin, end, boxes, my_base, my_leaves, since, until, semi_axes, free)
-        if phase > 0 and begin > 0.0:
-            _forbid_parts(
-                theirs, base_other - 1, 1, 0.0, begin, boxes, my_base, my_leaves, since, until, semi_axes, free
-            )
+    for mine in (WAITING, FLYING, ARRIVED):
+        for theirs in (WAITING, FLYING, ARRIVED):
+            both_rest = mine == theirs != FLYING  # at the starts, or at the targets, which no delay changes
+            if not both_rest and not (theirs == WAITING and other.departure <= 0.0):
+                _forbid_parts(other, theirs, own, mine, semi_axes, free)
 
 
 @inner
-def _forbid_parts(
-    boxes_a: Floats,
-    base_a: int,
-    leaves_a: int,
-    begin_a: float,
-    end_a: float,
-    boxes_b: Floats,
-    base_b: int,
-    leaves_b: int,
-    begin_b: float,
-    end_b: float,
-    semi_axes: tuple[float, float],
-    free: Ints,
-) -> None:
-    """Forbid the delays of b at which parts of a and b, flown between these instants, come too close.
+def _part(flight: Sweep, phase: int) -> tuple[int, int, float, float]:
+    """Return where the tree of a part of a flight begins, its leaves, and from when until when the part lasts."""
+    end = flight.departure + flight.seconds
+    if phase == WAITING:
+        return flight.base - 1, 1, -np.inf, flight.departure
+    if phase == ARRIVED:
+        return flight.last - 1, 1, end, np.inf
+    return flight.base, flight.leaves, flight.departure, end
 
-    The times of a are seconds into the mission, those of b seconds after its departure. A pair of boxes is decided when
-    no two points in them are too close, or all are, or when both are leaves; otherwise the one that lasts longer is
-    replaced by its halves.
+
+@inner
+def _forbid_parts(a: Sweep, phase_a: int, b: Sweep, phase_b: int, semi_axes: tuple[float, float], free: Ints) -> None:
+    """Forbid the delays of b at which b comes too close to a while both are in these phases.
+
+    A pair of boxes is decided when no two points in them are too close, or all are, or when both are leaves; otherwise
+    the one that lasts longer is replaced by its halves.
     """
+    base_a, leaves_a, begin_a, end_a = _part(a, phase_a)
+    base_b, leaves_b, begin_b, end_b = _part(b, phase_b)
+    boxes_a, boxes_b = a.boxes, b.boxes
     nodes = np.empty((128, 2), np.int64)
     times = np.empty((128, 4))
     nodes[0, 0], nodes[0, 1] = 1, 1

@@ -21,11 +21,13 @@ MAX_LEAVES = 1 << 16
 
 
 @by_reference
-class SweptVolumeTrees(NamedTuple):
-    """The trees of many curves, one after another.
+class SweptCurves(NamedTuple):
+    """Many curves and their trees, one after another.
 
     Attributes
     ----------
+    curves
+        The curves.
     base
         (n,) row of `boxes` at which each tree begins: first the point where the curve begins, then the tree with its
         root at `base + 1` and the children of node i at 2 i and 2 i + 1, then the point where the curve ends.
@@ -35,6 +37,7 @@ class SweptVolumeTrees(NamedTuple):
         (m, 6) low and high corners, metres.
     """
 
+    curves: Curves
     base: Ints
     leaves: Ints
     boxes: Floats
@@ -42,7 +45,7 @@ class SweptVolumeTrees(NamedTuple):
 
 @kernel
 def grow_tree(curves: Curves, c: int) -> Floats:
-    """Return the boxes of the tree of curve c, (2 leaves + 1, 6); see `SweptVolumeTrees`."""
+    """Return the boxes of the tree of curve c, (2 leaves + 1, 6); see `SweptCurves`."""
     whole = curve_duration(curves, c)
     leaves = 1
     while leaves < MAX_LEAVES and whole > leaves * LEAF_SECONDS and not _is_constant(curves, c):

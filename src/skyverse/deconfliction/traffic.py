@@ -7,10 +7,17 @@ import numpy as np
 
 from skyverse._typing import Bools, Floats, Ints
 from skyverse.deconfliction.close_ends import forbid_at_rest, nearness_allowed
-from skyverse.deconfliction.curves import Curves, Schedule, TimedCurve, curve_duration
-from skyverse.deconfliction.forbidden_departures import TICK, forbid_departures, free_departures, next_free
+from skyverse.deconfliction.curves import Schedule, TimedCurve
+from skyverse.deconfliction.forbidden_departures import (
+    TICK,
+    Sweep,
+    forbid_departures,
+    free_departures,
+    next_free,
+    sweep_of,
+)
 from skyverse.deconfliction.pair_conflicts import in_conflict
-from skyverse.deconfliction.swept_volume_tree import SweptVolumeTrees, enclose_children
+from skyverse.deconfliction.swept_volume_tree import SweptCurves, enclose_children
 from skyverse.numerics.arrays import put
 from skyverse.numerics.kernel import inner, kernel
 
@@ -52,9 +59,7 @@ def _flight(schedule: Schedule, p: int) -> TimedCurve:
 
 
 @kernel
-def earliest_departure(
-    curves: Curves, trees: SweptVolumeTrees, traffic: Traffic, c: int, scale: float, free: Ints
-) -> float:
+def earliest_departure(swept: SweptCurves, traffic: Traffic, c: int, scale: float, free: Ints) -> float:
     """Return the least delay, seconds, at which a flight is in conflict with nobody; -1 if there is none.
 
     A conflict that is given by starts or targets forbids nothing. Boxes are too coarse for traffic with close ends.
@@ -63,8 +68,8 @@ def earliest_departure(
 
     Parameters
     ----------
-    curves, trees
-        Of all flights.
+    swept
+        The curves of all flights.
     traffic
         The other flights.
     c, scale
@@ -73,20 +78,20 @@ def earliest_departure(
         As from `free_departures`; changed in place.
     """
     schedule, semi_axis_xy, semi_axis_z, close_ends = traffic
-    seconds = scale * curve_duration(curves, c)
-    base, leaves = trees.base[c], trees.leaves[c]
+    curves, own = swept.curves, sweep_of(swept, TimedCurve(c, 0.0, scale), 1)
     for p in range(len(schedule.curve)):
         xy, z = semi_axis_xy[p], semi_axis_z[p]
         if xy > 0.0 and next_free(free, 0) < len(free) - 1:
             other = _flight(schedule, p)
+            theirs = sweep_of(swept, other, 1)
             if not close_ends[p]:
-                forbid_departures(curves, trees, other, (xy, z), trees.boxes, base, leaves, seconds, 1, free)
+                forbid_departures(theirs, own, (xy, z), free)
                 continue
             forbid_at_rest(curves, other, c, scale, xy, z, free)
             allowed = nearness_allowed(curves, other.curve, c, xy, z)
             smaller = max(allowed * xy - TWO_LEAVES, MIN_SEMI_AXIS), max(allowed * z - TWO_LEAVES, MIN_SEMI_AXIS)
-            forbid_departures(curves, trees, other, smaller, trees.boxes, base, leaves, seconds, 1, free)
-            arrived = math.ceil((other.departure + other.time_scale * curve_duration(curves, other.curve)) / TICK) + 1
+            forbid_departures(theirs, own, smaller, free)
+            arrived = math.ceil((theirs.departure + theirs.seconds) / TICK) + 1
             if arrived < len(free) - 1 and in_conflict(curves, other, TimedCurve(c, arrived * TICK, scale), xy, z):
                 for k in range(arrived, len(free) - 1):  # the other does not move any more: later delays are alike
                     free[k] = max(free[k], k + 1)
@@ -95,8 +100,8 @@ def earliest_departure(
         clear = True
         for p in range(len(schedule.curve)):
             if close_ends[p] and semi_axis_xy[p] > 0.0 and clear:
-                own = TimedCurve(c, i * TICK, scale)
-                clear = not in_conflict(curves, _flight(schedule, p), own, semi_axis_xy[p], semi_axis_z[p])
+                tried = TimedCurve(c, i * TICK, scale)
+                clear = not in_conflict(curves, _flight(schedule, p), tried, semi_axis_xy[p], semi_axis_z[p])
         if clear:
             return i * TICK
         i = next_free(free, min(i + STRIDE, len(free) - 1) if close_ends.any() else i + 1)
@@ -105,8 +110,7 @@ def earliest_departure(
 
 @kernel
 def estimate_detours(
-    curves: Curves,
-    trees: SweptVolumeTrees,
+    swept: SweptCurves,
     traffic: Traffic,
     c: int,
     offsets: Floats,
@@ -122,8 +126,8 @@ def estimate_detours(
 
     Parameters
     ----------
-    curves, trees
-        Of all flights.
+    swept
+        The curves of all flights.
     traffic
         The other flights.
     c
@@ -141,26 +145,26 @@ def estimate_detours(
         earliest one of the offsets before.
     """
     schedule, semi_axis_xy, semi_axis_z, close_ends = traffic
-    full = trees.leaves[c]
-    leaves = max(full // COARSE_LEAVES, 1)
-    own = trees.boxes[trees.base[c] : trees.base[c] + 2 * leaves + 1]
-    boxes = own.copy()
-    put(boxes, 2 * leaves, trees.boxes[trees.base[c] + 2 * full])
+    own = sweep_of(swept, TimedCurve(c, 0.0, 1.0), COARSE_LEAVES)
+    leaves = own.leaves
+    planned = swept.boxes[own.base : own.base + 2 * leaves + 1]
+    boxes = planned.copy()
+    put(boxes, 2 * leaves, swept.boxes[own.last])
     arrivals = np.full(len(offsets), np.inf)
     for way in range(len(offsets)):
         for leaf in range(leaves):
             passed = (leaf + 0.5) / leaves
             part = passed / share if passed < share else (1.0 - passed) / (1.0 - share)
             for axis in range(6):
-                boxes[leaves + leaf, axis] = own[leaves + leaf, axis] + part * offsets[way, axis % 3]
+                boxes[leaves + leaf, axis] = planned[leaves + leaf, axis] + part * offsets[way, axis % 3]
         enclose_children(boxes, leaves)
-        seconds = curve_duration(curves, c) * ratios[way]
+        seconds = own.seconds * ratios[way]
+        aside = Sweep(boxes, 0, 2 * leaves, leaves, 0.0, seconds)
         free = free_departures(latest - seconds, since)
         for p in range(len(schedule.curve)):
             if semi_axis_xy[p] > 0.0 and not close_ends[p] and next_free(free, 0) < len(free) - 1:
-                semi_axes = semi_axis_xy[p], semi_axis_z[p]
-                other = _flight(schedule, p)
-                forbid_departures(curves, trees, other, semi_axes, boxes, 0, leaves, seconds, COARSE_LEAVES, free)
+                other = sweep_of(swept, _flight(schedule, p), COARSE_LEAVES)
+                forbid_departures(other, aside, (semi_axis_xy[p], semi_axis_z[p]), free)
         i = next_free(free, 0)
         if i < len(free) - 1:
             arrivals[way] = i * TICK + seconds
@@ -169,21 +173,18 @@ def estimate_detours(
 
 
 @kernel
-def conflicting_flights(curves: Curves, trees: SweptVolumeTrees, traffic: Traffic, own: TimedCurve) -> np.ndarray:
+def conflicting_flights(swept: SweptCurves, traffic: Traffic, own: TimedCurve) -> np.ndarray:
     """Tell which flights of the traffic a flight is in conflict with, (n,) booleans."""
     schedule, semi_axis_xy, semi_axis_z, _ = traffic
     found = np.zeros(len(schedule.curve), np.bool_)
-    c = own.curve
-    seconds = own.time_scale * curve_duration(curves, c)
+    sweep = sweep_of(swept, own, 1)
     for p in range(len(found)):
         xy, z = semi_axis_xy[p], semi_axis_z[p]
         if xy > 0.0:
             other = _flight(schedule, p)
             free = np.arange(2)  # the boxes decide quickly whether it may depart at 0; only otherwise test exactly
             if own.departure == 0.0:
-                forbid_departures(
-                    curves, trees, other, (xy, z), trees.boxes, trees.base[c], trees.leaves[c], seconds, 1, free
-                )
+                forbid_departures(sweep_of(swept, other, 1), sweep, (xy, z), free)
             if own.departure > 0.0 or free[0] > 0:
-                found[p] = in_conflict(curves, other, own, xy, z)
+                found[p] = in_conflict(swept.curves, other, own, xy, z)
     return found

@@ -10,7 +10,7 @@ from skyverse.errors import InputError, require_kind
 from skyverse.flight.fly import OnFlown, fly, fly_runs
 from skyverse.flight.judge import planned_close
 from skyverse.flight.vehicle import refuse_stand_in
-from skyverse.mission.plan_mission import plan_mission
+from skyverse.mission.plan_mission import MissionOptions, plan_mission
 from skyverse.model.conditions import Conditions, simulated_vehicle
 from skyverse.model.flight_record import Flight, FlightRuns
 from skyverse.model.mission import Mission
@@ -73,7 +73,9 @@ def farther(mission: Mission, more: float, apart: float = 0.0) -> Mission | None
     in_space = flying > 1 and not apart_by_timing_only(mission)
     resolve = in_space or mission.deconfliction is not None or apart > 0
     seed = mission.provenance.seed
-    plan = partial(plan_mission, planner=Auto(), rng=seed, keep_apart=resolve, apart_in_space=in_space)
+    plan = partial(
+        plan_mission, planner=Auto(), rng=seed, options=MissionOptions(keep_apart=resolve, apart_in_space=in_space)
+    )
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # keep the assignment
         changes["targets"] = tuple(scenario.targets[target] for target in sent)

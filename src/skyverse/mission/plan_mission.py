@@ -1,7 +1,7 @@
 """Plan the mission of a fleet: assign targets, plan paths, make trajectories, resolve conflicts, and check it all."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
 
@@ -35,6 +35,46 @@ from skyverse.trajectory import Shape, fly_along
 Assignment = Literal["euclidean", "path-cost", "identity"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class MissionOptions:
+    """What `plan_mission` makes of targets and paths, other than by default.
+
+    Attributes
+    ----------
+    criterion
+        What the assignment minimises, ``"min-sum"`` or ``"min-max"``; ignored for ``"identity"``. See `assign`.
+    shape
+        Of the trajectories of multirotors. ``"minimum-time"``: along the path's straight legs with blends at the bends,
+        or along a spline near the path where that is faster; ``"minimum-snap"`` and ``"minimum-jerk"``: along splines
+        that may cut corners; ``"stop-and-go"``: at rest at every waypoint.
+    keep_apart
+        Whether conflicts are resolved: UAVs that would come too close, those of lower priority first, depart later, fly
+        more slowly, take a detour, or exchange targets (unless the assignment is ``"identity"``).
+    apart_in_space
+        Whether UAVs are first led around the paths of others, so that they keep their separation whatever the timing,
+        as far as that can be; needs `keep_apart`. Conflicts that are left are resolved, and paths that are then near
+        each other are led around once more.
+
+    Raises
+    ------
+    InputError
+        If paths are to be apart in space while conflicts are left.
+    """
+
+    criterion: Criterion = "min-sum"
+    shape: Shape = "minimum-time"
+    keep_apart: bool = True
+    apart_in_space: bool = False
+
+    def __post_init__(self) -> None:
+        if self.apart_in_space and not self.keep_apart:
+            why = "conflicts are to be left, so that paths cannot be led apart in space"
+            raise InputError(why, field="apart_in_space")
+
+
+_BY_DEFAULT = MissionOptions()
+
+
 class OnProgress(Protocol):
     """Called while a fleet is planned, with a UAV's index and its planner's progress (``None`` when it is done)."""
 
@@ -49,10 +89,7 @@ def plan_mission(
     stop: Stop | None = None,
     rng: Seed = None,
     assignment: Assignment = "path-cost",
-    criterion: Criterion = "min-sum",
-    shape: Shape = "minimum-time",
-    keep_apart: bool = True,
-    apart_in_space: bool = False,
+    options: MissionOptions = _BY_DEFAULT,
     workers: int | None = None,
     on_progress: OnProgress | None = None,
 ) -> Mission:
@@ -72,19 +109,8 @@ def plan_mission(
     assignment
         ``"path-cost"`` prices a pair by the exact cheapest path, ``"euclidean"`` by the straight line (the thesis's
         Algorithm 4), ``"identity"`` sends UAV i to target i (the thesis's "without coordination").
-    criterion
-        ``"min-sum"`` or ``"min-max"``; ignored for ``"identity"``. See `assign`.
-    shape
-        Of the trajectories of multirotors. ``"minimum-time"``: along the path's straight legs with blends at the bends,
-        or along a spline near the path where that is faster; ``"minimum-snap"`` and ``"minimum-jerk"``: along splines
-        that may cut corners; ``"stop-and-go"``: at rest at every waypoint.
-    keep_apart
-        Whether conflicts are resolved: UAVs that would come too close, those of lower priority first, depart later, fly
-        more slowly, take a detour, or exchange targets (unless the assignment is ``"identity"``).
-    apart_in_space
-        Whether UAVs are first led around the paths of others, so that they keep their separation whatever the timing,
-        as far as that can be; needs `keep_apart`. Conflicts that are left are resolved, and paths that are then near
-        each other are led around once more.
+    options
+        What the assignment minimises, the shape of trajectories, and whether and how UAVs are kept apart.
     workers
         The number of threads by which pairs are priced and, where the planner ends by itself, paths are planned side by
         side; by default the number of cores. The mission does not depend on it.
@@ -99,11 +125,9 @@ def plan_mission(
     Raises
     ------
     InputError
-        If scenario, planner, assignment, criterion, shape, workers or seed is invalid, the stop rule does not fit the
-        planner, or paths are to be apart in space while conflicts are left.
+        If scenario, planner, assignment, options, workers or seed is invalid, or the stop rule does not fit the
+        planner.
     """
-    if apart_in_space and not keep_apart:
-        raise InputError("conflicts are to be left, so that paths cannot be led apart in space", field="apart_in_space")
     most_threads = threads(workers)
     airspace = Airspace(scenario)
     planner = planner_of(planner)
@@ -112,8 +136,9 @@ def plan_mission(
         planner = planner.choose(scenario)
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
-    assigned = assign_targets(airspace, assignment, criterion, most_threads)
-    asked = f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}, shape={shape!r}"
+    shape = options.shape
+    assigned = assign_targets(airspace, assignment, options.criterion, most_threads)
+    asked = f"{planner!r}, assignment={assignment!r}, criterion={options.criterion!r}, shape={shape!r}"
     direct = isinstance(planner, DirectPlanner)
     origin = provenance(asked, *((None, None) if direct else (stop, seed)))
 
@@ -137,11 +162,11 @@ def plan_mission(
             on_progress(uav, None)
     interrupted = any(one is not None and (one.cancelled or one.status is Status.NOT_PLANNED) for one in results)
     mission = Mission(scenario, assigned, tuple(results), tuple(trajectories), (), origin, interrupted)
-    if keep_apart and not interrupted:
+    if options.keep_apart and not interrupted:
         make_trajectory = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
         resolve = partial(resolve_conflicts, airspace, make_trajectory=make_trajectory, replan=replan, stop=stop)
-        if apart_in_space:
+        if options.apart_in_space:
             mission = _apart_in_space(airspace, mission, make_trajectory, resolve)
         else:
             mission = resolve(mission)

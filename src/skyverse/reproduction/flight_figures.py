@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from skyverse.draw.figures import instant, paths, trajectories
 from skyverse.draw.scene import MissionScene, scene
 from skyverse.lab.report import Block, Figure
-from skyverse.mission.plan_mission import Assignment, plan_mission
+from skyverse.mission.plan_mission import Assignment, MissionOptions, plan_mission
 from skyverse.model.mission import Mission
 from skyverse.reproduction.cell_runs import CellRuns, ThesisPart, case, no_jobs, planner
 from skyverse.reproduction.published import CASES, THESIS_MAPS
@@ -69,6 +69,5 @@ def _planned(scenario: str, assignment: Assignment = "path-cost") -> Mission:
         stop=MaxIterations(ITERATIONS),
         rng=FIGURE_SEED,
         assignment=assignment,
-        shape="stop-and-go",  # as in the thesis, which did not keep UAVs apart
-        keep_apart=False,
+        options=MissionOptions(shape="stop-and-go", keep_apart=False),  # as in the thesis
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.lab.job import Case
-from skyverse.mission.plan_mission import plan_mission
+from skyverse.mission.plan_mission import MissionOptions, plan_mission
 from skyverse.reproduction.cell_runs import EXACT, CellRuns, case, optimum, planner, without_obstacles
 from skyverse.reproduction.claim_verdict import Comparison, Finding, judged
 from skyverse.reproduction.cost_claims import ALIKE_WITHIN, LAST, costs
@@ -122,8 +122,7 @@ def _turns(name: str, form: str, seed: int) -> tuple[int, int]:
         planner("MVO", form, CASES[1][0]),
         stop=MaxIterations(CASES[1][1]),
         rng=seed,
-        shape="stop-and-go",
-        keep_apart=False,
+        options=MissionOptions(shape="stop-and-go", keep_apart=False),
     )
     flown, steps = mission.trajectory(0), np.diff(mission.result(0).path, axis=0)
     directions = steps / np.linalg.norm(steps, axis=1)[:, None]

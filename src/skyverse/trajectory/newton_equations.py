@@ -115,12 +115,12 @@ def assemble(
             if left == right:
                 _combine(rows[i], points, i, order + 1, d)
                 _limit_barriers(problem.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
-                _add_within(system, rows[i], i, order + 1, n, left, float(order), d, g, h)
+                _add_within(system, rows[i], (i, i + order + 1), left, float(order), d, g, h)
             else:
                 row_jet(spans, problem.box_of, left, i, order, work, jets)
                 _combine_jets(jets, points, i, order + 1, d)
                 _limit_barriers(problem.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
-                _add(system, jets, i, order + 1, n, left, right, d, g, h)
+                _add(system, jets, (i, i + order + 1), (left, right), d, g, h)
     rows = make_rows(spans, problem.order)
     for k in range(s):
         left, right = problem.box_of[max(k - 3, 0)], problem.box_of[min(k + 3, s - 1)]
@@ -140,7 +140,7 @@ def assemble(
                         row[c + 1] += far * rows[k + 1, c]
                 _combine(row, points, k, 5, d)
                 _square(problem, d, g, h)
-                _add_within(system, row, k, 5, n, left, problem.order - 0.5, d, g, h)
+                _add_within(system, row, (k, k + 5), left, problem.order - 0.5, d, g, h)
                 continue
             if problem.order == 4:
                 row_jet(spans, problem.box_of, left, k, 4, work, jets)
@@ -164,7 +164,7 @@ def assemble(
             _times_root(jets, 5, spans[k], problem.box_of[k] == left)
             _combine_jets(jets, points, k, 5, d)
             _square(problem, d, g, h)
-            _add(system, jets, k, 5, n, left, right, d, g, h)
+            _add(system, jets, (k, k + 5), (left, right), d, g, h)
 
 
 @inner
@@ -264,42 +264,48 @@ def _ball(x: float, y: float, z: float, radius: float, mu: float, g: Floats, h: 
 
 @inner
 def _add(
-    system: NewtonSystem, jets: Floats, i: int, m: int, n: int, left: int, right: int, d: Floats, g: Floats, h: Floats
+    system: NewtonSystem,
+    jets: Floats,
+    points: tuple[int, int],
+    boxes: tuple[int, int],
+    d: Floats,
+    g: Floats,
+    h: Floats,
 ) -> None:
-    """Add a function of a control point of a derivative, whose spans lie in one box or in two."""
-    for p in range(m):
-        if not FIXED <= i + p < n - FIXED:
-            continue
-        row = 3 * (i + p - FIXED)
-        for a in range(3):
-            system.by_points[row + a] += jets[p, 0] * g[a]
-        for q in range(p, m):
-            if i + q >= n - FIXED:
-                break
-            c = jets[p, 0] * jets[q, 0]
-            for a in range(3):
-                for b in range(a if q == p else 0, 3):
-                    system.band[row + a, 3 * (q - p) + b - a] += c * h[a, b]
-    for e in range(1, 2 if left == right else 3):
-        box = left if e == 1 else right
+    """Add a function of a control point of a derivative, whose spans lie in one box or in two.
+
+    `points` are the first of the control points that it depends on and the one after the last.
+    """
+    _add_by_points(system, jets[:, 0], points, g, h)
+    first, last = _free(system, points)
+    for e in range(1, 2 if boxes[0] == boxes[1] else 3):
+        box = boxes[e - 1]
         for a in range(3):
             system.by_durations[box] += g[a] * d[e, a]
             pushed = h[a, 0] * d[e, 0] + h[a, 1] * d[e, 1] + h[a, 2] * d[e, 2]
-            for p in range(m):
-                if FIXED <= i + p < n - FIXED:
-                    system.cross[box, 3 * (i + p - FIXED) + a] += jets[p, 0] * pushed + jets[p, e] * g[a]
+            for i in range(first, last):
+                p = i - points[0]
+                system.cross[box, 3 * (i - FIXED) + a] += jets[p, 0] * pushed + jets[p, e] * g[a]
             system.small[box, box] += pushed * d[e, a] + g[a] * d[3 if e == 1 else 5, a]
             if e == 2:
                 mixed = pushed * d[1, a] + g[a] * d[4, a]
-                system.small[left, right] += mixed
-                system.small[right, left] += mixed
+                system.small[boxes[0], boxes[1]] += mixed
+                system.small[boxes[1], boxes[0]] += mixed
 
 
 @inner
 def _add_within(
-    system: NewtonSystem, row: Floats, i: int, m: int, n: int, box: int, power: float, d: Floats, g: Floats, h: Floats
+    system: NewtonSystem,
+    row: Floats,
+    points: tuple[int, int],
+    box: int,
+    power: float,
+    d: Floats,
+    g: Floats,
+    h: Floats,
 ) -> None:
     """Add a function of one all of whose spans lie in one box: ``d`` is proportional to its duration to the -power."""
+    _add_by_points(system, row, points, g, h)
     along = bent = 0.0
     for a in range(3):
         along += g[a] * d[0, a]
@@ -307,17 +313,28 @@ def _add_within(
         bent += d[0, a] * d[1, a]
     system.by_durations[box] -= power * along
     system.small[box, box] += power * power * (bent + along)
-    for p in range(m):
-        if not FIXED <= i + p < n - FIXED:
-            continue
-        at = 3 * (i + p - FIXED)
+    first, last = _free(system, points)
+    for i in range(first, last):
         for a in range(3):
-            system.by_points[at + a] += row[p] * g[a]
-            system.cross[box, at + a] -= power * row[p] * (d[1, a] + g[a])
-        for q in range(p, m):
-            if i + q >= n - FIXED:
-                break
-            c = row[p] * row[q]
+            system.cross[box, 3 * (i - FIXED) + a] -= power * row[i - points[0]] * (d[1, a] + g[a])
+
+
+@inner
+def _add_by_points(system: NewtonSystem, row: Floats, points: tuple[int, int], g: Floats, h: Floats) -> None:
+    """Add the derivatives of a function by the control points alone."""
+    first, last = _free(system, points)
+    for i in range(first, last):
+        own, at = row[i - points[0]], 3 * (i - FIXED)
+        for a in range(3):
+            system.by_points[at + a] += own * g[a]
+        for j in range(i, last):
+            c = own * row[j - points[0]]
             for a in range(3):
-                for b in range(a if q == p else 0, 3):
-                    system.band[at + a, 3 * (q - p) + b - a] += c * h[a, b]
+                for b in range(a if j == i else 0, 3):
+                    system.band[at + a, 3 * (j - i) + b - a] += c * h[a, b]
+
+
+@inner
+def _free(system: NewtonSystem, points: tuple[int, int]) -> tuple[int, int]:
+    """Return which of control points may move: the first of them, and the one after the last."""
+    return max(points[0], FIXED), min(points[1], len(system.by_points) // 3 + FIXED)

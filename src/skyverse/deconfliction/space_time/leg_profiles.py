@@ -1,5 +1,7 @@
 """How far along a straight leg a multirotor is at an instant, if it flies from rest to rest in the least time."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from skyverse._typing import Floats
@@ -9,6 +11,14 @@ from skyverse.trajectory.ramp import largest_acceleration, largest_speed, peak_s
 
 SECONDS, LENGTH, PEAK, RISE, HOLD, BRAKE_RISE, BRAKE_HOLD = range(7)
 """The columns of a profile: how long the leg takes and is, its top speed, and the parts of both ramps, seconds."""
+
+
+class StraightLeg(NamedTuple):
+    """A leg from a place (3,) along a way (3,), metres, and its profile (7,)."""
+
+    place: Floats
+    way: Floats
+    profile: Floats
 
 
 @kernel

@@ -3,7 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.deconfliction.space_time.leg_profiles import PEAK, SECONDS, share_flown
+from skyverse.deconfliction.space_time.leg_profiles import PEAK, SECONDS, StraightLeg, share_flown
 from skyverse.numerics.kernel import inner_query
 from skyverse.numerics.tolerances import MOVER_MARGIN
 from skyverse.space.moving_shapes import MovingShapes, gap_at
@@ -34,23 +34,21 @@ def near_until(
 
 
 @inner_query
-def leg_kept_off(
-    shapes: MovingShapes, place: Floats, way: Floats, profile: Floats, departure: float, horizon: float, room: Floats
-) -> float:
+def leg_kept_off(shapes: MovingShapes, leg: StraightLeg, departure: float, horizon: float, room: Floats) -> float:
     """Return by how many seconds a leg must depart later because of a mover that it meets; 0 if it meets none.
 
     Where it meets one, the mover must have gone from the place at which the UAV would be then. `room` is
     (7, 3) metres to work in.
     """
     here, moved = room[5], room[6]
-    arrival = departure + profile[SECONDS]
+    arrival = departure + leg.profile[SECONDS]
     for m in range(len(shapes.kind)):
-        speed = shapes.rate[m] + profile[PEAK]
+        speed = shapes.rate[m] + leg.profile[PEAK]
         now, until = max(departure, shapes.active[m, 0]), min(arrival, shapes.active[m, 1])
         while now <= until:
-            share = share_flown(profile, now - departure)
+            share = share_flown(leg.profile, now - departure)
             for axis in range(3):
-                here[axis] = place[axis] + share * way[axis]
+                here[axis] = leg.place[axis] + share * leg.way[axis]
             gap = gap_at(shapes, m, now, here, moved) - MOVER_MARGIN
             if gap < speed * LEG_STEP:
                 gone = now + HOVER_STEP

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.deconfliction.curves import Curves, Schedule, curve_duration
-from skyverse.deconfliction.space_time.leg_profiles import SECONDS, share_flown
+from skyverse.deconfliction.curves import Schedule, curve_duration
+from skyverse.deconfliction.space_time.leg_profiles import SECONDS, StraightLeg, share_flown
 from skyverse.deconfliction.space_time.near_movers import leg_kept_off
-from skyverse.deconfliction.swept_volume_tree import SweptVolumeTrees
+from skyverse.deconfliction.swept_volume_tree import SweptCurves
 from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel
 from skyverse.space.moving_shapes import MovingShapes
 
@@ -34,7 +34,7 @@ class Others(NamedTuple):
     Attributes
     ----------
     boxes
-        (k, 6) of the trees of all curves; see `SweptVolumeTrees`.
+        (k, 6) of the trees of all curves; see `SweptCurves`.
     base, leaves
         (n,) where each flight's tree begins, and how many leaves it has.
     departure, seconds
@@ -64,18 +64,18 @@ class Others(NamedTuple):
 
 
 def make_others(
-    curves: Curves, trees: SweptVolumeTrees, schedule: Schedule, semi_axes: Floats, movers: MovingShapes, horizon: float
+    swept: SweptCurves, schedule: Schedule, semi_axes: Floats, movers: MovingShapes, horizon: float
 ) -> Others:
     """Return the flights of a schedule for searches; see `Others`."""
-    seconds = np.array([curve_duration(curves, c) for c in schedule.curve.tolist()]) * schedule.time_scale
+    seconds = np.array([curve_duration(swept.curves, c) for c in schedule.curve.tolist()]) * schedule.time_scale
     end = float((schedule.departure + seconds).max(initial=0.0))
     count = min(max(math.ceil(end / SLICE), 1), MAX_SLICES)
     length = max(end / count, SLICE)
     slices = np.empty((count + 1, len(seconds), 6))
     slices[..., :3], slices[..., 3:] = np.inf, -np.inf
-    base, leaves = trees.base[schedule.curve], trees.leaves[schedule.curve]
+    base, leaves = swept.base[schedule.curve], swept.leaves[schedule.curve]
     departure = schedule.departure
-    others = Others(trees.boxes, base, leaves, departure, seconds, movers, horizon, semi_axes, length, slices)
+    others = Others(swept.boxes, base, leaves, departure, seconds, movers, horizon, semi_axes, length, slices)
     _fill_slices(others)
     return others
 
@@ -141,15 +141,7 @@ def leaf_at(others: Others, p: int, t: float) -> tuple[int, float]:
 
 @inner_query
 def first_too_near(
-    others: Others,
-    p: int,
-    place: Floats,
-    way: Floats,
-    profile: Floats,
-    departure: float,
-    since: float,
-    until: float,
-    room: Floats,
+    others: Others, p: int, leg: StraightLeg, departure: float, since: float, until: float, room: Floats
 ) -> float:
     """Return the first instant within a span at which a leg comes too near to flight p; infinite if there is none."""
     low, high = room[3], room[4]
@@ -157,7 +149,7 @@ def first_too_near(
     while now < until:
         row, after = leaf_at(others, p, now)
         after = min(after, min(now + longest, until))
-        leg_box(place, way, profile, departure, now, after, low, high)
+        leg_box(leg, departure, now, after, low, high)
         if not too_near(others, p, others.boxes[row], low, high):
             now, longest = after, 2.0 * longest
         elif after - now > FINEST:
@@ -168,13 +160,11 @@ def first_too_near(
 
 
 @inner_query
-def leg_box(
-    place: Floats, way: Floats, profile: Floats, departure: float, since: float, until: float, low: Floats, high: Floats
-) -> None:
+def leg_box(leg: StraightLeg, departure: float, since: float, until: float, low: Floats, high: Floats) -> None:
     """Write the corners of the box that holds a leg between two instants."""
-    a, b = share_flown(profile, since - departure), share_flown(profile, until - departure)
+    a, b = share_flown(leg.profile, since - departure), share_flown(leg.profile, until - departure)
     for axis in range(3):
-        one, other = place[axis] + a * way[axis], place[axis] + b * way[axis]
+        one, other = leg.place[axis] + a * leg.way[axis], leg.place[axis] + b * leg.way[axis]
         low[axis], high[axis] = min(one, other), max(one, other)
 
 
@@ -191,9 +181,7 @@ def gone_from(others: Others, p: int, place: Floats, since: float) -> float:
 
 
 @inner_query
-def earliest_leg(
-    others: Others, place: Floats, way: Floats, profile: Floats, since: float, until: float, room: Floats
-) -> float:
+def earliest_leg(others: Others, leg: StraightLeg, since: float, until: float, room: Floats) -> float:
     """Return the earliest departure within a span of a leg that comes too near to nobody; infinite if there is none.
 
     Where a leg comes too near to a flight, the UAV would be at a place at that instant from which the flight must have
@@ -203,31 +191,31 @@ def earliest_leg(
     low, high, met = room[0], room[1], room[2]
     departure = since
     while departure <= until and departure < np.inf:
-        arrival = departure + profile[SECONDS]
+        arrival = departure + leg.profile[SECONDS]
         first, last = slice_of(others, departure), slice_of(others, arrival)
         later = departure
         for s in range(first, last + 1):
             begin = max(s * others.slice_seconds, departure)
             end = arrival if s == last else min((s + 1) * others.slice_seconds, arrival)
-            leg_box(place, way, profile, departure, begin, end, low, high)
+            leg_box(leg, departure, begin, end, low, high)
             for p in range(n):
                 if not too_near(others, p, others.slices[s, p], low, high):
                     continue
-                instant = first_too_near(others, p, place, way, profile, departure, begin, end, room)
+                instant = first_too_near(others, p, leg, departure, begin, end, room)
                 if instant == np.inf:
                     continue
                 row, after = leaf_at(others, p, instant)
                 middle = instant + 0.5 * min(FINEST, min(after, end) - instant)
-                share = share_flown(profile, middle - departure)
+                share = share_flown(leg.profile, middle - departure)
                 for axis in range(3):
-                    met[axis] = place[axis] + share * way[axis]
+                    met[axis] = leg.place[axis] + share * leg.way[axis]
                 rests = row == others.base[p] or row == others.base[p] + 2 * others.leaves[p]
                 gone = after if rests else gone_from(others, p, met, middle)
                 later = max(later, max(departure + gone - middle, departure + LEAST_LATER))
             if later > departure:
                 break
         if later == departure:
-            later += leg_kept_off(others.movers, place, way, profile, departure, others.horizon, room)
+            later += leg_kept_off(others.movers, leg, departure, others.horizon, room)
         if later == departure:
             return departure
         departure = later

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Bools, Floats, Ints
-from skyverse.deconfliction.space_time.leg_profiles import SECONDS
+from skyverse.deconfliction.space_time.leg_profiles import SECONDS, StraightLeg
 from skyverse.deconfliction.space_time.others import Others, earliest_leg
 from skyverse.deconfliction.space_time.safe_intervals import safe_intervals
 from skyverse.numerics.arrays import doubled, put
@@ -129,21 +129,11 @@ class Tries(NamedTuple):
     made: Ints
 
 
-@kernel
-def earliest_arrival(
-    graph: RoadmapGraph,
-    profiles: Floats,
-    others: Others,
-    left: Floats,
-    ends: tuple[int, int],
-    begin: float,
-    weight: float,
-    most: int,
-    latest: float,
-) -> Itinerary:
-    """Return how a UAV arrives first, or, with a weight above 1, no more than so many times as late; see the module.
+@by_reference
+class ArrivalQuery(NamedTuple):
+    """What is asked of `earliest_arrival`.
 
-    Parameters
+    Attributes
     ----------
     graph, profiles
         The roadmap, and how its legs are flown.
@@ -151,8 +141,8 @@ def earliest_arrival(
         The flights to stay clear of.
     left
         (n,) as from `seconds_to`.
-    ends
-        The vertices from and to which it flies.
+    source, target
+        The vertices from and to which the UAV flies.
     begin
         The earliest departure, seconds.
     weight
@@ -162,7 +152,24 @@ def earliest_arrival(
     latest
         Seconds: arrivals that are surely later are not sought.
     """
-    source, target = ends
+
+    graph: RoadmapGraph
+    profiles: Floats
+    others: Others
+    left: Floats
+    source: int
+    target: int
+    begin: float
+    weight: float
+    most: int
+    latest: float
+
+
+@kernel
+def earliest_arrival(query: ArrivalQuery) -> Itinerary:
+    """Return how a UAV arrives first, or, with a weight above 1, no more than so many times as late; see the module."""
+    graph, others, left = query.graph, query.others, query.left
+    source, target, begin = query.source, query.target, query.begin
     states = _with_intervals(_no_states(len(graph.points)), graph, others, source)
     tries = Tries(make_heap(1024), np.empty((1024, 3), np.int64), np.empty(1024), np.zeros(1, np.int64))
     expanded, room = 0, np.empty((7, 3))
@@ -171,28 +178,28 @@ def earliest_arrival(
             states.arrival[state], states.done[state] = begin, True
             if source == target and states.interval[state, 1] == np.inf:
                 return _itinerary(states, state, expanded)
-            states, tries = _expanded(states, tries, graph, profiles, others, left, weight, latest, state)
-    while tries.heap.size[0] > 0 and expanded < most:
+            states, tries = _expanded(query, states, tries, state)
+    while tries.heap.size[0] > 0 and expanded < query.most:
         _, number = pop(tries.heap)
         before, leg, state = tries.leg[number, 0], tries.leg[number, 1], tries.leg[number, 2]
         if states.done[state]:
             continue
         kind = graph.kind[leg]
-        seconds = profiles[kind, SECONDS]
+        seconds = query.profiles[kind, SECONDS]
         departure = tries.departure[number]
         if departure < 0.0:
             since = max(states.arrival[before], states.interval[state, 0] - seconds)
             until = min(states.interval[before, 1], states.interval[state, 1] - seconds)
-            place = graph.points[states.vertex[before]]
-            departure = earliest_leg(others, place, graph.ways[kind], profiles[kind], since, until, room)
+            way = StraightLeg(graph.points[states.vertex[before]], graph.ways[kind], query.profiles[kind])
+            departure = earliest_leg(others, way, since, until, room)
             arrives = departure + seconds + left[states.vertex[state]]
-            if departure + seconds >= states.arrival[state] or arrives > latest:
+            if departure + seconds >= states.arrival[state] or arrives > query.latest:
                 continue
             states.arrival[state] = departure + seconds
             states.parent[state], states.departure[state] = before, departure
             if departure > since:
                 tries.departure[number] = departure
-                key = departure + seconds + weight * left[states.vertex[state]]
+                key = departure + seconds + query.weight * left[states.vertex[state]]
                 tries = Tries(push(tries.heap, key, number), tries.leg, tries.departure, tries.made)
                 continue
         elif departure != states.departure[state] or before != states.parent[state]:
@@ -201,7 +208,7 @@ def earliest_arrival(
         expanded += 1
         if states.vertex[state] == target and states.interval[state, 1] == np.inf:
             return _itinerary(states, state, expanded)
-        states, tries = _expanded(states, tries, graph, profiles, others, left, weight, latest, state)
+        states, tries = _expanded(query, states, tries, state)
     return _itinerary(states, -1, expanded)
 
 
@@ -248,30 +255,21 @@ def _with_intervals(states: States, graph: RoadmapGraph, others: Others, v: int)
 
 
 @inner
-def _expanded(
-    states: States,
-    tries: Tries,
-    graph: RoadmapGraph,
-    profiles: Floats,
-    others: Others,
-    left: Floats,
-    weight: float,
-    latest: float,
-    state: int,
-) -> tuple[States, Tries]:
+def _expanded(query: ArrivalQuery, states: States, tries: Tries, state: int) -> tuple[States, Tries]:
     """Return states and tries with the legs from a state, each to all intervals of its end that it may come to.
 
     Those that surely bring the UAV to the target after the latest instant are left out.
     """
+    graph, left, latest = query.graph, query.left, query.latest
     heap, legs, departures = tries.heap, tries.leg, tries.departure
     v, now = states.vertex[state], states.arrival[state]
     for leg in range(graph.first[v], graph.first[v + 1]):
         w = graph.end[leg]
-        seconds = profiles[graph.kind[leg], SECONDS]
+        seconds = query.profiles[graph.kind[leg], SECONDS]
         if left[w] == np.inf or now + seconds + left[w] > latest:
             continue
         if states.first[w] < 0:
-            states = _with_intervals(states, graph, others, w)
+            states = _with_intervals(states, graph, query.others, w)
         for j in range(states.first[w], states.last[w]):
             since = max(now, states.interval[j, 0] - seconds)
             until = min(states.interval[state, 1], states.interval[j, 1] - seconds)
@@ -284,7 +282,7 @@ def _expanded(
                 legs, departures = doubled(legs), doubled(departures)
             legs[number, 0], legs[number, 1], legs[number, 2], departures[number] = state, leg, j, -1.0
             tries.made[0] = number + 1
-            heap = push(heap, since + seconds + weight * left[w], number)
+            heap = push(heap, since + seconds + query.weight * left[w], number)
     return states, Tries(heap, legs, departures, tries.made)
 
 

@@ -12,7 +12,7 @@ from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.itinerary_flight import Nonstop, smoothed, split_at_waits, whole_flight
 from skyverse.deconfliction.space_time.leg_profiles import leg_profiles
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
-from skyverse.deconfliction.space_time.search import Itinerary, RoadmapGraph, earliest_arrival, seconds_to
+from skyverse.deconfliction.space_time.search import ArrivalQuery, Itinerary, RoadmapGraph, earliest_arrival, seconds_to
 from skyverse.model.quantities import derived
 from skyverse.model.result import Effort
 from skyverse.model.uav import UAV, TrackingError
@@ -138,13 +138,13 @@ class WaitingFlights:
             self._left[*key, target] = seconds_to(graph, profiles, target)
         left = self._left[*key, target]
         others = pool.others(planned, placed)
-        begin = planned.trajectory.start
+        query = ArrivalQuery(
+            graph, profiles, others, left, source, target, planned.trajectory.start, WEIGHTS[0], MOST_EXPANDED, latest
+        )
         best = Itinerary(np.empty(0, np.int64), np.empty(0), np.empty(0), 0)
         expanded = 0
         for weight in WEIGHTS[:searches]:
-            found = earliest_arrival(
-                graph, profiles, others, left, (source, target), begin, weight, MOST_EXPANDED, latest
-            )
+            found = earliest_arrival(query._replace(weight=weight, latest=latest))
             expanded += found.expanded
             pool.effort += found.expanded * (len(placed) + len(others.movers.kind))
             if len(found.vertices) < 2:
