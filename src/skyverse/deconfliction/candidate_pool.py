@@ -291,19 +291,10 @@ class CandidatePool:
             self._problems[uav, target] = Problem(self.airspace, uav, target)
         return self._problems[uav, target]
 
-    def middle_conflict(self, candidate: Candidate, traffic: Traffic, in_conflict: Bools) -> float | None:
+    def middle_conflict(self, candidate: Candidate, traffic: Traffic) -> float | None:
         """Return when, as a share of its time, a candidate that departs at once is in conflict in flight.
 
         Of several conflicts the median is returned, and ``None`` if all of them are before or after the flight.
-
-        Parameters
-        ----------
-        candidate
-            The flight.
-        traffic
-            The others.
-        in_conflict
-            As from `conflicts`.
         """
         curves = self._store.arrays.curves
         schedule, xy, z, _ = traffic
@@ -311,6 +302,7 @@ class CandidatePool:
         departure = candidate.trajectory.start
         end = departure + candidate.seconds
         own = TimedCurve(candidate.curve, departure, 1.0)
+        in_conflict = self.conflicts(candidate, departure, traffic)
         flights = len(schedule.curve)
         if in_conflict[flights:].any():
             met = meets_movers(self._movers(candidate), curves, own, end)

@@ -1,6 +1,7 @@
 """One UAV's turn: how it arrives first among the flights that are already placed."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,6 +33,31 @@ MAX_GATES = 2
 """Gates that a detour leads through, one after the other."""
 
 
+@dataclass
+class _Turn:
+    """One UAV's turn among the flights that it gives way to, the latest arrival that counts, and what it has so far.
+
+    `around` is the last candidate that heeds zones with active times, at first the planned one.
+    """
+
+    pool: CandidatePool
+    planned: Candidate
+    traffic: Traffic
+    latest: float
+    around: Candidate
+    best: PlacedFlight | None = None
+
+    def try_out(self, candidate: Candidate) -> None:
+        """Keep the flight of a candidate if it arrives earlier than the best so far."""
+        self.best = later_or_slower(self.pool, candidate, self.traffic, self.latest, self.best)
+
+    @property
+    def late(self) -> bool:
+        """Whether more is worth trying to arrive earlier."""
+        enough = self.planned.seconds * (1.0 + TOLERATED_DELAY) + self.planned.trajectory.start
+        return self.best is None or self.best.arrival > enough
+
+
 def choose_flight(
     pool: CandidatePool, flights: WaitingFlights, planned: Candidate, placed: Sequence[PlacedFlight]
 ) -> PlacedFlight:
@@ -52,53 +78,55 @@ def choose_flight(
     """
     departure = planned.trajectory.start
     traffic = pool.traffic(planned, placed)
-    in_conflict = pool.conflicts(planned, departure, traffic)
-    if planned.target is None or not in_conflict.any() or pool.cancelled:
-        return PlacedFlight(planned, departure, in_conflict=bool(in_conflict.any()))
+    in_conflict = bool(pool.conflicts(planned, departure, traffic).any())
+    if planned.target is None or not in_conflict or pool.cancelled:
+        return PlacedFlight(planned, departure, in_conflict=in_conflict)
     latest = max((flight.arrival for flight in placed), default=0.0) + TICK
     if pool.is_dynamic:
         latest = max(latest, departure + planned.seconds, _last_closing(pool.scenario)) + LONGEST_WAIT
-    best = later_or_slower(pool, planned, traffic, latest, None)
-    enough = planned.seconds * (1.0 + TOLERATED_DELAY) + departure
-    around = planned
-    for heeding in _around_zones(pool, planned):
-        best = later_or_slower(pool, heeding, traffic, latest, best)
-        around = heeding
-    if around is not planned:
-        in_conflict = pool.conflicts(around, departure, traffic)
-    late = best is None or best.arrival > enough
-    if late and not soft_terms(pool.scenario):  # it heeds time alone
-        until = np.inf if best is None else best.arrival - TICK
-        waiting = flights.flight(planned, placed, until, searches=1 if pool.spent else SEARCHES)
-        if waiting is not None and waiting.arrival < until:
-            best = waiting
-        else:
-            pool.tries += 1
-    for _ in range(MAX_GATES if late else 0):
-        if best is not None and pool.spent:
-            break
-        share = pool.middle_conflict(around, traffic, in_conflict)
+    turn = _Turn(pool, planned, traffic, latest, around=planned)
+    turn.try_out(planned)
+    _around_zones(turn)
+    if turn.late:
+        _in_space_and_time(turn, flights, placed)
+        _through_gates(turn)
+    return PlacedFlight(planned, departure, in_conflict=True) if turn.best is None else turn.best
+
+
+def _in_space_and_time(turn: _Turn, flights: WaitingFlights, placed: Sequence[PlacedFlight]) -> None:
+    """Try to wait on the way, to let others pass, and to back out."""
+    pool, best = turn.pool, turn.best
+    if soft_terms(pool.scenario):  # the search heeds time alone
+        return
+    until = np.inf if best is None else best.arrival - TICK
+    waiting = flights.flight(turn.planned, placed, until, searches=1 if pool.spent else SEARCHES)
+    if waiting is not None and waiting.arrival < until:
+        turn.best = waiting
+    else:
+        pool.tries += 1
+
+
+def _through_gates(turn: _Turn) -> None:
+    """Try detours through gates beside the place of a conflict; where all are in conflict, around one more place."""
+    pool, traffic, around = turn.pool, turn.traffic, turn.around
+    for _ in range(MAX_GATES):
+        share = None if turn.best is not None and pool.spent else pool.middle_conflict(around, traffic)
         if share is None:
-            break
-        fewest: tuple[int, Candidate] | None = None
-        until = 2.0 * latest + around.seconds if best is None else best.arrival - TICK
+            return
+        tried = []
+        until = 2.0 * turn.latest + around.seconds if turn.best is None else turn.best.arrival - TICK
         for arrival, gate in pool.ranked_gates(around, share, traffic, until)[:MAX_DETOURS]:
-            if best is not None and arrival >= best.arrival:
+            before = turn.best
+            if before is not None and arrival >= before.arrival:
                 break
             detour = pool.detour(around, gate)
-            if detour is None:
-                continue
-            before, best = best, later_or_slower(pool, detour, traffic, latest, best)
-            pool.tries += best is before
-            if best is None:
-                conflicts = int(pool.conflicts(detour, departure, traffic).sum())
-                if fewest is None or conflicts < fewest[0]:
-                    fewest = conflicts, detour
-        if best is not None or fewest is None:
-            break
-        around = fewest[1]
-        in_conflict = pool.conflicts(around, departure, traffic)
-    return PlacedFlight(planned, departure, in_conflict=True) if best is None else best
+            if detour is not None:
+                tried.append(detour)
+                turn.try_out(detour)
+                pool.tries += turn.best is before
+        if turn.best is not None or not tried:
+            return
+        around = min(tried, key=lambda own: pool.conflicts(own, own.trajectory.start, traffic).sum())
 
 
 def _last_closing(scenario: Scenario) -> float:
@@ -108,21 +136,15 @@ def _last_closing(scenario: Scenario) -> float:
     return max((end for end in ends if end <= LONGEST_CLOSURE), default=0.0)
 
 
-def _around_zones(pool: CandidatePool, planned: Candidate) -> Iterator[Candidate]:
-    """Yield candidates that heed zones with active times: those that the flight as planned meets, then more of them.
-
-    Each meets others that the next one heeds too; the last one meets none.
-    """
-    heeding: Candidate | None = planned
+def _around_zones(turn: _Turn) -> None:
+    """Try to heed the zones with active times that the flight as planned meets, then those that it meets instead."""
     for _ in range(MAX_HEEDED):
+        met = turn.pool.zones_met(turn.around)
+        heeding = turn.pool.heeding(turn.planned, turn.around.heeds | met) if met else None
         if heeding is None:
             return
-        met = pool.zones_met(heeding)
-        if not met:
-            return
-        heeding = pool.heeding(planned, heeding.heeds | met)
-        if heeding is not None:
-            yield heeding
+        turn.try_out(heeding)
+        turn.around = heeding
 
 
 def later_or_slower(

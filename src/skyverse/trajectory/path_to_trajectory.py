@@ -35,6 +35,7 @@ TOLERANCE = 2.0
 WORTH_A_SPLINE = 1.02
 """How many times as long a flight must take as its legs would without bends, for a spline to be tried instead."""
 
+UNPROVEN = "The faster trajectory could not be proven safe."
 WORTH_TURNS, MORE_TURNING = 1.03, 10.0
 """How many times as long straight legs must take for a spline that turns more, by more than so many degrees."""
 
@@ -118,39 +119,49 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
         if flown is not None:
             yield flown
         return
-    note = ""
     stops = rest_to_rest(waypoints, uav, zones=world.speed_zones)
-    moves = np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() > MIN_PATH
-    if shape != "stop-and-go" and moves:
-        straight = blended(world, waypoints, uav, CLOSE_REACH if close else TOLERANCE)
-        if shape != "minimum-time":
-            order = 4 if shape == "minimum-snap" else 3
-            flown = smooth(world, waypoints, uav, order, close=close)
-            if flown is None:
-                note = "The passage is too narrow for a spline."
-            elif flown.end > straight.end * SLOWDOWN:
-                note = "Straight legs with blends at the bends take less time."
-            elif first_too_fast(world.speed_zones, flown) is not None:
-                note = "A spline would exceed the speed limit of a zone."
-            else:
-                yield _remarked(flown, waypoints)
-                note = "The faster trajectory could not be proven safe."
-                yield _remarked(replace(flown.retimed(flown.start, SLOWDOWN), note=note), waypoints)
-                nearer = smooth(world, waypoints, uav, order, close=True)
-                if nearer is not None:
-                    yield _remarked(replace(nearer, form="straightened", note=note), waypoints)
-        elif straight.end > WORTH_A_SPLINE * least_seconds(waypoints, uav):
+    if shape == "stop-and-go" or np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() <= MIN_PATH:
+        yield stops
+        yield _slower(stops, "As fast as its limits allow it could not be proven safe.")
+        return
+    straight = blended(world, waypoints, uav, CLOSE_REACH if close else TOLERANCE)
+    why = ""
+    if shape == "minimum-time":
+        if straight.end > WORTH_A_SPLINE * least_seconds(waypoints, uav):
             flown = smooth(world, waypoints, uav, 3, close=close)
             if flown is not None and _is_better(flown, straight) and largest_distance(flown, waypoints) <= TOLERANCE:
                 yield flown
-        if shape == "minimum-time" and stops.end < straight.end:  # slow zones may reach farther round blends
+        if stops.end < straight.end:  # slow zones may reach farther round blends
             yield stops
-        yield replace(straight, note=note)
-        note = note or "The faster trajectory could not be proven safe."
-        yield replace(straight.retimed(straight.start, SLOWDOWN), note=note)
-    yield replace(stops, note=note)
-    note = note or "As fast as its limits allow it could not be proven safe."
-    yield replace(stops.retimed(stops.start, SLOWDOWN), note=note)
+    else:
+        order = 4 if shape == "minimum-snap" else 3
+        flown = smooth(world, waypoints, uav, order, close=close)
+        why = _why_no_spline(world, flown, straight)
+        if flown is not None and not why:
+            yield _remarked(flown, waypoints)
+            why = UNPROVEN
+            yield _remarked(_slower(flown, why), waypoints)
+            nearer = smooth(world, waypoints, uav, order, close=True)
+            if nearer is not None:
+                yield _remarked(replace(nearer, form="straightened", note=why), waypoints)
+    yield replace(straight, note=why)
+    why = why or UNPROVEN
+    yield from (_slower(straight, why), replace(stops, note=why), _slower(stops, why))
+
+
+def _slower(flown: Trajectory, note: str) -> Trajectory:
+    return replace(flown.retimed(flown.start, SLOWDOWN), note=note)
+
+
+def _why_no_spline(world: World, flown: Trajectory | None, straight: Trajectory) -> str:
+    """Say why a spline is not tried, or return an empty sentence."""
+    if flown is None:
+        return "The passage is too narrow for a spline."
+    if flown.end > straight.end * SLOWDOWN:
+        return "Straight legs with blends at the bends take less time."
+    if first_too_fast(world.speed_zones, flown) is not None:
+        return "A spline would exceed the speed limit of a zone."
+    return ""
 
 
 def _is_better(flown: Trajectory, straight: Trajectory) -> bool:
