@@ -9,7 +9,7 @@ none is found, none may exist.
 import numpy as np
 
 import skyverse as sky
-from skyverse.live.steered_motion import braking_motion, steered_motion
+from skyverse.live import braking_motion, steered_motion
 from skyverse.live.surroundings import first_contact
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace

@@ -15,9 +15,7 @@ from machine import describe, table
 
 import skyverse as sky
 from skyverse.files import BUILTIN_NAMES
-from skyverse.flight import commands
-from skyverse.flight.commands import CommandedMotion
-from skyverse.flight.simulate import WindObserver
+from skyverse.flight import CommandedMotion, WindObserver, commands
 from skyverse.numerics.cores import cores
 
 LONG_MISSION = 60.0

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from handmade import straight
-from skyverse.flight.commands import _thrust
-from skyverse.flight.vehicle import VEHICLES, vehicle_of
+from skyverse.flight import VEHICLES, RungeKutta, thrust_along, vehicle_of
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 
@@ -22,7 +21,7 @@ def test_the_thrust_found_makes_rotorpys_vehicle_accelerate_as_the_trajectory_do
 
     vehicle, flight = vehicle_of(name), straight(start, end, 4.0)
     t = 4.0 * share
-    (up,), (thrust,) = _thrust(flight, vehicle, np.array([t]))
+    (up,), (thrust,) = thrust_along(flight, vehicle, np.array([t]))
     motion = flight.at(t)
     left = np.cross(up, [1.0, 0.0, 0.0])
     left /= np.linalg.norm(left)
@@ -43,8 +42,6 @@ def test_the_thrust_found_makes_rotorpys_vehicle_accelerate_as_the_trajectory_do
 
 def test_steps_of_runge_kutta_agree_with_scipys_own():
     from scipy.integrate import solve_ivp
-
-    from skyverse.flight.simulate import RungeKutta
 
     def pendulum(t, y):
         return np.array([y[1], -np.sin(y[0]) - 0.1 * y[1]])

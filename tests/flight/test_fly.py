@@ -8,7 +8,7 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.flight.vehicle import VEHICLES, vehicle_of
+from skyverse.flight import VEHICLES, CommandedMotion, vehicle_of
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 
@@ -61,7 +61,6 @@ def test_a_straight_flight_arrives_on_time_and_stays_within_15_mm(vehicle):
 
 def test_without_being_told_of_drag_and_lag_it_flies_far_worse(monkeypatch):
     from skyverse.flight import commands
-    from skyverse.flight.commands import CommandedMotion
 
     flown = mission(straight((0, 0, 2), (2, 0, 2), 1.6))
     told = sky.fly(flown).largest

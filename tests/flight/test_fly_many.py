@@ -10,9 +10,7 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse import cli
-from skyverse.flight.runs import fly_run, prepare
-from skyverse.flight.until_safe import _kept
-from skyverse.flight.vehicle import vehicle_of
+from skyverse.flight import fly_run, is_no_worse, prepare, vehicle_of
 
 GUSTY = {"gusts": True, "mismatch": 0.2}
 WEST = sky.wind_from(8, 270)
@@ -170,8 +168,8 @@ def test_a_mission_that_is_too_tight_is_refused_in_one_sentence():
 
 def test_what_a_mission_says_that_the_referee_found_excuses_nothing():
     told = (sky.Violation(sky.Fault.SEPARATION, (0, 1), "They come too close."),)
-    assert not _kept(replace(THROUGH, violations=told), replace(THROUGH, violations=told))
-    assert _kept(replace(THROUGH, violations=told), replace(THROUGH, violations=()))
+    assert not is_no_worse(replace(THROUGH, violations=told), replace(THROUGH, violations=told))
+    assert is_no_worse(replace(THROUGH, violations=told), replace(THROUGH, violations=()))
 
 
 @pytest.fixture

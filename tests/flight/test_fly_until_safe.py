@@ -4,7 +4,7 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
-from skyverse.flight.until_safe import farther, slowed
+from skyverse.flight import farther, slowed
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from skyverse.flight.disturbances import FOOT, gust_scales, gusts
+from skyverse.flight import FOOT, gust_scales, gusts
 
 COUNT, PERIOD, AIRSPEED = 2_000_000, 0.1, 10.0
 

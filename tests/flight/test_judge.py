@@ -7,7 +7,7 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.flight.judge import passings, strayed
+from skyverse.flight import passings, strayed
 from skyverse.model.flight_record import Flown
 
 

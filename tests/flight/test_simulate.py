@@ -5,10 +5,16 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.flight.commands import HOVER_SECONDS, commands
-from skyverse.flight.disturbances import draw
-from skyverse.flight.simulate import SimulationJob, simulate, simulate_in_rotorpy
-from skyverse.flight.vehicle import VEHICLES, vehicle_of
+from skyverse.flight import (
+    HOVER_SECONDS,
+    VEHICLES,
+    SimulationJob,
+    commands_to,
+    draw,
+    simulate,
+    simulate_in_rotorpy,
+    vehicle_of,
+)
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 
@@ -19,7 +25,7 @@ CURVED = mission(straight((0, 0, 2), (3, 1, 3.5), 1.7, begin=0.4))
 
 def job(vehicle, weather, seed=3, of=CURVED):
     kind = vehicle_of(vehicle)
-    return SimulationJob(commands(of, 0, kind), kind, weather, seed)
+    return SimulationJob(commands_to(of, 0, kind), kind, weather, seed)
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
@@ -45,7 +51,7 @@ def test_both_lose_a_uav_at_the_same_instant():
 
 
 def test_samples_begin_at_the_departure_after_a_hover_in_the_wind():
-    told = commands(CURVED, 0, vehicle_of("thesis"))
+    told = commands_to(CURVED, 0, vehicle_of("thesis"))
     assert told.times[0] == pytest.approx(0.4 - HOVER_SECONDS)
     assert told.times[told.hover] == pytest.approx(0.4)
     flown = simulate(job("thesis", sky.Conditions(wind=(8.0, 0.0, 0.0))))
@@ -63,7 +69,7 @@ def test_the_delay_makes_the_same_flight_worse():
 
 def test_mismatch_changes_mass_thrust_drag_and_inertia_each_on_its_own_within_its_share():
     kind = vehicle_of("thesis")
-    told = commands(CURVED, 0, kind)
+    told = commands_to(CURVED, 0, kind)
     weather = sky.Conditions(mismatch=0.2)
     shares = []
     for seed in range(200):
@@ -78,7 +84,7 @@ def test_mismatch_changes_mass_thrust_drag_and_inertia_each_on_its_own_within_it
 
 def test_the_drift_of_positions_has_the_stated_deviation_and_hardly_changes_in_a_second():
     kind = vehicle_of("thesis")
-    told = commands(CURVED, 0, kind)
+    told = commands_to(CURVED, 0, kind)
     weather = sky.Conditions(position_noise=0.5)
     errors = [draw(told, kind, weather, seed)[1].position_error for seed in range(400)]
     assert np.std([error[0] for error in errors], axis=0) == pytest.approx(np.full(3, 0.5), rel=0.12)

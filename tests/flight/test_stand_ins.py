@@ -9,7 +9,7 @@ import pytest
 
 import skyverse as sky
 from skyverse import cli
-from skyverse.flight.vehicle import vehicle_of
+from skyverse.flight import vehicle_of
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.verdict import Fault, Violation
 

@@ -8,7 +8,7 @@ import pytest
 import skyverse as sky
 from replanned import hall
 from skyverse.lab import Case, Encounters, Job, KnownBeforehand, OwnReplanner, fly_job, run_jobs
-from skyverse.live.policies import make_policy
+from skyverse.live import make_policy
 
 
 def case(scenario=None, longest=30.0, **changes):

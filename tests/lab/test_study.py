@@ -6,7 +6,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.lab import COLUMN_TYPES, Study, read_study, study_from_data, write_study
-from skyverse.live.policies import POLICIES
+from skyverse.live import POLICIES
 
 FILE = """\
 name: Two maps

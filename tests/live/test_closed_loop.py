@@ -5,7 +5,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, certified, hall
-from skyverse.live.closed_loop import FleetSensors, out_of_reach, seen_movers
+from skyverse.live import FleetSensors, out_of_reach, seen_movers
 from skyverse.model.mover import Doubt
 
 CROSSING = sky.Mover(

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from replanned import BALL, field, hall
+from skyverse.live import Tracks
 from skyverse.live import tracks as live_tracks
-from skyverse.live.tracks import Tracks
 
 CART = sky.Box(min=(-0.5, -2, -2), max=(0.5, 2, 2))
 

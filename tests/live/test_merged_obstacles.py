@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from replanned import hall
-from skyverse.live import observed
-from skyverse.live.observed import around
+from skyverse.live import around, observed
 
 
 def shape(kind, at, size):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.live.messages import MAX_LINE, LineSplitter, read_observation
+from skyverse.live import MAX_LINE, LineSplitter, read_observation
 
 BALL = {"shape": "sphere", "centre": [0, 0, 0], "radius": 0.3}
 SEEN = {"name": "ball", "shape": BALL, "position": [1, 2, 3], "top_speed": 2}

@@ -7,9 +7,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, certified, faults, hall
-from skyverse.live.guidance import Way
-from skyverse.live.policies import make_policy
-from skyverse.live.policies.policy import NO_EFFORT, Found, Policy
+from skyverse.live import NO_EFFORT, Found, Policy, Way, make_policy
 
 CROSSING = sky.Mover(
     name="cart", shape=BALL, motion=sky.WaypointMotion(points=[(10, 0, 1), (10, 10, 1)], times=[0, 20], then="returns")

@@ -8,9 +8,7 @@ import stat
 import pytest
 
 import skyverse as sky
-from skyverse.live import serve
-from skyverse.live.messages import Hello
-from skyverse.live.serve import Address, serve_until_cancelled
+from skyverse.live import Address, Hello, serve, serve_until_cancelled
 
 TOKEN = "a word that is long".replace(" ", "-")
 LOCAL = Address("127.0.0.1", 0)

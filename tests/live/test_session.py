@@ -8,8 +8,7 @@ import pytest
 
 import skyverse as sky
 from replanned import hall
-from skyverse.live.messages import live_schema
-from skyverse.live.session import LiveSession
+from skyverse.live import LiveSession, live_schema
 from skyverse.model.frame import Frame, Origin
 from skyverse.model.geodesy import to_local
 

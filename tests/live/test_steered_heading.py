@@ -7,7 +7,6 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, field, fly, hall
-from skyverse.live.policies.velocity_obstacles import VelocityObstacles
 from skyverse.model.trajectory import wrapped
 from skyverse.referee.limits import judge_heading
 
@@ -126,7 +125,7 @@ def test_a_nose_goes_on_where_the_uav_is_found_elsewhere_and_without_a_mission_t
 
 def test_policies_turn_noses_too():
     mission = sky.plan_mission(hall(targets=[sky.Target(position=(9, 9, 1))]))
-    settings = {"policy": VelocityObstacles(), "rng": 0}
+    settings = {"policy": "velocity-obstacles", "rng": 0}
     flying = sky.Replanner(mission, **settings)
     turned = replace(mission.trajectories[0], pointing=None)  # as in files of older versions
     for start in (flying, sky.Replanner(replace(mission, trajectories=(turned,)), **settings)):

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from replanned import hall
-from skyverse.live.steered_motion import braking_motion, steered_motion
+from skyverse.live import braking_motion, steered_motion
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import RefereeWorlds
 from skyverse.trajectory.limits import limits_of

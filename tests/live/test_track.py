@@ -4,9 +4,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import skyverse as sky
 from movers import depth_at
 from replanned import BALL
-from skyverse.live.tracks import Sighting, Track
+from skyverse.live import Track
 from skyverse.model.mover_motions import CircularMotion
 
 SEEN, HORIZON = 1.5, 2.0
@@ -27,7 +28,7 @@ def test_a_mover_stays_within_its_doubt_up_to_the_horizon(radius, period, bearin
         place = motion.at([t])[0] + error * rng.uniform() * off / np.linalg.norm(off)
         track.add(
             float(t),
-            Sighting(
+            sky.Sighting(
                 name="spinner", shape=BALL, position=place, error=error * 1.000001, top_speed=radius * rate * 1.001,
                 max_acceleration=radius * rate**2 * 1.001 if hard else None,
             ),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from replanned import faults, hall
-from skyverse.live.session import LiveSession
+from skyverse.live import LiveSession
 
 BALL = {"shape": "sphere", "centre": [0, 0, 0], "radius": 0.4}
 JOINS = 1e-6

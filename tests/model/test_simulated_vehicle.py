@@ -3,7 +3,7 @@
 import pytest
 
 import skyverse as sky
-from skyverse.flight.vehicle import VEHICLES
+from skyverse.flight import VEHICLES
 from skyverse.model.conditions import simulated_vehicle, simulated_vehicle_sentence
 
 

@@ -128,7 +128,7 @@ def compare(
 
 def _workloads(jobs: "list[Job]") -> list[str]:
     """Return what to compile before jobs are run: for planners, and for those that policies ask."""
-    from skyverse.live.policies.planner_policies import PlannerPolicy
+    from skyverse.live import PlannerPolicy
 
     makers = {job.label: job.planner for job in jobs}.values()
     asked = {type(one.made() if isinstance(one, PlannerPolicy) else one).__name__ for one in makers}

@@ -15,7 +15,7 @@ from skyverse.cli.report import json_text
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.live.serve import Address
+    from skyverse.live import Address
 
 LOOPBACK = "127.0.0.1"
 LEAST_TOKEN, MOST_TOKEN = 16, 1024
@@ -88,9 +88,7 @@ def live(
         Print the JSON Schema of the messages instead.
     """
     import skyverse as sky
-    from skyverse.live.messages import live_schema
-    from skyverse.live.serve import serve_sockets, serve_streams
-    from skyverse.live.session import LiveSession, load_kernels
+    from skyverse.live import LiveSession, live_schema, load_kernels, serve_sockets, serve_streams
     from skyverse.space.mission_cautions import mission_cautions
 
     if schema:
@@ -128,7 +126,7 @@ def _tell_where(found: str) -> None:
 
 def _address(text: str) -> "Address | Path":
     """Return where to listen, or raise `InputError`."""
-    from skyverse.live.serve import Address
+    from skyverse.live import Address
 
     if "/" in text:
         return Path(text)

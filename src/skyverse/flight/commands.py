@@ -48,14 +48,14 @@ def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: flo
     kp, kd = vehicle.attitude_gains
     motion = trajectory.at(times)
     late = times + vehicle.parameters["tau_m"] + hold / 2
-    before, _ = _thrust(trajectory, vehicle, times - _DIFFERENCE_STEP)
-    now, _ = _thrust(trajectory, vehicle, times)
-    after, _ = _thrust(trajectory, vehicle, times + _DIFFERENCE_STEP)
+    before, _ = thrust_along(trajectory, vehicle, times - _DIFFERENCE_STEP)
+    now, _ = thrust_along(trajectory, vehicle, times)
+    after, _ = thrust_along(trajectory, vehicle, times + _DIFFERENCE_STEP)
     rate = (after - before) / (2 * _DIFFERENCE_STEP)
-    soon, thrust = _thrust(trajectory, vehicle, late)
+    soon, thrust = thrust_along(trajectory, vehicle, late)
     bend = (
-        _thrust(trajectory, vehicle, late + _DIFFERENCE_STEP)[0]
-        + _thrust(trajectory, vehicle, late - _DIFFERENCE_STEP)[0]
+        thrust_along(trajectory, vehicle, late + _DIFFERENCE_STEP)[0]
+        + thrust_along(trajectory, vehicle, late - _DIFFERENCE_STEP)[0]
         - 2 * soon
     )
     ahead = (kd * rate + bend / _DIFFERENCE_STEP**2) / kp
@@ -71,7 +71,7 @@ _MAX_LEAD_SINE = 0.5
 """The sine of the largest angle by which the commanded attitude leads."""
 
 
-def _thrust(trajectory: Trajectory, vehicle: Vehicle, times: Floats) -> tuple[Floats, Floats]:
+def thrust_along(trajectory: Trajectory, vehicle: Vehicle, times: Floats) -> tuple[Floats, Floats]:
     """Return direction, (m, 3), and newtons, (m,), of the rotors' thrust on the trajectory in still air."""
     made = vehicle.parameters
     motion = trajectory.at(times)
@@ -129,7 +129,7 @@ class Commands:
     hover: int
 
 
-def commands(mission: Mission, uav: int, vehicle: Vehicle) -> Commands:
+def commands_to(mission: Mission, uav: int, vehicle: Vehicle) -> Commands:
     """Return the commands to a UAV from a hover before its departure until it has settled after its arrival.
 
     Raises

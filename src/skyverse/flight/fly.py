@@ -11,7 +11,7 @@ import numpy as np
 
 from skyverse._typing import Ints
 from skyverse.errors import InputError, require_kind, require_number
-from skyverse.flight.commands import commands
+from skyverse.flight.commands import commands_to
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.runs import (
     ErrorCounts,
@@ -22,7 +22,7 @@ from skyverse.flight.runs import (
     summarise_run,
     total,
 )
-from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
+from skyverse.flight.simulator import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds, vehicle_of
 from skyverse.model.conditions import Conditions, simulated_vehicle
 from skyverse.model.flight_record import Flight, FlightRuns, Flown, TrackingErrors
@@ -162,7 +162,7 @@ def _fly_once(
     kind, conditions = chosen_vehicle(mission, conditions)
     flying = _flying(mission, kind, conditions)
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
-    jobs = {uav: SimulationJob(commands(mission, uav, kind), kind, conditions, seeds[uav]) for uav in flying}
+    jobs = {uav: SimulationJob(commands_to(mission, uav, kind), kind, conditions, seeds[uav]) for uav in flying}
     world = World(derived(scenario, terrain=None))
     flown: list[Flown | None] = [None] * len(scenario.uavs)
     for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):

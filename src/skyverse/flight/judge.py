@@ -9,7 +9,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.flight.commands import COMMAND_RATE
-from skyverse.flight.simulate import Samples
+from skyverse.flight.simulator import Samples
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.flight_record import Flown, Nearest

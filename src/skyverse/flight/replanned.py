@@ -16,7 +16,7 @@ from skyverse.flight.commands import COMMAND_RATE, HOVER_SECONDS, SETTLING_SECON
 from skyverse.flight.disturbances import draw
 from skyverse.flight.fly import chosen_vehicle
 from skyverse.flight.judge import approaches, measure, passings, strayed, too_near
-from skyverse.flight.simulate import ControlledUAV, Samples, require_simulator, samples
+from skyverse.flight.simulator import ControlledUAV, Samples, require_simulator, samples
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
 from skyverse.live.closed_loop import FleetSensors, Observation
 from skyverse.live.replan import Replan

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.flight.commands import COMMAND_RATE, Commands, commands
-from skyverse.flight.simulate import Samples, SimulationJob, simulate
+from skyverse.flight.commands import COMMAND_RATE, Commands, commands_to
+from skyverse.flight.simulator import Samples, SimulationJob, simulate
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle, told_airspeeds
 from skyverse.model.conditions import Conditions
@@ -108,7 +108,7 @@ def prepare(mission: Mission, vehicle: Vehicle, conditions: Conditions) -> Fleet
     scenario = mission.scenario
     both = zip(scenario.uavs, mission.trajectories, strict=True)
     flown = [trajectory is not None and uav.fixed_wing is None for uav, trajectory in both]
-    told = tuple(commands(mission, uav, vehicle) if flies else None for uav, flies in enumerate(flown))
+    told = tuple(commands_to(mission, uav, vehicle) if flies else None for uav, flies in enumerate(flown))
     end = max([float(c.times[-1]) for c in told if c is not None] + [mission.makespan])
     times = np.arange(np.ceil(end * COMMAND_RATE) + 1) / COMMAND_RATE
     still = []

@@ -213,7 +213,7 @@ def fly_until_safe(
             apart += close + 2 * SPARE if close > 0 else 0.0
             done = f"planned anew with {more:.3g} m more clearance and {apart:.3g} m more separation"
             anew = farther(mission, more, apart)
-            if anew is None or not anew.complete or not _kept(mission, anew):
+            if anew is None or not anew.complete or not is_no_worse(mission, anew):
                 why = f"{done}, there is no way left"
                 break
             easier, before = slowed(anew, slowness) if slowness > 1 else anew, math.inf
@@ -261,7 +261,7 @@ def _missing(flown: Flight | FlightRuns) -> tuple[float, float]:
     return max(missing), 0.0
 
 
-def _kept(before: Mission, after: Mission) -> bool:
+def is_no_worse(before: Mission, after: Mission) -> bool:
     """Tell whether a mission that was planned anew is no worse in the referee's eyes."""
     given = {violation.fault for violation in check(before.scenario, before)}  # a file may tell any of it
     return {violation.fault for violation in after.violations} <= given

@@ -7,11 +7,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, hall
-from skyverse.live.guidance import Way
-from skyverse.live.policies import make_policy
-from skyverse.live.policies.planner_policies import problem_now
-from skyverse.live.policies.policy import Situation
-from skyverse.live.surroundings import Span
+from skyverse.live import Situation, Span, Way, make_policy, problem_now
 from skyverse.model.temporary_zones import TimedShape
 
 TARGET = (19.0, 5.0, 1.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.live.policies.planner_policies import swept_boxes
+from skyverse.live import swept_boxes
 from skyverse.model.temporary_zones import TimedShape
 
 BALL = sky.Sphere(centre=(0, 0, 0), radius=0.4)

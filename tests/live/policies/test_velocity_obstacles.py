@@ -5,13 +5,10 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL, hall
-from skyverse.live.guidance import Way
-from skyverse.live.policies import make_policy
-from skyverse.live.policies.policy import Situation
-from skyverse.live.policies.velocity_obstacles import VelocityObstacles
-from skyverse.live.surroundings import Span
+from skyverse.live import Situation, Span, Way, make_policy
 from skyverse.model.temporary_zones import TimedShape
 
+POLICY = make_policy("velocity-obstacles")
 TARGET = np.array([19.0, 5.0, 1.0])
 
 
@@ -31,11 +28,11 @@ def ball(at, velocity):
 
 
 def velocity_of(found, place=(4.0, 5.0, 1.0)):
-    return (found.way.points[0] - np.array(place)) / VelocityObstacles().horizon
+    return (found.way.points[0] - np.array(place)) / POLICY.horizon
 
 
 def test_nothing_in_the_way_leads_straight_to_the_target():
-    found = VelocityObstacles().find(known())
+    found = POLICY.find(known())
     assert np.array_equal(found.way.points, TARGET[None])
     assert found.share == 1.0
 
@@ -43,20 +40,20 @@ def test_nothing_in_the_way_leads_straight_to_the_target():
 @pytest.mark.parametrize("at", [(6.0, 5.0, 1.0), (6.0, 5.2, 1.1)])
 def test_the_chosen_velocity_meets_no_mover_by_dense_sampling(at):
     one = ball(at, (-1.0, 0.0, 0.0))
-    velocity = velocity_of(VelocityObstacles().find(known(one)))
-    t = np.linspace(0.0, VelocityObstacles().horizon, 2001)[:, None]
+    velocity = velocity_of(POLICY.find(known(one)))
+    t = np.linspace(0.0, POLICY.horizon, 2001)[:, None]
     gaps = np.linalg.norm(np.array((4.0, 5.0, 1.0)) + t * velocity - one.motion.at(t[:, 0]), axis=1)
     assert gaps.min() >= BALL.radius + 0.2
 
 
 def test_a_mover_that_goes_away_is_no_obstacle():
-    assert np.array_equal(VelocityObstacles().find(known(ball((6.0, 5.0, 1.0), (6.0, 0, 0)))).way.points, TARGET[None])
+    assert np.array_equal(POLICY.find(known(ball((6.0, 5.0, 1.0), (6.0, 0, 0)))).way.points, TARGET[None])
 
 
 def test_velocities_that_leave_the_bounds_or_meet_walls_are_not_chosen():
     walls = [sky.Box(min=(0, 6, 0), max=(20, 10, 4)), sky.Box(min=(0, 0, 0), max=(20, 4, 4))]
     scenario = hall(*walls)
-    velocity = velocity_of(VelocityObstacles().find(known(ball((6.0, 5.0, 1.2), (-1.0, 0, 0)), scenario=scenario)))
+    velocity = velocity_of(POLICY.find(known(ball((6.0, 5.0, 1.2), (-1.0, 0, 0)), scenario=scenario)))
     end = np.array((4.0, 5.0, 1.0)) + 0.5 * velocity
     assert 4.2 <= end[1] <= 5.8
     assert 0.0 <= end[2] <= 4.0

@@ -1,0 +1,32 @@
+"""The face of missions in flight; see `skyverse.live`."""
+
+from .closed_loop import FleetSensors as FleetSensors
+from .closed_loop import out_of_reach as out_of_reach
+from .closed_loop import seen_movers as seen_movers
+from .guidance import Way as Way
+from .messages import MAX_LINE as MAX_LINE
+from .messages import Hello as Hello
+from .messages import LineSplitter as LineSplitter
+from .messages import live_schema as live_schema
+from .messages import read_observation as read_observation
+from .observed import around as around
+from .policies import POLICIES as POLICIES
+from .policies import make_policy as make_policy
+from .policies.planner_policies import PlannerPolicy as PlannerPolicy
+from .policies.planner_policies import problem_now as problem_now
+from .policies.planner_policies import swept_boxes as swept_boxes
+from .policies.policy import NO_EFFORT as NO_EFFORT
+from .policies.policy import Found as Found
+from .policies.policy import Policy as Policy
+from .policies.policy import Situation as Situation
+from .serve import Address as Address
+from .serve import serve_sockets as serve_sockets
+from .serve import serve_streams as serve_streams
+from .serve import serve_until_cancelled as serve_until_cancelled
+from .session import LiveSession as LiveSession
+from .session import load_kernels as load_kernels
+from .steered_motion import braking_motion as braking_motion
+from .steered_motion import steered_motion as steered_motion
+from .surroundings import Span as Span
+from .tracks import Track as Track
+from .tracks import Tracks as Tracks
