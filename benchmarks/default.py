@@ -28,8 +28,7 @@ STRAIGHT = {
     "ThetaStar": sky.ThetaStar(),
     "Cheapest": sky.Cheapest(),
     "Cheapest, 12 million legs": sky.Cheapest(legs=12_000_000),
-    "HybridMVO, 10,000 evaluations": sky.HybridMVO(),
-    "HybridMVO, given Taut's path": sky.HybridMVO(seeds=(sky.Taut(),)),
+    "MFO, 10,000 evaluations": sky.MFO(legs="straight", waypoints=3),
     "LSHADE, 10,000 evaluations": sky.LSHADE(legs="straight"),
 }
 LATTICE = {

@@ -62,7 +62,6 @@ def cases() -> dict[str, Callable[[], Any]]:
         **{type(p).__name__: p for p in (sky.AStar(), sky.ThetaStar(), sky.Taut(), sky.Cheapest(), sky.HybridMVO())},
         **{type(p).__name__: p for p in (sky.RandomRestart(), sky.MVO(), sky.GSO(), sky.BBO())},
         **{f"{kind.__name__} as run": kind(as_run=True) for kind in (sky.MVO, sky.GSO, sky.BBO)},
-        "HybridMVO, straight legs": sky.HybridMVO(legs="straight"),
     }
     waypoints = (sky.CMAES, sky.LSHADE, sky.DE, sky.PSO, sky.GA, sky.WOA, sky.MFO, sky.GWO, sky.DA)
     found: dict[str, Callable[[], Any]] = {}
@@ -71,7 +70,7 @@ def cases() -> dict[str, Callable[[], Any]]:
             found[f"{name} on {world}"] = lambda p=planner, w=world: plan(p, sky.read(w))
     for kind in waypoints:
         found[f"{kind.__name__} on map1"] = lambda k=kind: plan(k(), sky.read("map1"))
-    for name in ("AStar", "ThetaStar", "Taut", "Cheapest", "MVO", "HybridMVO", "HybridMVO, straight legs"):
+    for name in ("AStar", "ThetaStar", "Taut", "Cheapest", "MVO", "HybridMVO"):
         found[f"{name} among mixed shapes"] = lambda n=name: plan(one_uav[n], mixed_shapes())
         found[f"{name} among threats"] = lambda n=name: plan(one_uav[n], sky.random_threats())
         found[f"{name} over jacksboro"] = lambda n=name: plan(one_uav[n], sky.read("jacksboro"))

@@ -10,30 +10,26 @@ import itertools
 import statistics
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.planners.optimisers import by_pymoo
 
-SEEDS = (sky.Taut(), sky.AStar())
 STRAIGHT = (sky.DE, sky.CMAES, sky.LSHADE, sky.PSO, sky.GWO)
 
 
 @dataclass(frozen=True, kw_only=True)
-class SeededPSO(sky.WaypointSearch):
+class SeededPSO(sky.PSO):
     """PSO whose first population holds `way`, Taut's path, its joints spread over the free waypoints."""
 
     way: tuple[tuple[float, float, float], ...] = ()
-    library: ClassVar[str] = "pymoo"
 
     def optimise(self, evaluate: object, first: np.ndarray, rng: np.random.Generator) -> Generator[None, float, None]:
         """Run PSO from there."""
         if self.way:
             first[0] = np.ravel(self.way)
-        return by_pymoo.pso(evaluate, first, rng)  # type: ignore[arg-type]
+        return super().optimise(evaluate, first, rng)  # type: ignore[arg-type]
 
 
 def shares(scenario: sky.Scenario, path: np.ndarray, joints: int) -> tuple[tuple[float, ...], ...]:
@@ -57,25 +53,17 @@ def contest(budget: int, fields: Sequence[tuple[int, int]], joints: int) -> list
     rows = []
     for threats, seed in fields:
         problem = sky.Problem(sky.random_threats(threats, seed=seed))
-        alone = [planner.plan(problem) for planner in SEEDS]
-        assert not any(sky.check_result(problem.scenario, 0, 0, result) for result in alone)
-        way = shares(problem.scenario, alone[0].path, joints)
+        way = shares(problem.scenario, sky.Taut().plan(problem).path, joints)
         peers = [*(kind(legs="straight", waypoints=joints) for kind in STRAIGHT), sky.MVO()]
         costs = {type(peer).__name__: run(peer, problem, budget, seed) for peer in peers}
         ours = {
-            "HybridMVO, seeded": run(sky.HybridMVO(seeds=SEEDS), problem, budget, seed),
-            "HybridMVO, no seeds": run(sky.HybridMVO(), problem, budget, seed),
-            "the seeds alone": min(result.cost for result in alone),
             "Cheapest, its own effort": sky.Cheapest().plan(problem).cost,
             "PSO, given Taut's path": run(SeededPSO(legs="straight", waypoints=joints, way=way), problem, budget, seed),
         }
         rows.append({"threats": threats, **costs, **ours})
         best = min(costs, key=costs.__getitem__)
-        ours_cost, cheapest = ours["HybridMVO, seeded"], ours["Cheapest, its own effort"]
-        print(
-            f"{threats} threats, seed {seed}: {best} {costs[best]:.1f}, ours {ours_cost:.1f}, Cheapest {cheapest:.1f}",
-            flush=True,
-        )
+        cheapest = ours["Cheapest, its own effort"]
+        print(f"{threats} threats, seed {seed}: {best} {costs[best]:.1f}, Cheapest {cheapest:.1f}", flush=True)
     return rows
 
 
@@ -105,7 +93,7 @@ def main() -> None:
     arguments.add_argument("--evaluations", type=int, nargs="+", default=[500, 1000, 3000, 10000])
     arguments.add_argument("--fields", type=int, default=20, help="seeds for each number of threats")
     arguments.add_argument("--seeds", type=int, default=0, metavar="FROM", help="the first seed")
-    arguments.add_argument("--joints", type=int, default=6, help="waypoints of the peers; HybridMVO has at most 12")
+    arguments.add_argument("--joints", type=int, default=6, help="waypoints of the peers")
     given = arguments.parse_args()
     print(f"{describe('cma', 'pymoo', 'NiaPy')}\n")
     seeds = range(given.seeds, given.seeds + given.fields)

@@ -3,7 +3,7 @@ Any angle: the shortest path, and what to do when length is not all
 ===================================================================
 
 A lattice path is much longer than what a UAV could fly. Taut leaves the lattice, and proves how near to the shortest
-path its answer is. Where risk, altitude and climb count too, HybridMVO goes on from there.
+path its answer is. Where risk, altitude and climb count too, Cheapest goes on from there.
 """
 
 import matplotlib.pyplot as plt
@@ -55,10 +55,10 @@ plt.show()
 
 # %%
 # A field of threats: boxes that forbid, zones that cost. No exact search prices turns, risk, an altitude band and climb at
-# once. Taut's path is the shortest, and dear; HybridMVO starts from it.
+# once. Taut's path is the shortest, and dear; Cheapest starts from it.
 
 field = sky.Problem(sky.random_threats(15, seed=1))
 shortest = sky.Taut().plan(field)
-armed = sky.HybridMVO(seeds=(sky.Taut(), sky.AStar())).plan(field, stop=sky.MaxEvaluations(3000), rng=1)
-for name, result in {"Taut": shortest, "HybridMVO": armed}.items():
+cheapest = sky.Cheapest().plan(field)
+for name, result in {"Taut": shortest, "Cheapest": cheapest}.items():
     print(f"{name:9} {result.cost:.0f} = " + " + ".join(f"{share:.0f} {term}" for term, share in result.terms.items()))

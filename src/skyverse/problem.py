@@ -32,15 +32,17 @@ class Airspace:
     Parameters
     ----------
     scenario
-        The scenario that is compiled, without the tracking errors of its UAVs; see `of`.
+        The scenario that is compiled.
+    error
+        How far UAVs stray from where they should be; by default not at all. See `of`.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, error: TrackingError = NO_ERROR) -> None:
         if not isinstance(scenario, Scenario):
             said = f"expected a Scenario, found {shown(scenario)}; read(...) makes one of a name or a file"
             raise InputError(said, field="scenario")
         self.scenario = scenario
-        self.world = World(scenario)
+        self.world = World(scenario, error)
         self.nominal = self
         self._straying: dict[TrackingError, Airspace] = {}
 
@@ -57,9 +59,8 @@ class Airspace:
             return self.nominal
         known = self.nominal._straying
         if error not in known:
-            known[error] = straying = Airspace.__new__(Airspace)
-            straying.scenario, straying.nominal, straying._straying = self.scenario, self.nominal, known
-            straying.world = World(self.scenario, error)
+            known[error] = Airspace(self.scenario, error)
+            known[error].nominal = self.nominal
         return known[error]
 
     def lifted(self, uav: int, place: tuple[float, float, float]) -> Floats:

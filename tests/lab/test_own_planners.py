@@ -156,7 +156,6 @@ def test_the_digest_follows_the_planners_in_settings(package):
     assert code_digest(own) == code_digest(replace(own, size=0.3))  # settings are told by the planner
     for held in ((own,), [own], {"one": own}, ([{"one": (own,)}],)):
         assert code_digest(held) == code_digest(own)
-    assert code_digest(sky.HybridMVO(seeds=(own,))) == code_digest(own) != code_digest(sky.HybridMVO())
 
 
 def test_versions_of_packages_count(package, monkeypatch):
@@ -266,7 +265,7 @@ def test_versions_name_the_packages_and_the_module(shake):
         for each in (package, "scipy", "numba"):
             assert f"{each} {version(each)}" in told
         assert f"{datetime.now(UTC):%Y-%m-%d}" in told
-        assert f"{package} {version(package)}" in versions(sky.HybridMVO(seeds=(planner,)))
+        assert f"{package} {version(package)}" in versions((planner,))
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def test_no_planner_that_counts_in_the_same_unit_finds_a_cheaper_path(seed, unit
     assert found.status.reached
     assert sky.check_result(scenario, 0, 0, found) == []
     off = sky.Auto().leaves_lattice(scenario)
-    others = [sky.Taut(), sky.ThetaStar(), sky.HybridMVO()] if off else [sky.HybridMVO(), sky.MVO()]
+    others = [sky.Taut(), sky.ThetaStar(), sky.WaypointMVO(legs="straight")] if off else [sky.HybridMVO(), sky.MVO()]
     for other in others:
         result = other.plan(problem, stop=sky.MaxIterations(10), rng=seed)
         assert found.cost <= result.cost * 1.005

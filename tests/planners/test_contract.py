@@ -19,10 +19,8 @@ ON_THE_LATTICE = [
     sky.MVO(universes=8),
     sky.MVO(universes=8, as_run=True),
     sky.MVO(universes=8, generator="uniform"),
-    sky.HybridMVO(universes=8, legs="lattice"),
-    sky.HybridMVO(
-        universes=8, legs="lattice", straighten=0, tries=1, rejoin=False, segments=False, wormholes=False, roam=0.0
-    ),
+    sky.HybridMVO(universes=8),
+    sky.HybridMVO(universes=8, straighten=0, tries=1, rejoin=False, segments=False, wormholes=False, roam=0.0),
     sky.GSO(glowworms=8),
     sky.GSO(glowworms=8, as_run=True),
     sky.BBO(habitats=8),
@@ -35,7 +33,6 @@ ON_THE_LATTICE = [
     ),
 ]
 OFF_THE_LATTICE = [
-    sky.HybridMVO(universes=8, legs="straight"),
     *(
         method(waypoints=3, candidates=8, legs="straight")
         for method in (sky.CMAES, sky.LSHADE, sky.MFO)
@@ -292,10 +289,6 @@ def test_a_misspelt_setting_is_refused_with_the_list_of_settings(kind):
         (sky.HybridMVO, {"wormholes": "no"}),
         (sky.HybridMVO, {"roam": 1.5}),
         (sky.HybridMVO, {"p": 0.0}),
-        (sky.HybridMVO, {"joints": 0}),
-        (sky.HybridMVO, {"legs": "curved"}),
-        (sky.HybridMVO, {"seeds": sky.AStar()}),
-        (sky.HybridMVO, {"seeds": ("astar",)}),
         (sky.RandomRestart, {"samples": 0}),
         (sky.RandomRestart, {"retries": None}),
         (sky.RandomRestart, {"generator": None}),

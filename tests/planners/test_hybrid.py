@@ -1,6 +1,5 @@
 """HybridMVO against the exact optimum, on the thesis's maps, on others, and on random worlds."""
 
-import dataclasses
 from functools import cache
 
 import numpy as np
@@ -9,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.planners.hybrid_lattice import LatticeHybrid
 from worlds import price_of, scenarios
 
 MAPS = {"map1": 265, "map2": 229, "map3": 267}
@@ -91,7 +89,7 @@ def test_other_objectives_and_connectivities_come_as_near(unit, connectivity, di
         lattice = scenario.lattice.model_copy(update={"connectivity": connectivity})
         objective = sky.Objective(divergence=divergence, end=80, unit=unit)
         changed = sky.Problem(scenario.model_copy(update={"lattice": lattice, "objective": objective}))
-        results = [sky.HybridMVO(legs="lattice").plan(changed, rng=seed) for seed in range(2)]
+        results = [sky.HybridMVO().plan(changed, rng=seed) for seed in range(2)]
         assert np.mean([result.gap for result in results]) < 0.04
         assert not any(sky.check_result(changed.scenario, 0, 0, result) for result in results)
 
@@ -100,7 +98,7 @@ def test_other_objectives_and_connectivities_come_as_near(unit, connectivity, di
 @given(scenarios(), st.integers(0, 2**32), st.sampled_from([{}, *OFF]))
 def test_in_random_worlds_it_is_never_better_than_the_optimum_and_safe(scenario, seed, repair):
     random = sky.Problem(scenario)
-    result = sky.HybridMVO(universes=4, legs="lattice", **repair).plan(random, stop=sky.MaxIterations(6), rng=seed)
+    result = sky.HybridMVO(universes=4, **repair).plan(random, stop=sky.MaxIterations(6), rng=seed)
     if len(result.path):
         assert sky.check_result(scenario, 0, 0, result) == []
         assert result.cost == pytest.approx(sum(price_of(scenario, result.path, result.goal)))
@@ -109,24 +107,10 @@ def test_in_random_worlds_it_is_never_better_than_the_optimum_and_safe(scenario,
         assert result.cost >= random.route.price - 1e-9
 
 
-def test_its_engine_has_its_settings_and_its_results_bear_its_name():
-    planner = sky.HybridMVO(universes=6, tries=2)
-    engine = LatticeHybrid(universes=6, tries=2)
-    ours, theirs = (p.plan(problem("map1"), stop=sky.MaxIterations(5), rng=1) for p in (planner, engine))
-    assert ours.history == theirs.history
-    assert ours.provenance.planner == repr(planner)
-    shared = {f.name for f in dataclasses.fields(planner)} - {"legs", "joints"}
-    assert shared < {f.name for f in dataclasses.fields(engine)}
-
-
-def test_seeds_on_the_lattice_are_the_first_universes_and_their_effort_counts():
-    exact = sky.AStar().plan(problem("map2"))
-    seeded = sky.HybridMVO(seeds=(sky.AStar(), sky.ThetaStar())).plan(problem("map2"), stop=sky.MaxIterations(2), rng=1)
+def test_it_begins_with_the_paths_of_another_planner():
+    given = [sky.AStar().plan(problem("map2")).path]
+    seeded, _ = sky.HybridMVO().evolve(problem("map2"), given, stop=sky.MaxIterations(2), rng=1)
     assert seeded.history.by_iteration().cost[0] == 229
     assert seeded.status is sky.Status.OPTIMAL
     alone = sky.HybridMVO().plan(problem("map2"), stop=sky.MaxIterations(2), rng=1)
     assert alone.history.by_iteration().cost[0] > 229
-    assert (
-        seeded.effort.generated_nodes > alone.history.by_iteration().generated_nodes[0] + exact.effort.generated_nodes
-    )
-    assert "seeds=(AStar()" in seeded.provenance.planner

@@ -15,8 +15,7 @@ SEARCHES = (
     sky.MVO(universes=8),
     sky.GSO(glowworms=8),
     sky.BBO(habitats=8),
-    sky.HybridMVO(universes=8, legs="lattice"),
-    sky.HybridMVO(universes=8, legs="lattice", seeds=(sky.AStar(),)),
+    sky.HybridMVO(universes=8),
 )
 every_search = pytest.mark.parametrize("planner", [*SEARCHES, sky.MVO(as_run=True), sky.RandomRestart()], ids=repr)
 every_elitist = pytest.mark.parametrize("planner", SEARCHES, ids=repr)
@@ -149,9 +148,7 @@ def test_what_is_no_path_is_refused(path):
         sky.MVO().evolve(sky.Problem(ROOM), [path], stop=STOP)
 
 
-def test_there_is_no_population_where_there_is_nothing_to_search_or_the_lattice_is_left():
+def test_there_is_no_population_where_there_is_nothing_to_search():
     walled = moved(ROOM, wall=sky.Box(min=(3.2, 0, 0), max=(3.4, 5, 4)))
     result, kept = sky.MVO().evolve(sky.Problem(walled), stop=STOP)
     assert (result.status, kept) == (sky.Status.NO_PATH, ())
-    with pytest.raises(sky.InputError, match="on the lattice only"):
-        sky.HybridMVO(legs="straight").evolve(sky.Problem(ROOM), stop=STOP)

@@ -19,7 +19,7 @@ DRAWN = (
     sky.BBO(),
     sky.RandomRestart(),
     sky.HybridMVO(),
-    sky.HybridMVO(legs="straight"),
+    sky.MFO(legs="straight"),
     sky.PSO(),
     sky.CMAES(),
 )
@@ -167,9 +167,7 @@ FLUSH = {
 }
 
 
-@pytest.mark.parametrize(
-    "planner", [sky.Taut(), sky.ThetaStar(), sky.Cheapest(legs=20_000), sky.HybridMVO(legs="straight")], ids=repr
-)
+@pytest.mark.parametrize("planner", [sky.Taut(), sky.ThetaStar(), sky.Cheapest(legs=20_000)], ids=repr)
 @pytest.mark.parametrize("case", FLUSH)
 def test_what_touches_outer_faces_only_is_flown_and_proven(case, planner):
     shapes, start, end = FLUSH[case]

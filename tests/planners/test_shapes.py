@@ -57,8 +57,7 @@ METHODS = [
     sky.GSO(glowworms=8),
     sky.BBO(habitats=8),
     sky.RandomRestart(samples=8),
-    sky.HybridMVO(universes=8, legs="lattice"),
-    sky.HybridMVO(universes=8, legs="straight"),
+    sky.HybridMVO(universes=8),
     *(
         method(waypoints=3, candidates=8, legs="straight")
         for method in (sky.CMAES, sky.LSHADE)

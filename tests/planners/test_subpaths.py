@@ -22,8 +22,7 @@ def test_a_flight_is_safe_as_long_as_the_way_and_turns_twice_at_most(scenario, o
     open_, indices = exits_of(scenario, grid.moves), indices_of(scenario)
     a, b = (data.draw(st.integers(0, len(indices) - 1)) for _ in range(2))
     draft, spent = np.full(60, a), np.zeros(3, np.int64)
-    ny, nz = grid.shape[1], grid.shape[2]
-    length = subpaths.fly(grid.exits, grid.offsets, grid.moves, ny, nz, draft, spent, order, 1, b)
+    length = subpaths.fly(grid, draft, spent, order, 1, b)
     flown = spent[1] + 1
     assert spent[0] == 1
     steps = np.diff(indices[draft[:flown]], axis=0).tolist()
@@ -57,14 +56,13 @@ def test_in_empty_space_a_flight_is_the_cheapest_path(scenario, data):
 def test_a_stretch_in_anothers_place_changes_the_cost_by_the_gain(scenario, data):
     airspace = sky.Airspace(scenario.model_copy(update={"obstacles": ()}))
     grid, pricing = airspace.grid, airspace.pricing
-    ny, nz = grid.shape[1], grid.shape[2]
     node = st.integers(0, len(grid.exits) - 1)
     order, spent = st.integers(0, 5), np.zeros(3, np.int64)
     row = np.zeros(300, np.int64)
     row[0] = data.draw(node)
     n = 1
     for _ in range(4):
-        n = subpaths.fly(grid.exits, grid.offsets, grid.moves, ny, nz, row, spent, data.draw(order), n, data.draw(node))
+        n = subpaths.fly(grid, row, spent, data.draw(order), n, data.draw(node))
     a = data.draw(st.integers(0, n - 1))
     b = data.draw(st.integers(a, n - 1))
     goal = data.draw(node)
@@ -73,7 +71,7 @@ def test_a_stretch_in_anothers_place_changes_the_cost_by_the_gain(scenario, data
     length = subpaths.begin_stretch(draft, row, a)
     end = int(row[b]) if b < n - 1 else data.draw(node)
     for via in (data.draw(node), end):
-        length = subpaths.fly(grid.exits, grid.offsets, grid.moves, ny, nz, draft, spent, data.draw(order), length, via)
+        length = subpaths.fly(grid, draft, spent, data.draw(order), length, via)
     new = path[:a] + draft[min(1, a) : length].tolist() + path[b + 1 :]
     gain = subpaths.gain_of(task, row, n, a, b, draft, length)
     m = subpaths.replace_stretch(row, n, a, b, draft, length)

@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.planners import waypoints
 from skyverse.planners.base import provenance
-from skyverse.planners.optimisers import by_niapy, mfo, woa
 from skyverse.planners.run import lattice_run
 from skyverse.trajectory import fly_along
 from worlds import ROOM, exits_of, neighbours, price_of, scenarios, shape_of
@@ -313,7 +312,7 @@ def test_an_optimiser_says_nothing(kind, capfd):
 
 def test_l_shade_shrinks_its_population_to_four():
     need("niapy")
-    assert len(minimise(by_niapy.l_shade, 0, iterations=3, n=10)) == 10 + 10 + 8 + 6
+    assert len(minimise(sky.LSHADE().optimise, 0, iterations=3, n=10)) == 10 + 10 + 8 + 6
 
 
 def test_moths_fly_to_fewer_flames_and_whales_to_the_best_in_the_end():
@@ -326,14 +325,14 @@ def test_moths_fly_to_fewer_flames_and_whales_to_the_best_in_the_end():
         calls.append(X.copy())
         return X.sum(axis=1)
 
-    search = woa.woa(slope, first, rng)
+    search = sky.WOA().optimise(slope, first, rng)
     next(search)
     search.send(1.0)
     best = first[first.sum(axis=1).argmin()]
     landed = (calls[1] == best).all(axis=1)
     assert 0.25 < landed.mean() < 0.75
     calls.clear()
-    search = mfo.mfo(slope, np.repeat([[0.5, 0.5, 0.5], [0.2, 0.2, 0.2]], 20, axis=0), rng)
+    search = sky.MFO().optimise(slope, np.repeat([[0.5, 0.5, 0.5], [0.2, 0.2, 0.2]], 20, axis=0), rng)
     next(search)
     search.send(1.0)
     np.testing.assert_array_equal(calls[1][20:], 0.2)

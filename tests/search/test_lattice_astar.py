@@ -220,7 +220,7 @@ def test_the_plain_python_finds_the_same_route():
     for turning in (True, False):
         args = (0, np.array([63]), 63, np.empty(0), math.inf)
         found = (
-            search(grid, pricing, turning, np.zeros(64 * (13 if turning else 1), np.uint8), *args)
+            search(grid, pricing, exact._Query(turning, np.zeros(64 * (13 if turning else 1), np.uint8), *args))
             for search in (exact._search, plain)
         )
         for one, other in zip(*found, strict=True):

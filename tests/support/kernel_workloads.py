@@ -21,7 +21,7 @@ SEARCHES = (
     sky.MVO(universes=4),
     sky.MVO(universes=4, as_run=True),
     sky.MVO(universes=4, generator="uniform"),
-    sky.HybridMVO(universes=6, legs="lattice"),
+    sky.HybridMVO(universes=6),
     sky.GSO(glowworms=4),
     sky.GSO(glowworms=4, as_run=True),
     sky.BBO(habitats=4),
@@ -32,7 +32,6 @@ SEARCHES = (
 ANY_ANGLE = (
     sky.Taut(),
     sky.ThetaStar(),
-    sky.HybridMVO(universes=6, legs="straight"),
     sky.WOA(waypoints=2, candidates=6, legs="straight"),
 )
 

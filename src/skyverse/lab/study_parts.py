@@ -16,7 +16,7 @@ from skyverse.lab.job import KnownBeforehand, OwnReplanner
 from skyverse.live.policies import POLICIES, make_policy
 from skyverse.live.policies.policy import Policy
 from skyverse.model.quantities import Model, derived
-from skyverse.planners import make_planner, name_of, own_class
+from skyverse.planners import make_own, make_planner, name_of
 from skyverse.planners.base import Planner
 from skyverse.planners.objective import PathObjective
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
@@ -146,7 +146,7 @@ def as_settings(value: Any) -> Any:
     settings = {f.name: getattr(value, f.name) for f in fields}
     settings_of(tuple(settings.values()))
     name = name_of(value)
-    made = own_class(name, PathObjective)(**settings) if key == "objective" else make_planner(name, **settings)
+    made = make_own(name, PathObjective, settings) if key == "objective" else make_planner(name, **settings)
     if made != value:
         raise ValueError(f"expected what its settings make anew, a dataclass, found {value!r:.60}")
     return {key: name, **{f.name: settings[f.name] for f in fields if settings[f.name] != f.default}}
@@ -159,7 +159,8 @@ class StudyObjective(MadeByName):
 
     def make(self) -> PathObjective:
         """Return the objective."""
-        return own_class(self.objective, PathObjective)(**self.settings)
+        objective: PathObjective = make_own(self.objective, PathObjective, self.settings)
+        return objective
 
 
 class Budget(Model, strict=True, allow_inf_nan=False):

@@ -1,7 +1,9 @@
 """The planners: frozen parameters with one verb, ``plan(problem, *, stop, rng, on_iteration) -> Result``."""
 
+import dataclasses
 import importlib
 import inspect
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError, did_you_mean, shown
@@ -20,11 +22,11 @@ _CLASSES = {
     "taut": "taut.Taut",
     "theta-star": "theta_star.ThetaStar",
     "cheapest": "cheapest.Cheapest",
-    **{f"waypoint-{name}": f"waypoint_methods.Waypoint{name.upper()}" for name in ("mvo", "gso", "bbo")},
-    **{
-        name: f"waypoint_methods.{name.replace('-', '').upper()}"
-        for name in ("cma-es", "pso", "ga", "de", "l-shade", "woa", "mfo", "gwo", "da")
-    },
+    **{f"waypoint-{name}": f"waypoint_own.Waypoint{name.upper()}" for name in ("mvo", "gso", "bbo")},
+    **{name: f"waypoint_own.{name.upper()}" for name in ("woa", "mfo", "da")},
+    **{name: f"waypoint_packages.{name.upper()}" for name in ("pso", "ga", "de", "gwo")},
+    "cma-es": "waypoint_packages.CMAES",
+    "l-shade": "waypoint_packages.LSHADE",
 }
 
 PLANNER_NAMES = tuple(_CLASSES)
@@ -42,24 +44,25 @@ def make_planner(name: str, **settings: object) -> "Planner":
     if ":" in name:
         from skyverse.planners.base import Planner
 
-        own: Planner = own_class(name, Planner)(**settings)
+        own: Planner = make_own(name, Planner, settings)
         return own
     if name not in _CLASSES:
         near = did_you_mean(name, PLANNER_NAMES) or f"; there are {', '.join(PLANNER_NAMES)}"
         raise InputError(f"there is no planner {name!r}{near}")
     module, _, cls = _CLASSES[name].partition(".")
-    return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
+    made: Planner = _with_settings(getattr(importlib.import_module(f"{__name__}.{module}"), cls), settings)
+    return made
 
 
 def name_of(planner: object) -> str:
-    """Return the name by which `make_planner`, or `own_class`, finds the class of a planner or of an objective."""
+    """Return the name by which `make_planner`, or `make_own`, finds the class of a planner or of an objective."""
     cls = type(planner)
     known = {f"{__name__}.{path}": name for name, path in _CLASSES.items()}
     return known.get(f"{cls.__module__}.{cls.__name__}", f"{cls.__module__}:{cls.__qualname__}")
 
 
-def own_class(name: str, kind: Any) -> Any:
-    """Return a class of one's own of this kind, given as ``"module:Class"``, or raise `InputError`."""
+def make_own(name: str, kind: Any, settings: Mapping[str, object]) -> Any:
+    """Return one of a class of one's own of this kind, given as ``"module:Class"``, or raise `InputError`."""
     module, _, attribute = name.partition(":")
     asked = f"expected a {kind.__name__} as module:Class"
     try:
@@ -68,7 +71,17 @@ def own_class(name: str, kind: Any) -> Any:
         raise InputError(f"{asked}, but {module!r} cannot be imported: {error}") from error
     if not (isinstance(found, type) and issubclass(found, kind)) or inspect.isabstract(found):
         raise InputError(f"{asked}, found {name!r}, which is {shown(found)}")
-    return found
+    return _with_settings(found, settings)
+
+
+def _with_settings(kind: Any, settings: Mapping[str, object]) -> Any:
+    """Return one of a frozen dataclass with these settings; a misspelt one is refused with a list of them."""
+    known = [f.name for f in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else [*settings]
+    unknown = [name for name in settings if name not in known]
+    if unknown:
+        there_are = ", ".join(known) or "none"
+        raise InputError(f"{kind.__name__} has no setting {', '.join(map(repr, unknown))}; it has {there_are}")
+    return kind(**settings)
 
 
 def planner_of(given: "Planner | str | None") -> "Planner":

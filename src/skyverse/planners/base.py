@@ -3,7 +3,6 @@
 import dataclasses
 import platform
 from abc import ABC, abstractmethod
-from typing import Any, Self
 
 import numpy as np
 
@@ -19,21 +18,7 @@ from skyverse.stop import OnIteration, Stop, require_stop
 Seed = int | np.random.Generator | None
 
 
-class Settings:
-    """What is given by its settings: a frozen dataclass."""
-
-    def __new__(cls, *args: Any, **settings: Any) -> Self:
-        """Refuse a misspelt setting with a list of the settings that exist."""
-        known = [f.name for f in dataclasses.fields(cls)] if dataclasses.is_dataclass(cls) else [*settings]
-        unknown = [name for name in settings if name not in known]
-        if unknown:
-            raise InputError(
-                f"{cls.__name__} has no setting {', '.join(map(repr, unknown))}; it has {', '.join(known) or 'none'}"
-            )
-        return super().__new__(cls)
-
-
-class Planner(Settings, ABC):
+class Planner(ABC):
     """A planner is its settings, a frozen dataclass, and one verb."""
 
     @abstractmethod

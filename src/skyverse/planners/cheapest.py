@@ -14,11 +14,11 @@ from skyverse.numerics.kernel import Stopwatch, writable
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
 from skyverse.planners.astar import AStar
 from skyverse.planners.base import DirectPlanner
-from skyverse.planners.hybrid import HybridMVO
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.settings import require_integer
 from skyverse.planners.straight_legs import joined_to_ends, straight_bound
 from skyverse.planners.taut import Taut
+from skyverse.planners.waypoint_own import WaypointMVO
 from skyverse.problem import Problem
 from skyverse.search.cheapest.cheapest_path import LEGS, PATHS, cheapest_path
 from skyverse.search.cheapest.lower_bound import lower_bound
@@ -29,8 +29,8 @@ from skyverse.stop import MaxEvaluations
 CHEAP_ENOUGH = 0.001
 """The proven gap, as a share of the bound, of a path beside which no other ways are sought."""
 
-EVOLVED = 10_000
-"""The evaluations of `HybridMVO` before a search that begins anew."""
+ANOTHER_START, EVALUATIONS = WaypointMVO(legs="straight", waypoints=3, greedy=True), MaxEvaluations(10_000)
+"""What finds a further path before a search that begins anew."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class Cheapest(DirectPlanner):
     than the paths it begins with, and no small change makes it cheaper; a quite different path may be.
 
     Which other ways are found depends on the random numbers. With `restarts` the search begins anew so many times, with
-    others and with a path of `HybridMVO` too, and the cheapest path is the answer.
+    others and with a path of `WaypointMVO` over three waypoints too, and the cheapest path is the answer.
 
     Random numbers come from fixed seeds, so that the same problem has the same answer. It ends by itself: `stop`,
     `rng` and `on_iteration` have no effect. In its effort, an evaluation is a leg that was priced.
@@ -127,7 +127,7 @@ class Cheapest(DirectPlanner):
 
 def _evolved(problem: Problem, space: Space, rng: Generator) -> list[Floats]:
     """Return a path that a population finds, if it finds one."""
-    result = HybridMVO(legs="straight").plan(problem, stop=MaxEvaluations(EVOLVED), rng=rng)
+    result = ANOTHER_START.plan(problem, stop=EVALUATIONS, rng=rng)
     path = _as_legs(problem, result)
     return [path] if len(path) > 1 and path_free(space, path) else []
 

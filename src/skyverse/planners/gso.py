@@ -123,7 +123,8 @@ class GSO(LatticeSearch):
         else:
             assert isinstance(swarm, Swarm)
             _glow(task, paths, swarm, self.decay, self.gain)
-            _move(task, workspace, paths, best, rng, swarm, self.reach_max, float(self.neighbours), self.beta)
+            rule = float(self.reach_max), float(self.neighbours), float(self.beta)
+            _move(task, workspace, paths, best, rng, swarm, rule)
 
 
 @kernel
@@ -145,10 +146,9 @@ def _move(
     best: Paths,
     rng: Generator,
     swarm: Swarm,
-    r_s: float,
-    n_t: float,
-    beta: float,
+    rule: tuple[float, float, float],
 ) -> None:
+    r_s, n_t, beta = rule  # of the decision range: the largest, how many neighbours it should have, its change for each
     n = len(x.length)
     luciferin = swarm.luciferin
     brighter = np.empty(n)

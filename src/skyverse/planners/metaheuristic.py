@@ -122,7 +122,7 @@ class Metaheuristic(Planner, Generic[R]):
             iterations += 1
             share = stop.spent(Progress(iterations, paths, nodes, evaluations, progress.seconds, progress.cost))
             self.step(run, share if share is not None else 0.0)
-        seconds = run.seeding_seconds + clock.seconds
+        seconds = clock.seconds
         history = History(*(np.array(column) for column in zip(*rows, strict=True)))
         record = SearchRecord(origin, Effort(paths, nodes, evaluations), seconds, history, ended)
         return run.result(problem, record), run

@@ -10,7 +10,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_number
 from skyverse.model.result import History, Result, Status
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
-from skyverse.planners.base import Settings, numbers_of
+from skyverse.planners.base import numbers_of
 from skyverse.planners.moves import note_best
 from skyverse.planners.results import SearchRecord, refused_result
 from skyverse.planners.run import Run
@@ -19,7 +19,7 @@ from skyverse.problem import Problem
 FORBIDDEN = 1e100
 
 
-class PathObjective(Settings, ABC):
+class PathObjective(ABC):
     """An objective of one's own: a frozen dataclass of its settings, which says what paths cost.
 
     A `WaypointSearch` with such an `objective` minimises it, and a study with one compares all its planners by it. What

@@ -43,15 +43,12 @@ class Run(ABC):
         One path: the best so far.
     memory
         What `Metaheuristic.begin` returned: whatever a method remembers from step to step besides paths.
-    seeding_seconds
-        The seconds that seed planners took before the run.
     """
 
     workspace: Workspace
     rng: np.random.Generator
     best: Candidates
     memory: object = None
-    seeding_seconds: float = 0.0
 
     @property
     def lowest_cost(self) -> float:

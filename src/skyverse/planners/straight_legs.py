@@ -1,7 +1,4 @@
-"""Paths of straight legs off the lattice: their task, their run, their price.
-
-The waypoint optimisers and the hybrid multiverse share them.
-"""
+"""Paths of straight legs off the lattice: their task, their run, their price."""
 
 import math
 from dataclasses import dataclass
@@ -46,17 +43,17 @@ class StraightTask(NamedTuple):
 
 
 @by_reference
-class Polylines(NamedTuple):
-    """Candidate paths: path i consists of ``points[i, :length[i]]``, metres, and costs ``cost[i]``."""
+class StraightPath(NamedTuple):
+    """A path: ``points[:length[0]]``, metres, which costs ``cost[0]``."""
 
     points: Floats
     length: Ints
     cost: Floats
 
 
-def polylines(count: int, capacity: int) -> Polylines:
-    """Return memory for so many polylines of at most `capacity` points, none of which is there yet."""
-    return Polylines(np.empty((count, capacity, 3)), np.zeros(count, np.int64), np.full(count, math.inf))
+def no_straight_path(capacity: int) -> StraightPath:
+    """Return memory for a path of at most `capacity` points, which is not there yet."""
+    return StraightPath(np.empty((capacity, 3)), np.zeros(1, np.int64), np.full(1, math.inf))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,40 +64,30 @@ class StraightRun(Run):
     ----------
     task
         What is sought.
-    paths
-        The population; `best` is collision-free.
+    best
+        Collision-free.
     """
 
     task: StraightTask
-    paths: Polylines
-    best: Polylines
+    best: StraightPath
 
     def result(self, problem: Problem, record: SearchRecord) -> Result:
         """Return the result that holds the best path."""
-        path = self.best.points[0, : self.best.length[0]].copy()
+        path = self.best.points[: self.best.length[0]].copy()
         return any_angle_result(problem, path, straight_bound(problem), record)
 
 
 def open_straight_run(
-    problem: Problem,
-    stop: Stop,
-    rng: np.random.Generator,
-    origin: Provenance,
-    *,
-    population: int,
-    joints: int,
-    collision: float,
+    problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance, joints: int, collision: float
 ) -> StraightRun | Result:
-    """Return a run with memory for so many paths of so many joints, or the result where nothing is to be searched."""
+    """Return a run for paths of so many joints, or the result where nothing is to be searched."""
     if problem.any_angle_refusal is not None:
         return refused_result(problem, problem.any_angle_refusal, origin)
     if np.array_equal(problem.start, problem.end):
         return any_angle_result(problem, problem.start[None], 0.0, SearchRecord(origin))
-    task = StraightTask(
-        problem.airspace.world.space, problem.airspace.rates, problem.start, problem.end, float(collision)
-    )
-    paths, best = polylines(population, joints + 2), polylines(1, joints + 2)
-    return StraightRun(workspace=make_workspace(stop), rng=rng, task=task, paths=paths, best=best)
+    airspace = problem.airspace
+    task = StraightTask(airspace.world.space, airspace.rates, problem.start, problem.end, float(collision))
+    return StraightRun(workspace=make_workspace(stop), rng=rng, task=task, best=no_straight_path(joints + 2))
 
 
 def joined_to_ends(problem: Problem, path: Floats) -> Floats:
@@ -118,7 +105,7 @@ def straight_bound(problem: Problem) -> float:
 
 
 @kernel
-def judge_legs(task: StraightTask, workspace: Workspace, best: Polylines, path: Floats) -> float:
+def judge_legs(task: StraightTask, workspace: Workspace, best: StraightPath, path: Floats) -> float:
     """Return the fitness of a path (n, 3) to the goal: its price, and a penalty for its metres inside obstacles.
 
     The path up to its first leg that is not safe replaces the best path if it is cheaper.
@@ -138,7 +125,7 @@ def judge_legs(task: StraightTask, workspace: Workspace, best: Polylines, path: 
         price = cost.legs(task.rates, path[:free], task.goal).sum()
     if price < best.cost[0]:
         for i in range(free):
-            best.points[0, i] = path[i]
+            best.points[i] = path[i]
         best.length[0] = free
         best.cost[0] = price
         note_best(workspace, price)

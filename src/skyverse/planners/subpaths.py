@@ -10,7 +10,7 @@ from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.planners.moves import NODES, PATHS, Exits, LatticeTask
+from skyverse.planners.moves import NODES, PATHS, LatticeTask
 from skyverse.space.lattice import Grid
 
 _ORDERS = np.array([(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
@@ -44,18 +44,7 @@ def flight_price(steps: Floats, ny: int, nz: int, diagonal: bool, a: int, b: int
 
 
 @kernel
-def fly(
-    exits: Exits,
-    offsets: Ints,
-    moves: Ints,
-    ny: int,
-    nz: int,
-    draft: Ints,
-    spent: Ints,
-    order: int,
-    length: int,
-    goal: int,
-) -> int:
+def fly(grid: Grid, draft: Ints, spent: Ints, order: int, length: int, goal: int) -> int:
     """Continue the draft to the node `goal` by at most three straight runs, in one of six orders.
 
     It counts as a generated path, whether it is safe or not.
@@ -65,7 +54,8 @@ def fly(
     int
         The draft's new length, 0 where a move is not safe or the draft is full.
     """
-    diagonal = len(offsets) > 6
+    exits, offsets, moves = grid.exits, grid.offsets, grid.moves
+    ny, nz, diagonal = grid.shape[1], grid.shape[2], len(offsets) > 6
     node = int(draft[length - 1])
     x, y, z = goal // (ny * nz) - node // (ny * nz), (goal // nz) % ny - (node // nz) % ny, goal % nz - node % nz
     n0, m0 = 0, 0

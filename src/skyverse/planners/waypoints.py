@@ -3,7 +3,7 @@
 import importlib.util
 import math
 from abc import abstractmethod
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -31,14 +31,19 @@ from skyverse.planners.moves import (
     keep_if_best,
 )
 from skyverse.planners.objective import ObjectiveRun, PathObjective, PricedPath, in_order
-from skyverse.planners.optimisers import Evaluate, Iterations
 from skyverse.planners.results import refused_result
 from skyverse.planners.run import LatticeRun, Run, make_workspace
 from skyverse.planners.settings import require_integer, require_number
-from skyverse.planners.straight_legs import Polylines, StraightRun, StraightTask, judge_legs, open_straight_run
+from skyverse.planners.straight_legs import StraightPath, StraightRun, StraightTask, judge_legs, open_straight_run
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid, positions
 from skyverse.stop import Stop
+
+Evaluate = Callable[[Floats], Floats]
+"""Returns the (m,) fitness of (m, d) vectors, which is to be minimised."""
+
+Iterations = Generator[None, float, None]
+"""One iteration for each share of the budget that is sent."""
 
 
 class _BudgetSpentError(Exception):
@@ -146,9 +151,7 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
             )
         if self.legs == "lattice":
             return super().open_run(problem, stop, rng, origin)
-        return open_straight_run(
-            problem, stop, rng, origin, population=0, joints=self.waypoints, collision=self.collision
-        )
+        return open_straight_run(problem, stop, rng, origin, self.waypoints, self.collision)
 
     def begin(self, run: LatticeRun | StraightRun | ObjectiveRun) -> Iterations:
         """Start the optimiser on the first population."""
@@ -226,7 +229,7 @@ def decode(task: LatticeTask, workspace: Workspace, best: Paths, X: Floats, coll
 
 
 @kernel
-def decode_straight(task: StraightTask, workspace: Workspace, best: Polylines, X: Floats) -> Floats:
+def decode_straight(task: StraightTask, workspace: Workspace, best: StraightPath, X: Floats) -> Floats:
     """Decode (m, 3 k) candidates to paths of straight legs; see `decode`."""
     low, high = task.space.low, task.space.high
     fitness = np.full(len(X), math.nan)

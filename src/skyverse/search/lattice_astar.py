@@ -52,16 +52,15 @@ def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int, most: f
     unguided = np.empty(0)
     most -= pricing.first
     if pricing.turn == 0.0:
-        found = _search(grid, pricing, False, _unseen(grid, 1), source, np.array([goal]), goal, unguided, most)
+        found = _search(grid, pricing, _Query(False, _unseen(grid, 1), source, np.array([goal]), goal, unguided, most))
         expanded = found.expanded
     else:
-        back = _search(grid, pricing, False, _unseen(grid, 1), goal, np.array([source]), source, unguided, math.inf)
+        query = _Query(False, _unseen(grid, 1), goal, np.array([source]), source, unguided, math.inf)
+        back = _search(grid, pricing, query)
         if len(back.nodes) == 0:
             return None
-        info = _unseen(grid, len(grid.offsets) // 2)
-        found = _search(
-            grid, pricing, True, info, source, np.array([goal]), goal, back.lengths, min(back.ceiling, most)
-        )
+        info, ceiling = _unseen(grid, len(grid.offsets) // 2), min(back.ceiling, most)
+        found = _search(grid, pricing, _Query(True, info, source, np.array([goal]), goal, back.lengths, ceiling))
         expanded = back.expanded + found.expanded
     if len(found.nodes) == 0:
         return None
@@ -73,7 +72,7 @@ def prices_to(grid: Grid, pricing: Pricing, source: int, goals: Ints) -> Floats:
     wanted, order = np.unique(np.asarray(goals, dtype=np.int64), return_inverse=True)
     turning = pricing.turn > 0.0
     info = _unseen(grid, len(grid.offsets) // 2 if turning else 1)
-    found = _search(grid, pricing, turning, info, source, wanted, -1, np.empty(0), math.inf)
+    found = _search(grid, pricing, _Query(turning, info, source, wanted, -1, np.empty(0), math.inf))
     return np.asarray(pricing.first + found.prices[order])
 
 
@@ -83,6 +82,35 @@ def _unseen(grid: Grid, axes: int) -> NDArray[np.uint8]:
     A kernel would clear all of them, numpy only those that are read.
     """
     return np.zeros(len(grid.exits) * axes, np.uint8)
+
+
+class _Query(NamedTuple):
+    """What a search is for.
+
+    Attributes
+    ----------
+    turning
+        Whether states have an axis and turns are paid. If not, and turns have a price, the ceiling becomes the full
+        price of a shortest path with few turns, and every state below it is settled.
+    info
+        (states,) the flags of every state, which are 0.
+    source, goals
+        The node where it begins, and sorted nodes.
+    towards
+        The goal of the bound that ignores obstacles; -1 for no bound (Dijkstra).
+    guide
+        (nodes,) exact lengths left to the goal, or empty.
+    ceiling
+        States whose f lies above it are dropped.
+    """
+
+    turning: bool
+    info: NDArray[np.uint8]
+    source: int
+    goals: Ints
+    towards: int
+    guide: Floats
+    ceiling: float
 
 
 class _Settled(NamedTuple):
@@ -184,35 +212,9 @@ def _index(goals: Ints, node: int) -> int:
 
 
 @kernel
-def _search(
-    grid: Grid,
-    pricing: Pricing,
-    turning: bool,
-    info: NDArray[np.uint8],
-    source: int,
-    goals: Ints,
-    towards: int,
-    guide: Floats,
-    ceiling: float,
-) -> _Settled:
-    """Search from one node until every goal is settled, and every state whose f is at most the ceiling, too.
-
-    Parameters
-    ----------
-    turning
-        Whether states have an axis and turns are paid. If not, and turns have a price, the ceiling becomes the full
-        price of a shortest path with few turns, and every state below it is settled.
-    info
-        (states,) the flags of every state, which are 0.
-    goals
-        Sorted nodes.
-    towards
-        The goal of the bound that ignores obstacles; -1 for no bound (Dijkstra).
-    guide
-        (nodes,) exact lengths left to the goal, or empty.
-    ceiling
-        States whose f lies above it are dropped.
-    """
+def _search(grid: Grid, pricing: Pricing, query: _Query) -> _Settled:
+    """Search from one node until every goal is settled, and every state whose f is at most the ceiling, too."""
+    turning, info, source, goals, towards, guide, ceiling = query
     # least: the least price seen of each node; turned: the price from which all moves of a node were last priced
     # read once: in the loop they would be read again after every write to an array
     offsets, moves, safe_moves, turn = grid.offsets, grid.moves, grid.exits, pricing.turn

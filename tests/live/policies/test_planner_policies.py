@@ -33,8 +33,7 @@ def test_ways_lead_to_the_target_and_keep_clear_of_where_a_mover_is(name, planne
         with pytest.raises(ValueError, match=r"planner is a metaheuristic on lattice paths, such as 'mvo', not"):
             make_policy(name, planner=planner)
         return
-    settings = {"legs": "lattice"} if planner == "hybrid-mvo" else {}
-    found = make_policy(name, planner=planner, settings=settings, paths=60).find(situation(ball((10.0, 5.0, 1.0))))
+    found = make_policy(name, planner=planner, paths=60).find(situation(ball((10.0, 5.0, 1.0))))
     assert tuple(found.way.points[-1]) == TARGET
     path = np.vstack([(4.0, 5.0, 1.0), found.way.points])
     along = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(path)])

@@ -27,7 +27,6 @@ from skyverse.model.shapes import Box
 from skyverse.model.temporary_zones import TimedShape
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
-from skyverse.planners.hybrid import HybridMVO
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.problem import Problem
 from skyverse.stop import MaxPaths
@@ -115,7 +114,7 @@ class PlannerPolicy(Policy):
             raise InputError(f"paths is a whole number from 1 on, not {self.paths!r}")
         if not isinstance(self.timed, bool):
             raise InputError(f"timed is true or false, not {self.timed!r}")
-        if self.timed and not isinstance(made, LatticeSearch | HybridMVO):
+        if self.timed and not isinstance(made, LatticeSearch):
             raise InputError(f"timed needs a planner that prices contact in time, such as 'mvo', not {self.planner!r}")
 
     def made(self) -> Planner:
@@ -180,9 +179,9 @@ class KeptPopulation(PlannerPolicy):
         result, population = self._search().evolve(problem, kept, stop=MaxPaths(self.paths), rng=situation.rng)
         return Found(*planned(problem, result), population)
 
-    def _search(self) -> LatticeSearch | HybridMVO:
+    def _search(self) -> LatticeSearch:
         """Return the planner, or raise `ValueError` if it keeps no population of lattice paths."""
         made: Planner = self.made()
-        if not isinstance(made, LatticeSearch | HybridMVO):
+        if not isinstance(made, LatticeSearch):
             raise InputError(f"planner is a metaheuristic on lattice paths, such as 'mvo', not {self.planner!r}")
         return made

@@ -40,7 +40,7 @@ def bend_points(space: Space, rates: Rates, start: Floats, goal: Floats, gap: fl
         for axis in range(3):
             middle[axis] = min(max((start[axis] + goal[axis]) / 2, low_high[axis]), low_high[axis + 3])
         by_way[i] = distance(start, middle) + distance(middle, goal)
-    found = np.empty((most + 4 * (AROUND + 1), 3))
+    found = np.empty((most + 3 * (AROUND + 1), 3))
     count = 0
     for i in np.argsort(by_way):
         if count >= most:
@@ -49,7 +49,20 @@ def bend_points(space: Space, rates: Rates, start: Floats, goal: Floats, gap: fl
             growth, group, k = space.clearance + gap, space.solids, i - boxes
         else:
             growth, group, k = gap, rates.zones, i - boxes - solids
-        count = _around(space, rates, start, goal, _bounds(space, rates, i), group, k, growth, found, count)
+        bounds = _bounds(space, rates, i)
+        around = _columns_around(bounds, group, k, growth)
+        for j in range(len(around)):
+            x, y = around[j, 0], around[j, 1]
+            beside = j < len(around) - 1
+            for level in range(0 if beside else 1, 3):
+                place = found[count]
+                place[0], place[1] = x, y
+                if level == 0:
+                    place[2] = usual_altitude(rates, start, goal, x, y, 0.5)
+                else:
+                    place[2] = bounds[5] + growth if level == 1 else bounds[2] - growth
+                if in_bounds(space, place) and point_free(space, place):
+                    count += 1
     return found[:count].copy()
 
 
@@ -65,19 +78,8 @@ def _bounds(space: Space, rates: Rates, i: int) -> Floats:
 
 
 @inner
-def _around(
-    space: Space,
-    rates: Rates,
-    start: Floats,
-    goal: Floats,
-    bounds: Floats,
-    solids: Solids,
-    k: int,
-    growth: float,
-    found: Floats,
-    count: int,
-) -> int:
-    """Add the places around one obstacle or zone, and over and under its middle; return how many there are then."""
+def _columns_around(bounds: Floats, solids: Solids, k: int, growth: float) -> Floats:
+    """Return x and y of places around one obstacle or zone, grown by so many metres, and of its middle, (n, 2)."""
     x, y = (bounds[0] + bounds[3]) / 2, (bounds[1] + bounds[4]) / 2
     first = corners = 0
     radius = 0.0
@@ -85,54 +87,23 @@ def _around(
         first, corners = solids.kind[k, 1], solids.kind[k, 2] - solids.kind[k, 1]
         radius = solids.round[k, 3]
     sides = min(corners, AROUND) if corners else AROUND if radius > 0.0 else 4
-    for side in range(sides + 1):
-        if side == sides:
-            count = _at_levels(space, rates, start, goal, bounds, growth, x, y, False, found, count)
-            continue
+    columns = np.empty((sides + 1, 2))
+    columns[sides, 0], columns[sides, 1] = x, y
+    for side in range(sides):
         if corners:
             corner = solids.edges[first + side * corners // sides]
             px, py = corner[0] - x, corner[1] - y
             far = math.sqrt(px * px + py * py)
             stretch = 1.0 + growth / far if far > 0.0 else 1.0
-            px, py = x + stretch * px, y + stretch * py
+            columns[side, 0], columns[side, 1] = x + stretch * px, y + stretch * py
         elif radius > 0.0:
             angle = 2.0 * math.pi * side / sides
             far = (radius + growth) / math.cos(math.pi / sides)
-            px, py = x + far * math.cos(angle), y + far * math.sin(angle)
+            columns[side, 0], columns[side, 1] = x + far * math.cos(angle), y + far * math.sin(angle)
         else:
-            px = bounds[0] - growth if side % 2 else bounds[3] + growth
-            py = bounds[1] - growth if side < 2 else bounds[4] + growth
-        count = _at_levels(space, rates, start, goal, bounds, growth, px, py, True, found, count)
-    return count
-
-
-@inner
-def _at_levels(
-    space: Space,
-    rates: Rates,
-    start: Floats,
-    goal: Floats,
-    bounds: Floats,
-    growth: float,
-    x: float,
-    y: float,
-    beside: bool,
-    found: Floats,
-    count: int,
-) -> int:
-    """Add the places above one point of the plane: at the usual altitude, over and under the obstacle or zone."""
-    for level in range(3):
-        if count == len(found) or (level == 0 and not beside):
-            continue
-        place = found[count]
-        place[0], place[1] = x, y
-        if level == 0:
-            place[2] = usual_altitude(rates, start, goal, x, y, 0.5)
-        else:
-            place[2] = bounds[5] + growth if level == 1 else bounds[2] - growth
-        if in_bounds(space, place) and point_free(space, place):
-            count += 1
-    return count
+            columns[side, 0] = bounds[0] - growth if side % 2 else bounds[3] + growth
+            columns[side, 1] = bounds[1] - growth if side < 2 else bounds[4] + growth
+    return columns
 
 
 @inner
