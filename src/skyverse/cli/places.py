@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.fields import require_on_globe
+from skyverse.maps.georeference.feature import require_on_globe
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
 from of_maps import of_maps
-from skyverse.maps.assembly.extent import VERY_LOW_LEVEL
+from skyverse.maps.assembly.frame import VERY_LOW_LEVEL
 from skyverse.model.altitude import AboveGround, AboveSea
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.maps.readers.point_cloud import read_las, voxels_of_points
+from skyverse.maps.readers.voxel_grid import read_las, voxels_of_points
 
 
 def las(path, points, scales=(0.001, 0.001, 0.001), crs=None):

@@ -10,11 +10,11 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, in_words
-from skyverse.maps.assembly import extent, frame
+from skyverse.maps.assembly import frame
 from skyverse.maps.assembly.bad_points import refuse_bad_points
 from skyverse.maps.assembly.frame import Area, require_size
 from skyverse.maps.assembly.inputs import licence_of, licensed, open_clouds, read_feature_files, voxels_of
-from skyverse.maps.assembly.obstacles import local_features, points_inside, prisms, simplified, within_bounds
+from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds
 from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note
 from skyverse.maps.assembly.places import (
     homes,
@@ -22,6 +22,7 @@ from skyverse.maps.assembly.places import (
     low_points,
     named_places,
     points_above_ceiling,
+    points_inside,
     refuse_off_map,
     refuse_one_swapped,
     refuse_outside,
@@ -92,11 +93,11 @@ def build_scenario(options: BuildOptions) -> Scenario:
     bad = [*low_points(starting, relief, ground_clearance, home_z), *low_points(ending, relief, ground_clearance)]
     ends = [*starting.items(), *ending.items()]
     points = [point for _, point in ends]
-    floor, highest = extent.heights(relief, local, [one for some in solids.values() for one in some], points)
+    floor, highest = frame.heights(relief, local, [one for some in solids.values() for one in some], points)
     most = options.max_height
-    top = extent.ceiling(options.ceiling or most, options.band, zero, relief, floor, highest)
+    top = frame.ceiling(options.ceiling or most, options.band, zero, relief, floor, highest)
     if most is None or options.ceiling is not None:
-        bad += extent.high_points(ends, top)
+        bad += frame.high_points(ends, top)
     if most is not None:
         bad += points_above_ceiling(dict(ends), relief, most.metres)
     obstacles: list[Prism | Voxels] = []
@@ -121,7 +122,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
         gives = "buildings" if file.is_buildings else "zones"
         sources.append((path, Source(file=path.name, gives=gives, licence=licence_of(path))))
     bounds = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
-    band = extent.altitude_band(options.band, options.band_weight, relief)
+    band = frame.altitude_band(options.band, options.band_weight, relief)
     limits = _limits(options)
     for one in bad:
         home_z.pop(one.name, None)  # which may be above a start that is too low
@@ -133,7 +134,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
         terrain=relief,
         clearance=clearance,
         max_height=None if most is None else most.metres,
-        lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
+        lattice=Lattice(step=frame.lattice_step(bounds, options.lattice_step)),
         objective=Objective(unit="metres", altitude=band),
         uavs=tuple(
             with_limits(UAV(name=uav, start=point, home=home_z.get(uav)), limits) for uav, point in starting.items()
@@ -143,7 +144,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
         sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),
     )
     if options.lattice_step is None:
-        step = extent.lattice_step(bounds, None, upright_step(built))
+        step = frame.lattice_step(bounds, None, upright_step(built))
         built = built.model_copy(update={"lattice": Lattice(step=step)})
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import BuildOptions, Note
-from skyverse.maps.georeference.feature import Feature, Rectangle
-from skyverse.maps.georeference.fields import Fields
+from skyverse.maps.georeference.feature import Feature, Fields, Rectangle
 from skyverse.maps.georeference.reading import Choices, Reading
 from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, aerial_cloud, aerial_voxels
 from skyverse.model.caution import Caution

@@ -1,7 +1,7 @@
 """Buildings and zones: outlines on the globe become prisms of the local frame that never cover less."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import compress
 from typing import Any
@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.maps.assembly.bad_points import BadPoint
 from skyverse.maps.assembly.terrain import GIVE_GROUND, ground_range
 from skyverse.maps.georeference.feature import Feature, Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
-from skyverse.model.shapes import Prism, Terrain, Voxels
-from skyverse.space.roof import roof_z
+from skyverse.model.shapes import Prism, Terrain
 
 KINDS_FROM_THE_GROUND = ("building", "construction", "furniture", "tree", "vegetation")
 """Kinds of obstacles that reach down to the ground, even where their file lets them begin at an altitude."""
@@ -62,7 +60,7 @@ def local_features(
     """Bring features into the local frame; what is farther than `reach` metres from a region is cut off."""
     import shapely
 
-    from skyverse.maps.georeference.longitudes import features_around, pieces
+    from skyverse.maps.readers.polygons import features_around, pieces
 
     given, features = len(features), features_around(features, origin.longitude, origin.latitude)
     counts: Counter[str] = Counter()
@@ -192,54 +190,6 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
         outlines[many] = simplify(outlines[many], tolerance)
         counts[f"of more than {MAX_CORNERS} corners, simplified by {tolerance:g} m"] = int(many.sum())
     return LocalFeatures(list(outlines), features, low, high, counts)
-
-
-def points_inside(
-    points: Iterable[tuple[str, tuple[float, float, float]]],
-    solids: Sequence[Prism | Voxels],
-    clearance: float,
-    file: str,
-    top: float,
-) -> list[BadPoint]:
-    """Return those points, given with their names, that lie in an obstacle of a file, or nearer than the clearance.
-
-    An obstacle that ends above the `top` of the bounds, at which it is cut off, has no roof to fly over.
-    """
-    found = []
-    for name, point in points:
-        near = [solid for solid in solids if _is_near(solid, np.array(point), clearance)]
-        if near:
-            highest = max(near, key=lambda solid: roof_z(solid, point, clearance))
-            called = f"the {highest.kind or 'obstacle'}" + (f" {highest.name!r:.60}" if highest.name else "")
-            text = (
-                f"expected a point {clearance:g} m or more from what must not be entered, found it in or near "
-                f"{called} of {file}"
-            )
-            roof = roof_z(highest, point, clearance)
-            if highest.closed_above:
-                found.append(BadPoint(name, point, f"{text}, which nothing may fly over"))
-            elif roof > top:
-                found.append(BadPoint(name, point, f"{text}, which reaches above the bounds"))
-            else:
-                found.append(BadPoint(name, point, text, roof))
-    return found
-
-
-def _is_near(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
-    if isinstance(solid, Voxels):
-        first = np.array(solid.origin)
-        low = np.maximum(np.floor((point - clearance - first) / solid.step + 1e-9), 0).astype(np.int64)
-        high = np.maximum(np.ceil((point + clearance - first) / solid.step - 1e-9), 0).astype(np.int64)
-        return bool(solid.occupied[tuple(slice(a, b) for a, b in zip(low, high, strict=True))].any())
-    if not (solid.low - clearance < point[2] and (solid.closed_above or point[2] < solid.high + clearance)):
-        return False
-    corners = np.asarray(solid.vertices)
-    if ((point[:2] < corners.min(axis=0) - clearance) | (point[:2] > corners.max(axis=0) + clearance)).any():
-        return False
-    import shapely
-
-    outline, place = shapely.Polygon(solid.vertices, solid.holes), shapely.Point(point[:2])
-    return bool(outline.distance(place) < clearance) if clearance else bool(outline.contains_properly(place))
 
 
 def prisms(these: LocalFeatures) -> tuple[list[Prism], Counter[str]]:

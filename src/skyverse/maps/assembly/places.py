@@ -1,7 +1,7 @@
 """UAVs and targets: places on the globe become points of the local frame."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -11,13 +11,13 @@ from skyverse.errors import InputError, Remedy, is_number
 from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
 from skyverse.maps.assembly.terrain import GIVE_GROUND
-from skyverse.maps.georeference.feature import MAX_WIDTH, Feature, Rectangle, contains
-from skyverse.maps.georeference.fields import SWAPPED, require_on_globe
+from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED, Feature, Rectangle, contains, require_on_globe
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
-from skyverse.model.shapes import Terrain
+from skyverse.model.shapes import Prism, Terrain, Voxels
+from skyverse.space.roof import roof_z
 
 
 def named_places(places: GlobalPlaces, kind: str) -> dict[str, GlobalPlace]:
@@ -235,3 +235,51 @@ def points_above_ceiling(
             give = (Remedy("max_height", None, "to raise it"),)
             found.append(BadPoint(name, (x, y, z), text, give=give))
     return found
+
+
+def points_inside(
+    points: Iterable[tuple[str, tuple[float, float, float]]],
+    solids: Sequence[Prism | Voxels],
+    clearance: float,
+    file: str,
+    top: float,
+) -> list[BadPoint]:
+    """Return those points, given with their names, that lie in an obstacle of a file, or nearer than the clearance.
+
+    An obstacle that ends above the `top` of the bounds, at which it is cut off, has no roof to fly over.
+    """
+    found = []
+    for name, point in points:
+        near = [solid for solid in solids if _is_near(solid, np.array(point), clearance)]
+        if near:
+            highest = max(near, key=lambda solid: roof_z(solid, point, clearance))
+            called = f"the {highest.kind or 'obstacle'}" + (f" {highest.name!r:.60}" if highest.name else "")
+            text = (
+                f"expected a point {clearance:g} m or more from what must not be entered, found it in or near "
+                f"{called} of {file}"
+            )
+            roof = roof_z(highest, point, clearance)
+            if highest.closed_above:
+                found.append(BadPoint(name, point, f"{text}, which nothing may fly over"))
+            elif roof > top:
+                found.append(BadPoint(name, point, f"{text}, which reaches above the bounds"))
+            else:
+                found.append(BadPoint(name, point, text, roof))
+    return found
+
+
+def _is_near(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
+    if isinstance(solid, Voxels):
+        first = np.array(solid.origin)
+        low = np.maximum(np.floor((point - clearance - first) / solid.step + 1e-9), 0).astype(np.int64)
+        high = np.maximum(np.ceil((point + clearance - first) / solid.step - 1e-9), 0).astype(np.int64)
+        return bool(solid.occupied[tuple(slice(a, b) for a, b in zip(low, high, strict=True))].any())
+    if not (solid.low - clearance < point[2] and (solid.closed_above or point[2] < solid.high + clearance)):
+        return False
+    corners = np.asarray(solid.vertices)
+    if ((point[:2] < corners.min(axis=0) - clearance) | (point[:2] > corners.max(axis=0) + clearance)).any():
+        return False
+    import shapely
+
+    outline, place = shapely.Polygon(solid.vertices, solid.holes), shapely.Point(point[:2])
+    return bool(outline.distance(place) < clearance) if clearance else bool(outline.contains_properly(place))

@@ -6,7 +6,7 @@ from itertools import product
 from typing import Any
 
 from skyverse.errors import InputError, Remedy
-from skyverse.maps.georeference.fields import Fields, looked_up, number_of, plain
+from skyverse.maps.georeference.feature import Fields, looked_up, number_of, plain
 from skyverse.maps.georeference.reading import Choices
 from skyverse.model.altitude import FOOT, MAX_WRITTEN, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 

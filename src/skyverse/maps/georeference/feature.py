@@ -1,8 +1,14 @@
-"""Buildings and zones as files have them, and rectangles of the map around them."""
+"""Buildings and zones as files have them, rectangles around them, and fields, whatever their case and punctuation."""
 
+import math
+import re
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, TypeVar
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError, printable, shown
 from skyverse.model.altitude import Altitude
 from skyverse.model.frame import MAX_FAR
 
@@ -55,3 +61,105 @@ class Feature:
     name: str | None
     where: str
     risk: float | None = None
+
+
+T = TypeVar("T")
+
+
+class Fields:
+    """The fields of a feature that hold something; names are compared as `plain` gives them."""
+
+    def __init__(self, fields: Mapping[str, Any]) -> None:
+        self._fields: dict[str, list[tuple[str, Any]]] = {}
+        for name, value in fields.items():
+            if not is_empty(value):
+                self._fields.setdefault(plain(name), []).append((name, value))
+
+    def get(self, name: str) -> Any:
+        """Return a field's value, or ``None``; where several fields have that plain name, the last one's."""
+        return self._fields.get(plain(name), [(name, None)])[-1][1]
+
+    def of(self, *names: str) -> Iterator[tuple[str, Any]]:
+        """Return the name, as the file writes it, and the value of each field that has one of these plain names."""
+        return (field for name in names for field in self._fields.get(name, ()))
+
+    def first_number(self, *words: str) -> str | None:
+        """Return the name of the first field that holds a number and has any of these words in its plain name.
+
+        A field within a field is named as in ``volume.upper``.
+        """
+        for name, found in self._fields.items():
+            for written, value in found:
+                if isinstance(value, Mapping):
+                    within = Fields({str(key): held for key, held in value.items()}).first_number(*words)
+                    if within is not None:
+                        return f"{written}.{within}"
+                starts = isinstance(value, str) and value.strip()[0].isdigit()
+                is_number = starts or (isinstance(value, int | float) and not isinstance(value, bool))
+                if is_number and any(word in name for word in words):
+                    return written
+        return None
+
+    def text(self, *names: str) -> str | None:
+        """Return the first of these fields that holds a text, in printable characters."""
+        for _, value in self.of(*names):
+            if isinstance(value, str) and value.strip():
+                return printable(value)
+        return None
+
+
+@lru_cache(maxsize=4096)
+def plain(name: str) -> str:
+    """Return a field's name in lower case, letters and digits only."""
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def is_empty(value: object) -> bool:
+    """Tell whether a value is null, a blank text, or the NaN of an empty cell."""
+    if isinstance(value, float):
+        return math.isnan(value)
+    return value is None or (isinstance(value, str) and not value.strip())
+
+
+def number_of(value: object, place: str) -> float:
+    """Return the number that a field must hold, or raise `InputError`."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise InputError(f"{place}: expected metres or feet, found {shown(value)}")
+    return float(value)
+
+
+def looked_up(table: Mapping[str, T], value: object, place: str, expected: str) -> T:
+    """Return what a word stands for by its plain name, or raise `InputError`."""
+    found = table.get(plain(value)) if isinstance(value, str) else None
+    if found is None:
+        raise InputError(f"{place}: expected {expected}, found {shown(value)}")
+    return found
+
+
+def require_type(kind: type[T], value: object, place: str, expected: str) -> T:
+    """Return a value that must be of this type, or raise `InputError`."""
+    if not isinstance(value, kind):
+        raise InputError(f"{place}: expected {expected}, found {shown(value)}")
+    return value
+
+
+def are_numbers(value: object, counts: Container[int], limit: float) -> bool:
+    """Tell whether a value is a list of as many numbers as `counts` allows, all nearer to zero than a limit."""
+    return (
+        isinstance(value, list)
+        and len(value) in counts
+        and all(type(number) in (int, float) and abs(number) < limit for number in value)
+    )
+
+
+SWAPPED = "; are latitude and longitude swapped?"
+"""What is added to a message where the two would fit the other way round."""
+
+
+def require_on_globe(what: str, latitude: float, longitude: float) -> None:
+    """Raise `InputError`, which begins with `what`, unless both are in their ranges, degrees."""
+    if not abs(latitude) <= 90:
+        hint = SWAPPED if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
+        raise InputError(f"{what}: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
+    if not abs(longitude) <= 180:
+        raise InputError(f"{what}: expected a longitude from -180 to 180 degrees, found {longitude:g}")

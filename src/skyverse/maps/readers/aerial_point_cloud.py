@@ -17,9 +17,9 @@ from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError, Remedy, require_file, require_libraries
 from skyverse.maps.georeference.feature import Rectangle
 from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices
-from skyverse.maps.readers import point_cloud, voxel_grid
-from skyverse.maps.readers.point_cloud import POINTS_AT_A_TIME
+from skyverse.maps.readers import voxel_grid
 from skyverse.maps.readers.raster_tiles import GIVE_GEOID
+from skyverse.maps.readers.voxel_grid import POINTS_AT_A_TIME
 from skyverse.model.altitude import FOOT
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
@@ -84,12 +84,11 @@ def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
     require_libraries(path.name, "laspy", "lazrs", "pyproj", "shapely")
     import shapely
 
-    from skyverse.maps.georeference import datum
-    from skyverse.maps.georeference.coordinate_systems import to_globe
+    from skyverse.maps.georeference.coordinate_systems import to_globe, transformer_to_globe
 
-    with point_cloud.open_las(path) as file:
+    with voxel_grid.open_las(path) as file:
         header = file.header
-        said, keys = point_cloud.coordinate_system(header), _keys(header)
+        said, keys = voxel_grid.coordinate_system(header), _keys(header)
         low, high = np.array(header.mins, dtype=np.float64), np.array(header.maxs, dtype=np.float64)
     if not header.point_count:
         raise InputError(f"{path}: expected points, found none")
@@ -99,7 +98,7 @@ def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
     box = np.array([shapely.box(*low[:2], *(high[:2] + 1e-9))], dtype=object)
     outline = to_globe(box, crs, str(path), lambda _: str(path), choices.tell)[0]
     middle = (low + high) / 2
-    transformer, _ = datum.to_globe(crs, float(middle[0]), float(middle[1]), str(path))
+    transformer, _ = transformer_to_globe(crs, float(middle[0]), float(middle[1]), str(path))
     around = shapely.get_coordinates(outline)
     name = ":".join(crs.to_authority() or [crs.name])
     return AerialCloud(path, name, transformer, metres, ellipsoidal, header.point_count, low, high, around)
@@ -121,16 +120,15 @@ def _system(path: Path, said: "CRS | None", keys: dict[int, int], choices: Choic
     """Return the horizontal coordinate system, the metres in a unit of z, and whether z is above the ellipsoid."""
     import pyproj
 
-    from skyverse.maps.georeference import datum
-    from skyverse.maps.georeference.coordinate_systems import named_crs
+    from skyverse.maps.georeference.coordinate_systems import named_crs, unit_of_heights
 
     if said is None and choices.crs is None:
         raise InputError(f"{path}: expected its coordinate system, found none", give=[GIVE_CRS])
     crs = named_crs(str(choices.crs), str(path)) if said is None else said
-    vertical = datum.vertical(crs, str(path))
+    vertical = unit_of_heights(crs, str(path))
     if vertical is None and 1024 <= keys.get(4096, 0) <= 32766:
         try:
-            vertical = datum.vertical(pyproj.CRS.from_epsg(keys[4096]), str(path))
+            vertical = unit_of_heights(pyproj.CRS.from_epsg(keys[4096]), str(path))
         except pyproj.exceptions.CRSError:
             raise InputError(f"{path}: expected a vertical coordinate system, found EPSG:{keys[4096]}") from None
     flat = crs.to_2d()
@@ -232,7 +230,7 @@ def _altitudes(cloud: AerialCloud, origin: Origin, z: Floats) -> Floats:
 
 def _points(cloud: AerialCloud, origin: Origin) -> Iterator[tuple[Floats, Ints]]:
     """Yield points (n, 3) of the local frame and their classes (n,), some at a time."""
-    with point_cloud.open_las(cloud.path) as file:
+    with voxel_grid.open_las(cloud.path) as file:
         for chunk in file.chunk_iterator(POINTS_AT_A_TIME):
             x, y, z = (np.asarray(axis, dtype=np.float64) for axis in (chunk.x, chunk.y, chunk.z))
             at = np.column_stack([x, y, z])

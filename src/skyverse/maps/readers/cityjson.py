@@ -19,11 +19,9 @@ from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, printable, shown
-from skyverse.maps.georeference import datum
 from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT
-from skyverse.maps.georeference.coordinate_systems import named_crs, to_globe
-from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import Fields, are_numbers, require_type
+from skyverse.maps.georeference.coordinate_systems import named_crs, to_globe, unit_of_heights
+from skyverse.maps.georeference.feature import Feature, Fields, are_numbers, require_type
 from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.readers.dimensions import building_limits
 from skyverse.maps.readers.polygons import filled, polygons
@@ -154,7 +152,7 @@ def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyp
         said, where = choices.crs, str(path)
     said = require_type(str, said, where, "a coordinate system")
     crs = named_crs(said.replace("https://", "http://", 1) if "/def/crs/" in said else said, where)
-    vertical = datum.vertical(crs, where)
+    vertical = unit_of_heights(crs, where)
     if vertical is not None and not vertical[1]:
         return crs, vertical[0]
     if vertical is not None:

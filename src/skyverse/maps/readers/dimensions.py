@@ -7,7 +7,7 @@ from typing import Any
 
 from skyverse.errors import InputError, Remedy, shown
 from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT, UNIT_FIELDS
-from skyverse.maps.georeference.fields import Fields, looked_up, plain
+from skyverse.maps.georeference.feature import Fields, looked_up, plain
 from skyverse.maps.georeference.reading import MAX_BUFFER, Choices
 from skyverse.model.altitude import FOOT, AboveGround
 

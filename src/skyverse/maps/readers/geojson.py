@@ -17,8 +17,7 @@ from skyverse.documents.json import load_json
 from skyverse.documents.limits import LimitError, require_length
 from skyverse.errors import InputError, printable, shown, unreadable
 from skyverse.maps.georeference.coordinate_systems import WGS84, named_crs
-from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import are_numbers, plain, require_type
+from skyverse.maps.georeference.feature import Feature, are_numbers, plain, require_type
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.dimensions import fields_of_standard_circle
 from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from skyverse.errors import InputError, require_file, shown
-from skyverse.maps.georeference.fields import are_numbers, require_type
+from skyverse.maps.georeference.feature import are_numbers, require_type
 from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN, Unknown
 from skyverse.model.scenario import Bounds, Lattice, Scenario, Source
 from skyverse.model.shapes import Box, Voxels
@@ -65,12 +65,12 @@ def read_voxels(path: str | Path, size: float | None = None, unknown: Unknown | 
 
 def _reader(suffix: str, unknown: Unknown | None) -> Callable[[Path, float | None], Voxels]:
     """Return the function that reads such files; it loads the libraries of its format when it reads."""
-    from skyverse.maps.readers import mesh, octomap, point_cloud, voxel_grid
+    from skyverse.maps.readers import mesh, octomap, voxel_grid
 
     readers: dict[str, Callable[[Path, float | None], Voxels]] = {
         ".3dmap": voxel_grid.read_3dmap,
         **dict.fromkeys(OCTOMAP_SUFFIXES, partial(octomap.read_octomap, unknown=unknown)),
-        **dict.fromkeys((".las", ".laz"), point_cloud.read_las),
+        **dict.fromkeys((".las", ".laz"), voxel_grid.read_las),
         **dict.fromkeys((".ply", ".stl", ".obj"), mesh.read_mesh),
     }
     return readers[suffix]

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from skyverse.errors import InputError, require_libraries, unreadable
-from skyverse.maps.readers.point_cloud import voxels_of_points
-from skyverse.maps.readers.voxel_grid import grid_around, voxels_of_grid
+from skyverse.maps.readers.voxel_grid import grid_around, voxels_of_grid, voxels_of_points
 from skyverse.model.shapes import Voxels
 from skyverse.numerics.kernel import inner, kernel
 

@@ -59,7 +59,7 @@ class OpenRaster:
     """
 
     def __init__(self, raster: Raster, data: Any) -> None:
-        from skyverse.maps.georeference import datum
+        from skyverse.maps.georeference.coordinate_systems import transformer_to_globe
 
         self.path, self.data = str(raster.path), data
         self.nodata = raster.nodata
@@ -78,7 +78,7 @@ class OpenRaster:
             units = [Remedy("Raster.unit", unit) for unit in METRES_PER_HEIGHT_UNIT]
             raise InputError(f"{self.path}: {flat.name} is not in metres, and its heights have no unit", give=units)
         middle = _transformed(data.transform, np.array(data.width / 2), np.array(data.height / 2))
-        self.globe, self.doubt = datum.to_globe(flat, float(middle[0]), float(middle[1]), self.path)
+        self.globe, self.doubt = transformer_to_globe(flat, float(middle[0]), float(middle[1]), self.path)
         self.turn = 2 * np.pi / flat.axis_info[0].unit_conversion_factor if flat.is_geographic else None
         if data.transform.determinant == 0 or data.transform.is_identity or min(data.shape) < 2:
             raise InputError(f"{self.path}: it does not say where on Earth its pixels lie (no geotransform)")
@@ -104,7 +104,7 @@ class OpenRaster:
         """Return the coordinate system, the metres in a vertical unit, if known, and if heights are ellipsoidal."""
         import pyproj
 
-        from skyverse.maps.georeference import datum
+        from skyverse.maps.georeference.coordinate_systems import unit_of_heights
 
         own = self.data.crs
         if own is None and given is None:
@@ -114,7 +114,7 @@ class OpenRaster:
         except pyproj.exceptions.CRSError:
             found = given if own is None else own.to_wkt()
             raise InputError(f"{self.path}: expected a coordinate system, found {found!r:.60}") from None
-        upward = datum.vertical(crs, self.path)
+        upward = unit_of_heights(crs, self.path)
         if crs.is_compound:
             crs = crs.sub_crs_list[0]
         if not (crs.is_geographic or crs.is_projected):
@@ -250,7 +250,7 @@ def _transformed(transform: Any, first: Floats, second: Floats) -> tuple[Floats,
 @contextmanager
 def open_raster(raster: Raster) -> Iterator[OpenRaster]:
     """Open a raster, or raise `InputError`."""
-    require_libraries("terrain", "rasterio", "pyproj")
+    require_libraries("terrain", "rasterio", "pyproj", "shapely")
     import rasterio
 
     path = Path(raster.path)

@@ -10,7 +10,6 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError, Remedy, printable, shown
-from skyverse.maps.georeference import datum
 from skyverse.maps.georeference.altitude_limits import (
     GIVE_ALTITUDES,
     GIVE_UNIT,
@@ -18,9 +17,8 @@ from skyverse.maps.georeference.altitude_limits import (
     altitude_limits,
     from_the_ground,
 )
-from skyverse.maps.georeference.coordinate_systems import to_globe
-from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import Fields, is_empty, number_of, plain
+from skyverse.maps.georeference.coordinate_systems import to_globe, unit_of_heights
+from skyverse.maps.georeference.feature import Feature, Fields, is_empty, number_of, plain
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
@@ -225,7 +223,7 @@ def _unit_and_reference_of_z(
     record: GeometryRecord, crs: pyproj.CRS, choices: Choices
 ) -> tuple[float, Literal["amsl"] | None]:
     """Return the metres in a unit of the corners' altitudes, and what their coordinate system counts them from."""
-    vertical = datum.vertical(crs, record.where)
+    vertical = unit_of_heights(crs, record.where)
     if vertical is not None:
         unit, above_ellipsoid = vertical
         if above_ellipsoid:

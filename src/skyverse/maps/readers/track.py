@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, path_of, require_file, shown
-from skyverse.maps.georeference.fields import require_on_globe
+from skyverse.maps.georeference.feature import require_on_globe
 from skyverse.maps.readers.track_files import Altitudes, Fixes, Reference, Unit, gpx_fixes, table_fixes, time
 from skyverse.model.altitude import FOOT
 from skyverse.model.frame import Origin
