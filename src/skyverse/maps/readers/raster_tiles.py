@@ -1,7 +1,7 @@
 """What rasters have over a region of the local frame: windows of heights, and where their pixels lie in the frame.
 
 Polynomials through Chebyshev points stand in place of projections, which cost microseconds a place. A number that
-stands for no data although the file does not declare it fills blocks of pixels that have a cliff nearly all around them.
+stands for no data although the file does not declare it fills blocks of pixels with a cliff nearly all around them.
 
 Source: J.-P. Berrut, L. N. Trefethen, "Barycentric Lagrange interpolation", SIAM Review 46 (2004), 501-517.
 """
