@@ -303,28 +303,25 @@ def test_limits_that_no_vehicle_has_are_refused_by_name(field, value):
 
 
 @pytest.mark.parametrize(
-    ("more", "complaint"),
+    "more",
     [
-        ({"fixed_wing": {"speed": 5, "turn_radius": 50, "climb": 10}}, "above max_speed"),
-        ({"fixed_wing": {"speed": 4, "turn_radius": 2, "climb": 10}}, "not below max_acceleration"),
-        (
-            {"fixed_wing": {"speed": 4, "turn_radius": 9, "climb": 20}, "max_climb": 1},
-            "is 1.456 m/s, above max_climb, 1",
-        ),
-        ({"fixed_wing": {"speed": 4, "turn_radius": 9, "climb": 20}, "max_descent": 1}, "above max_descent, 1"),
-        ({"separation": 0, "vertical_separation": 1}, "must both be above 0, or both 0"),
+        {"fixed_wing": {"speed": 5, "turn_radius": 50, "climb": 10}},
+        {"fixed_wing": {"speed": 4, "turn_radius": 2, "climb": 10}},
+        {"fixed_wing": {"speed": 4, "turn_radius": 9, "climb": 20}, "max_climb": 1},
+        {"fixed_wing": {"speed": 4, "turn_radius": 9, "climb": 20}, "max_descent": 1},
+        {"separation": 0, "vertical_separation": 1},
     ],
 )
-def test_limits_that_contradict_each_other_are_refused_in_a_sentence(more, complaint):
-    with pytest.raises(sky.InputError, match=complaint):
+def test_limits_that_contradict_each_other_are_refused_in_a_sentence(more, refuses):
+    with refuses():
         sky.UAV(start=(0, 0, 0), **more)
 
 
 @pytest.mark.parametrize("far", [1.1e12, -1e300])
-def test_coordinates_that_no_place_has_are_refused(far):
-    with pytest.raises(sky.InputError, match=r"1e\+12"):
+def test_coordinates_that_no_place_has_are_refused(far, refuses):
+    with refuses():
         sky.UAV(start=(0.0, far, 0.0))
-    with pytest.raises(sky.InputError, match=r"1e\+12"):
+    with refuses():
         sky.Bounds(min=(-1e12, min(far, -1), 0), max=(1, max(far, 1), 1))
     assert sky.Target(position=(1e12, -1e12, 0.0)).position[0] == 1e12
 

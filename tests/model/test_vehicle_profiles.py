@@ -44,28 +44,21 @@ def test_a_limit_that_is_null_is_none_also_when_it_is_written_and_read(suffix, t
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    "given",
     [
-        ({"vehicle": "camera", "max_speed": None}, r"max_speed: expected a number of m/s, found None"),
-        (
-            {"vehicle": "camera", "tracking_error": None},
-            r"tracking_error: expected a mapping of keys to values, found None",
-        ),
-        (
-            {"vehicle": "mapping", "fixed_wing": None},
-            r"fixed_wing: must not be null, since the vehicle 'mapping'",
-        ),
+        {"vehicle": "camera", "max_speed": None},
+        {"vehicle": "camera", "tracking_error": None},
+        {"vehicle": "mapping", "fixed_wing": None},
     ],
 )
-def test_what_every_uav_has_is_refused_where_it_is_null(given, says, tmp_path):
+def test_what_every_uav_has_is_refused_where_it_is_null(given, tmp_path, refuses):
     import json
 
     sky.write(sky.read("map1"), tmp_path / "a.json")
     data = json.loads((tmp_path / "a.json").read_text()) | {"uavs": [{"start": [0, -4, 1]} | given]}
     (tmp_path / "a.json").write_text(json.dumps(data))
-    with pytest.raises(sky.InputError, match=says) as error:
+    with refuses():
         sky.read_scenario(tmp_path / "a.json")
-    assert "\n" not in str(error.value)
 
 
 def test_the_thesis_quadrotor_has_the_defaults_of_a_uav():
@@ -98,7 +91,7 @@ def test_a_vehicle_that_is_not_known_is_refused_with_the_names_that_are(name, tm
         sky.UAV.model_validate({"start": (0, 0, 0), "vehicle": name})
 
 
-def test_a_scenario_file_names_a_vehicle(tmp_path):
+def test_a_scenario_file_names_a_vehicle(tmp_path, refuses):
     sky.write(sky.read("map1"), tmp_path / "a.yaml")
     text = (tmp_path / "a.yaml").read_text().partition("uavs:")[0]
     text += "uavs:\n- {start: [0, -4, 1], vehicle: indoor, max_speed: 0.5}\ntargets:\n- {position: [2, 17, 3]}\n"
@@ -106,7 +99,7 @@ def test_a_scenario_file_names_a_vehicle(tmp_path):
     (uav,) = sky.read_scenario(tmp_path / "a.yaml").uavs
     assert (uav.max_speed, uav.max_climb, uav.max_tilt) == (0.5, 1.0, 20.0)
     (tmp_path / "a.yaml").write_text(text.replace("indoor", "outdoor"))
-    with pytest.raises(sky.InputError, match=r"uavs\[0\]: vehicle: there is none of the name 'outdoor'; there are"):
+    with refuses():
         sky.read_scenario(tmp_path / "a.yaml")
 
 
@@ -127,18 +120,12 @@ def test_limits_of_a_fleet_replace_those_of_each_uav():
 
 
 @pytest.mark.parametrize(
-    ("limits", "says"),
-    [
-        ({"vehicle": "rocket"}, "vehicle: expected one of indoor, thesis, camera, heavy, mapping, found 'rocket'"),
-        ({"max_speed": -1.0}, "max_speed: a: expected 0.001 or more"),
-        ({"tracking_error": (-1, 2)}, "tracking_error: a: expected 0 or more"),
-        ({"vehicle": "mapping", "max_speed": 9.0}, "a: fixed_wing.speed of 15 m/s"),
-    ],
+    "limits",
+    [{"vehicle": "rocket"}, {"max_speed": -1.0}, {"tracking_error": (-1, 2)}, {"vehicle": "mapping", "max_speed": 9.0}],
 )
-def test_limits_that_cannot_be_are_refused_in_a_sentence(limits, says):
-    with pytest.raises(sky.InputError) as error:
+def test_limits_that_cannot_be_are_refused_in_a_sentence(limits, refuses):
+    with refuses():
         with_limits(sky.UAV(name="a", start=(0, 0, 0)), FleetLimits(**limits))
-    assert str(error.value).startswith(says)
 
 
 def test_the_documentation_states_the_profiles():

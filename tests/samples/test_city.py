@@ -61,14 +61,14 @@ def test_small_downtowns_are_made_also_where_corners_are_built_up(buildings):
         assert np.any((starts[:, :2] - middle) * (ends[:, :2] - middle) <= 0, axis=1).all()
 
 
-def test_what_cannot_be_is_refused_in_one_sentence():
-    with pytest.raises(sky.InputError, match="buildings is a whole number from 0 on, not -1"):
+def test_what_cannot_be_is_refused_in_one_sentence(refuses):
+    with refuses():
         sky.random_city(-1)
     for name in ("side", "ceiling", "clearance"):
         for wrong in (-5, math.nan, math.inf, "x"):
-            with pytest.raises(sky.InputError, match=f"random_city's {name} is metres above 0, not"):
+            with refuses():
                 sky.random_city(5, **{name: wrong})
-    with pytest.raises(sky.InputError, match="leave no room"):
+    with refuses():
         sky.random_city(3000, side=100.0)
-    with pytest.raises(sky.InputError, match="random_downtown's buildings is a whole number from 0 on, not True"):
+    with refuses():
         sky.random_downtown(True)

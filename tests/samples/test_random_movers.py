@@ -59,15 +59,7 @@ def test_plans_among_them_are_proven(kind):
     assert mission.violations == ()
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"kind": "birds"}, "kind is 'spinners', 'patrols', 'knots', 'traffic', not 'birds'"),
-        ({"count": -1}, "count is a whole number from 0 on, not -1"),
-        ({"speed": 0.0}, "speed is from 0.001 to 1000 m/s, not 0.0"),
-        ({"seed": 1.5}, "seed is a whole number from 0 on, not 1.5"),
-    ],
-)
-def test_bad_arguments_get_one_sentence(given, said):
-    with pytest.raises(sky.InputError, match=said):
+@pytest.mark.parametrize("given", [{"kind": "birds"}, {"count": -1}, {"speed": 0.0}, {"seed": 1.5}])
+def test_bad_arguments_get_one_sentence(given, refuses):
+    with refuses():
         sky.random_movers(sky.read("map1"), **given)

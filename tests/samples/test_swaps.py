@@ -55,21 +55,20 @@ def test_the_same_seed_makes_the_same_scenario_and_another_one_another():
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    "make",
     [
-        (lambda: sky.tunnel_swap(7), "tunnel_swap's uavs is an even number from 2 to 60, not 7"),
-        (lambda: sky.tunnel_swap(62), "tunnel_swap's uavs is an even number from 2 to 60, not 62"),
-        (lambda: sky.tunnel_swap(4, width=0.5), "tunnel_swap's width is from 0.8 to 2.5 m, not 0.5"),
-        (lambda: sky.tunnel_swap(4, seed=-1), "tunnel_swap's seed is a whole number from 0 on, not -1"),
-        (lambda: sky.random_maze(0), "random_maze's uavs is an even number from 2 to 40, not 0"),
-        (lambda: sky.random_maze(4, cells=2), "random_maze's cells is a whole number from 3 to 20, not 2"),
-        (lambda: sky.random_maze(4, seed=0.5), "random_maze's seed is a whole number from 0 on, not 0.5"),
-        (lambda: sky.forest_swap(9), "forest_swap's uavs is an even number from 2 to 40, not 9"),
-        (lambda: sky.forest_swap(4, trees=51), "forest_swap's trees is a whole number from 0 to 50, not 51"),
-        (lambda: sky.random_maze(40, cells=3), "there is no space for 20 UAVs that are 0.8 m apart"),
+        lambda: sky.tunnel_swap(7),
+        lambda: sky.tunnel_swap(62),
+        lambda: sky.tunnel_swap(4, width=0.5),
+        lambda: sky.tunnel_swap(4, seed=-1),
+        lambda: sky.random_maze(0),
+        lambda: sky.random_maze(4, cells=2),
+        lambda: sky.random_maze(4, seed=0.5),
+        lambda: sky.forest_swap(9),
+        lambda: sky.forest_swap(4, trees=51),
+        lambda: sky.random_maze(40, cells=3),
     ],
 )
-def test_what_cannot_be_made_is_refused_in_one_sentence(make, said):
-    with pytest.raises(sky.InputError) as refused:
+def test_what_cannot_be_made_is_refused_in_one_sentence(make, refuses):
+    with refuses():
         make()
-    assert str(refused.value) == said

@@ -1,6 +1,5 @@
 """Files of zones that tests write, and what reading them ends in."""
 
-import pytest
 import shapely
 
 from skyverse.errors import InputError
@@ -30,14 +29,6 @@ def outcome(path, **choices):
         return read_features(path, Choices(**choices)), ""
     except InputError as error:
         return None, str(error)
-
-
-def refused(read, document, *words, **choices):
-    with pytest.raises(InputError) as error:
-        read(document, **choices)
-    for word in words:
-        assert word in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def kml(*placemarks):

@@ -11,7 +11,6 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
 from of_maps import of_maps  # noqa: E402
-from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds  # noqa: E402
 from skyverse.maps.georeference.reading import Choices, Reading  # noqa: E402
 from skyverse.maps.readers import read_features  # noqa: E402
@@ -145,9 +144,9 @@ def test_zones_moved_to_another_longitude_are_the_same_in_their_frame(zones, tur
         assert other.buffer(0.1).covers(first)
 
 
-def test_a_buffered_line_across_the_antimeridian_shuts_what_it_crosses(zones):
+def test_a_buffered_line_across_the_antimeridian_shuts_what_it_crosses(zones, refuses):
     path = zones({"type": "LineString", "coordinates": [[179.995, -17], [-179.995, -17]]})
-    with pytest.raises(InputError, match="must not be entered"):
+    with refuses():
         of_maps(
             "z",
             zones=[path],
@@ -236,12 +235,12 @@ def test_a_zone_on_the_other_side_of_the_globe_is_not_here(zones):
         {"type": "LineString", "coordinates": [[-1, 89.999], [1, 89.999]]},
     ],
 )
-def test_what_could_run_either_way_or_goes_around_a_pole_is_refused(zones, geometry):
-    with pytest.raises(InputError, match=r"z\.geojson: feature 1: .*(pole|one way)"):
+def test_what_could_run_either_way_or_goes_around_a_pole_is_refused(zones, geometry, refuses):
+    with refuses():
         read_features(zones(geometry), Choices(buffer=200.0))
 
 
-def test_a_buffer_wider_than_a_hundred_kilometres_is_refused():
-    with pytest.raises(InputError, match=r"Reading\.buffer: expected at most 100000 metres, found 1e\+07"):
+def test_a_buffer_wider_than_a_hundred_kilometres_is_refused(refuses):
+    with refuses():
         Reading(buffer=1e7)
     assert Reading(buffer=1e5).buffer == 1e5

@@ -66,7 +66,7 @@ def wanted(places, size):
 
 
 @pytest.mark.parametrize("text", [None, "", " ", "\0", "no system at all"])
-def test_a_file_that_claims_a_coordinate_system_and_holds_none_is_read_with_the_users(tmp_path, text):
+def test_a_file_that_claims_a_coordinate_system_and_holds_none_is_read_with_the_users(tmp_path, text, refuses):
     """The bit of the header that promises a text is set; the text is missing, empty or none of a system."""
     points, _ = some(1)
     header = laspy.LasHeader(point_format=6, version="1.4")
@@ -77,7 +77,7 @@ def test_a_file_that_claims_a_coordinate_system_and_holds_none_is_read_with_the_
     cloud = laspy.LasData(header)
     cloud.x, cloud.y, cloud.z = points.T
     cloud.write(tmp_path / "a.las")
-    with pytest.raises(InputError, match=r"a\.las: expected its coordinate system, found none; give Reading\(crs="):
+    with refuses():
         of_maps("c", voxels=[tmp_path / "a.las"], area=WIDE)
     built = of_maps("c", voxels=[tmp_path / "a.las"], area=WIDE, reading=sky.Reading(crs="EPSG:5555"))
     assert built.obstacles[0].occupied.any()
@@ -133,7 +133,7 @@ def test_what_is_outside_the_area_is_left_out_and_told(tmp_path):
     assert told[-1].text == "WARNING: nothing of it stands in the area"
 
 
-def test_feet_are_feet_and_the_ellipsoid_needs_a_geoid(tmp_path):
+def test_feet_are_feet_and_the_ellipsoid_needs_a_geoid(tmp_path, refuses):
     points, _ = some(8)
     feet = (points / [1, 1, 0.3048]).round(3)
     points = feet * [1, 1, 0.3048]
@@ -142,29 +142,29 @@ def test_feet_are_feet_and_the_ellipsoid_needs_a_geoid(tmp_path):
     (voxels,) = of_maps("a", voxels=[path], origin=ORIGIN, area=WIDE).obstacles
     assert columns(voxels) == wanted(places, 2.0)
     high = las(tmp_path / "e.las", points + np.array([0, 0, 47.0]), crs=pyproj.CRS(UTM).to_3d())
-    with pytest.raises(InputError, match=r"e\.las: its altitudes are counted from the ellipsoid; give geoid"):
+    with refuses():
         of_maps("a", voxels=[high], origin=ORIGIN, area=WIDE)
     (voxels,) = of_maps("a", voxels=[high], origin=ORIGIN, area=WIDE, geoid=47.0).obstacles
     assert columns(voxels) == wanted(local(points.round(3)), 2.0)
 
 
-def test_coordinates_that_a_file_does_not_say_are_asked_for(tmp_path):
+def test_coordinates_that_a_file_does_not_say_are_asked_for(tmp_path, refuses):
     points, places = some(9)
     bare = las(tmp_path / "bare.las", points, crs=None)
-    with pytest.raises(InputError, match=r"bare\.las: .* found none; give Reading\(crs='EPSG:4326'\)"):
+    with refuses():
         of_maps("a", voxels=[bare])
     (voxels,) = of_maps("a", voxels=[bare], origin=ORIGIN, area=WIDE, reading=sky.Reading(crs="EPSG:5555")).obstacles
     assert columns(voxels) == wanted(places, 2.0)
     flat = las(tmp_path / "flat.las", points, crs=UTM)
-    with pytest.raises(InputError, match=r"flat\.las: .* says nothing of altitudes; give Reading\(altitudes='amsl'\)"):
+    with refuses():
         of_maps("a", voxels=[flat])
     assert of_maps("a", voxels=[flat], reading=sky.Reading(altitudes="amsl")).obstacles
     feet = las(tmp_path / "feet.las", [(1.5e6, 6e5, 100), (1.5001e6, 6.001e5, 120)], crs=2230)
-    with pytest.raises(InputError, match=r"feet\.las: .* not in metres; give Reading\(unit='m'\) or Read"):
+    with refuses():
         of_maps("a", voxels=[feet], reading=sky.Reading(altitudes="amsl"))
-    with pytest.raises(InputError, match=r"a\.ply: expected a point cloud \(\.las, \.laz\), found '\.ply'"):
+    with refuses():
         of_maps("a", voxels=[tmp_path / "a.ply"])
-    with pytest.raises(InputError, match=r"none\.las: no such file"):
+    with refuses():
         of_maps("a", voxels=[tmp_path / "none.las"])
 
 
@@ -179,13 +179,13 @@ def test_geotiff_keys_say_what_altitudes_are_counted_from(tmp_path):
     assert columns(voxels) == wanted(places, 2.0)
 
 
-def test_a_header_that_lies_is_not_believed(tmp_path):
+def test_a_header_that_lies_is_not_believed(tmp_path, refuses):
     points, _ = some(11)
     path = las(tmp_path / "a.las", points)
     data = bytearray(path.read_bytes())
     data[179:187] = np.float64(points[:, 0].max() - 100).tobytes()  # the greatest x
     path.write_bytes(data)
-    with pytest.raises(InputError, match=r"a\.las: expected points in the range that its header says"):
+    with refuses():
         of_maps("a", voxels=[path], origin=ORIGIN, area=WIDE)
 
 
@@ -213,7 +213,7 @@ def test_the_command_takes_clouds(tmp_path, capsys):
     assert scenario.sources[0].licence == "CC0"
 
 
-def test_a_start_or_target_in_or_near_a_cloud_is_refused(tmp_path):
+def test_a_start_or_target_in_or_near_a_cloud_is_refused(tmp_path, refuses):
     tower = (*TO_UTM.transform(LON, LAT), 430.0)
     path = las(tmp_path / "a.las", np.array([tower]))
     options = {"voxels": [path], "ground": AboveSea(395), "origin": ORIGIN, "clearance": 3.0, "ground_clearance": 3.0}
@@ -224,5 +224,5 @@ def test_a_start_or_target_in_or_near_a_cloud_is_refused(tmp_path):
             if safe:
                 of_maps("a", **places, **options)
                 continue
-            with pytest.raises(InputError, match=r"(uav|target)-1: expected a point 3 m or more from what .* a\.las"):
+            with refuses():
                 of_maps("a", **places, **options)

@@ -10,7 +10,7 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from zones import ZONE, collection, feature, refused  # noqa: E402
+from zones import ZONE, collection, feature  # noqa: E402
 
 GEOD = pyproj.Geod(ellps="WGS84")
 
@@ -45,24 +45,25 @@ def test_a_radius_is_in_the_unit_that_stands_beside_it(read, fields, metres):
 
 
 @pytest.mark.parametrize(
-    ("fields", "words"),
+    "fields",
     [
-        ({"radius": 3, "radiusUnit": "furlong"}, "'radiusUnit': expected m, km, ft, NM or mi, found 'furlong'"),
-        ({"radius": 3, "radius_uom": 7}, "'radius_uom': expected m, km, ft, NM or mi, found 7"),
-        ({"radius": "3 furlongs"}, "'radius': expected m, km, ft, NM or mi, found 'furlongs'"),
-        ({"radius": 3, "unit": "deg"}, "'unit': expected m, km, ft, NM or mi, found 'deg'"),
-        ({"radius": "wide"}, "'radius': expected metres above zero, at most 100000, found 'wide'"),
-        ({"radius": "3 km", "radiusUnit": "m"}, "fields 'radiusUnit' and 'radius' say different units; keep one"),
-        ({"radius": "3 m", "radius_km": 3}, "fields 'radius' and 'radius_km' say different things; keep one"),
-        ({"radius": 300, "radiusUnit": "km"}, "'radius': expected metres above zero, at most 100000, found 300"),
-        ({"radius": -3, "radiusUnit": "m"}, "'radius': expected metres above zero"),
-        ({"radius": 3}, "'radius': could be metres or feet, as the file does not say; give Reading(unit='m') or"),
-        ({"radius": "3", **ZONE}, "'radius': could be metres or feet"),
-        ({"radius": 500, "unit": "ft", "upper": 400, "reference": "AGL"}, "'radius': could be metres or feet"),
+        {"radius": 3, "radiusUnit": "furlong"},
+        {"radius": 3, "radius_uom": 7},
+        {"radius": "3 furlongs"},
+        {"radius": 3, "unit": "deg"},
+        {"radius": "wide"},
+        {"radius": "3 km", "radiusUnit": "m"},
+        {"radius": "3 m", "radius_km": 3},
+        {"radius": 300, "radiusUnit": "km"},
+        {"radius": -3, "radiusUnit": "m"},
+        {"radius": 3},
+        {"radius": "3", **ZONE},
+        {"radius": 500, "unit": "ft", "upper": 400, "reference": "AGL"},
     ],
 )
-def test_a_radius_in_no_unit_that_is_known_is_refused(read, fields, words):
-    refused(read, collection(feature([7.0, 47.0], "Point", **fields)), "zones.geojson: feature 1", words, buffer=10)
+def test_a_radius_in_no_unit_that_is_known_is_refused(read, fields, refuses):
+    with refuses():
+        read(collection(feature([7.0, 47.0], "Point", **fields)), buffer=10)
 
 
 def test_a_radius_without_a_unit_is_in_the_unit_that_is_given_or_that_of_its_format(read):

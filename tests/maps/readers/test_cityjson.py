@@ -132,21 +132,21 @@ def test_a_template_has_its_own_level_of_detail(read):
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    "change",
     [
-        ({"template": 2}, "t0: 'template': expected one of 2 templates, found 2"),
-        ({"template": True}, "t0: 'template': expected one of 2 templates, found True"),
-        ({"boundaries": [8]}, "t0: 'boundaries': expected the vertex of a template"),
-        ({"boundaries": []}, "t0: 'boundaries': expected the vertex of a template"),
-        ({"transformationMatrix": [1] * 15}, "t0: 'transformationMatrix': expected 16 numbers"),
-        ({"transformationMatrix": [1] * 16}, "t0: 'transformationMatrix': expected 16 numbers"),
-        ({"transformationMatrix": [None] * 12 + [0, 0, 0, 1]}, "t0: 'transformationMatrix': expected 16 numbers"),
+        {"template": 2},
+        {"template": True},
+        {"boundaries": [8]},
+        {"boundaries": []},
+        {"transformationMatrix": [1] * 15},
+        {"transformationMatrix": [1] * 16},
+        {"transformationMatrix": [None] * 12 + [0, 0, 0, 1]},
     ],
 )
-def test_a_broken_instance_is_refused(read, change, sentence):
-    with pytest.raises(InputError, match=sentence):
+def test_a_broken_instance_is_refused(read, change, refuses):
+    with refuses():
         read(instances({**instance(np.eye(3, 4)), **change}))
-    with pytest.raises(InputError, match="'vertices-templates': expected rows of three numbers"):
+    with refuses():
         read(instances(instance(np.eye(3, 4)), **{"geometry-templates": {"templates": [], "vertices-templates": 3}}))
 
 
@@ -178,13 +178,13 @@ def test_walls_that_stand_alone_are_thin_but_not_lost(read):
     assert flat(wall).area < 0.5
 
 
-def test_the_highest_level_of_detail_is_taken_unless_another_is_asked_for(read):
+def test_the_highest_level_of_detail_is_taken_unless_another_is_asked_for(read, refuses):
     hut = [[X + x, Y + y, z] for z in (1, 3) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     small = [[[n + 8 for n in ring] for ring in face] for face in FACES]
     document = city({"a": {"type": "Building", "geometry": [solid(small, "2.2"), solid(FACES, 1)]}}, CUBE + hut)
     assert read(document)[0].high == AboveSea(3.0)
     assert read(document, lod="1")[0].high == AboveSea(7.5)
-    with pytest.raises(InputError, match="found none"):
+    with refuses():
         read(document, lod="3")
 
 
@@ -213,16 +213,16 @@ def test_what_else_stands_in_the_way_is_read_with_its_kind(read):
     assert [sentence.split(": ")[1][:6] for sentence in told] == ["1 of t", "1 of k"]
 
 
-def test_a_level_of_detail_is_a_number(read):
-    with pytest.raises(InputError, match=r"Reading\.lod: expected a level of detail such as 2\.2, found 'high'"):
+def test_a_level_of_detail_is_a_number(read, refuses):
+    with refuses():
         read(city(), lod="high")
 
 
-def test_a_flat_footprint_gets_its_height_from_its_attributes_or_the_user(read):
+def test_a_flat_footprint_gets_its_height_from_its_attributes_or_the_user(read, refuses):
     flat_one = {"type": "Building", "geometry": [surfaces(FACES[:1], "0")]}
     assert read(city({"a": {**flat_one, "attributes": {"measuredHeight": 9.5}}}), unit="m")[0].high == AboveGround(9.5)
     assert read(city({"a": flat_one}), building_height=4.0)[0].high == AboveGround(4.0)
-    with pytest.raises(InputError, match=r"a: .*Reading\.building_height"):
+    with refuses():
         read(city({"a": flat_one}))
 
 
@@ -234,11 +234,11 @@ def test_older_names_of_the_coordinate_system_are_known(read, said):
     assert near(flat(read(city(metadata=said, version="1.0"))[0]), shapely.box(X, Y, X + 10, Y + 8))
 
 
-def test_in_a_system_in_feet_altitudes_need_a_unit(read):
+def test_in_a_system_in_feet_altitudes_need_a_unit(read, refuses):
     corner = pyproj.Transformer.from_crs("OGC:CRS84", "EPSG:2263", always_xy=True).transform(-74.0, 40.7)
     vertices = [[corner[0] + x - X, corner[1] + y - Y, z] for x, y, z in CUBE]
     town = city(vertices=vertices, metadata={"referenceSystem": "EPSG:2263"})
-    with pytest.raises(InputError, match=r"city\.json: .* is not in metres, and altitudes have no unit; give Reading"):
+    with refuses():
         read(town, altitudes="amsl")
     (house,) = read(town, altitudes="amsl", unit="ft")
     assert house.high.metres == pytest.approx(7.5 * 0.3048)
@@ -252,26 +252,24 @@ def test_altitudes_in_feet_become_metres(read):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    "change",
     [
-        ({"metadata": {}}, ("referenceSystem", "Reading(crs=")),
-        ({"metadata": {"referenceSystem": "EPSG:28992"}}, ("altitudes", "Reading(altitudes='amsl')")),
-        ({"metadata": {"referenceSystem": "EPSG:4979"}}, ("mean sea level", "convert them", "EPSG:4326+3855")),
-        ({"metadata": {"referenceSystem": "EPSG:no"}}, ("coordinate system",)),
-        ({"version": "0.9"}, ("version", "0.9")),
-        ({"vertices": [[0, 1]]}, ("vertices",)),
-        ({"vertices": CUBE[:5]}, ("boundaries", "[")),
-        ({"vertices": [[x * 100, y * 100, z] for x, y, z in CUBE]}, ("house", "Amersfoort", "Netherlands")),
-        ({"transform": {"scale": [1, 1]}}, ("transform.scale",)),
-        ({"CityObjects": []}, ("CityObjects",)),
-        ({"CityObjects": {"street": {"type": "Road"}}}, ("found none",)),
+        {"metadata": {}},
+        {"metadata": {"referenceSystem": "EPSG:28992"}},
+        {"metadata": {"referenceSystem": "EPSG:4979"}},
+        {"metadata": {"referenceSystem": "EPSG:no"}},
+        {"version": "0.9"},
+        {"vertices": [[0, 1]]},
+        {"vertices": CUBE[:5]},
+        {"vertices": [[x * 100, y * 100, z] for x, y, z in CUBE]},
+        {"transform": {"scale": [1, 1]}},
+        {"CityObjects": []},
+        {"CityObjects": {"street": {"type": "Road"}}},
     ],
 )
-def test_what_cannot_be_placed_is_refused_in_one_sentence(read, change, words):
-    with pytest.raises(InputError) as error:
+def test_what_cannot_be_placed_is_refused_in_one_sentence(read, change, refuses):
+    with refuses():
         read({**city(), **change})
-    for word in ("city.json", *words):
-        assert word in str(error.value)
 
 
 def test_the_user_may_say_what_the_file_does_not(read):

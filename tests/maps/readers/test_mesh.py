@@ -89,26 +89,23 @@ OBJ = "v 0 0 0\nv 3 0 0\nv 0 3 0\nf 1 2 3\n"
 
 
 @pytest.mark.parametrize(
-    ("name", "data", "says"),
+    ("name", "data"),
     [
-        ("a.obj", OBJ.replace("v 3 0 0", "v nan 0 0").encode(), "found NaN or infinity"),
-        ("a.obj", OBJ.replace("v 3 0 0", "v 1e30 0 0").encode(), "expected coordinates in metres"),
-        ("a.obj", OBJ.replace("1 2 3", "1 2 9").encode(), ""),
-        ("a.obj", b"", ""),
-        ("a.stl", b"", ""),
-        ("a.stl", b"\0" * 80 + b"\xff\xff\xff\xff" + b"\0" * 100, ""),
-        ("a.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", ""),
-        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\nend_header\n1\n", ""),
-        ("a.ply", b"nothing of the kind", ""),
+        ("a.obj", OBJ.replace("v 3 0 0", "v nan 0 0").encode()),
+        ("a.obj", OBJ.replace("v 3 0 0", "v 1e30 0 0").encode()),
+        ("a.obj", OBJ.replace("1 2 3", "1 2 9").encode()),
+        ("a.obj", b""),
+        ("a.stl", b""),
+        ("a.stl", b"\x00" * 80 + b"\xff\xff\xff\xff" + b"\x00" * 100),
+        ("a.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\nend_header\n1\n"),
+        ("a.ply", b"nothing of the kind"),
     ],
 )
-def test_a_mesh_that_is_wrong_is_refused(name, data, says, tmp_path):
+def test_a_mesh_that_is_wrong_is_refused(name, data, tmp_path, refuses):
     (tmp_path / name).write_bytes(data)
-    with pytest.raises(sky.InputError) as error:
+    with refuses():
         sky.read(tmp_path / name)
-    assert str(error.value).startswith(str(tmp_path / name))
-    assert says in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_what_a_library_thinks_of_a_mesh_is_not_printed(tmp_path):
@@ -120,9 +117,9 @@ def test_what_a_library_thinks_of_a_mesh_is_not_printed(tmp_path):
 
 
 @pytest.mark.parametrize("size", [0, -1, np.nan, np.inf, 1e-9])
-def test_a_size_that_is_no_length_is_refused(size, tmp_path):
+def test_a_size_that_is_no_length_is_refused(size, tmp_path, refuses):
     (tmp_path / "a.obj").write_text(OBJ)
-    with pytest.raises(sky.InputError, match="size: expected metres"):
+    with refuses():
         read_mesh(tmp_path / "a.obj", size)
 
 

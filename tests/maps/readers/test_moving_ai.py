@@ -32,30 +32,27 @@ def test_a_map_has_voxels_of_the_size_that_is_asked_for(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    "text",
     [
-        ("", "line 1: expected 'voxel'"),
-        ("octile 3 4 2\n", "line 1: expected 'voxel'"),
-        ("voxel 3 4\n", "line 1: expected 'voxel'"),
-        ("voxel 3 -4 2\n", "line 1: expected 'voxel'"),
-        ("voxel 0 4 2\n", "line 1: expected voxels along every axis"),
-        ("voxel 1000000 1000000 1000000\n0 0 0\n", "expected at most 8,388,608 voxels, found 1000000 x"),
-        ("voxel 3 4 2\n0 0\n", "every line after the first, found 2"),
-        ("voxel 3 4 2\n0 0 0\n0 0\n", "every line after the first"),
-        ("voxel 3 4 2\n0 0 x\n", "could not convert string 'x'"),
-        ("voxel 3 4 2\n0 0 1.5\n", "could not convert string '1.5'"),
-        ("voxel 3 4 2\n0 0 99999999999999999999\n", "every line after the first"),
-        ("voxel 3 4 2\n0 0 2\n", "voxel [0, 0, 2] is outside of the [3, 4, 2] there are"),
-        ("voxel 3 4 2\n-1 0 0\n", "voxel [-1, 0, 0] is outside"),
+        "",
+        "octile 3 4 2\n",
+        "voxel 3 4\n",
+        "voxel 3 -4 2\n",
+        "voxel 0 4 2\n",
+        "voxel 1000000 1000000 1000000\n0 0 0\n",
+        "voxel 3 4 2\n0 0\n",
+        "voxel 3 4 2\n0 0 0\n0 0\n",
+        "voxel 3 4 2\n0 0 x\n",
+        "voxel 3 4 2\n0 0 1.5\n",
+        "voxel 3 4 2\n0 0 99999999999999999999\n",
+        "voxel 3 4 2\n0 0 2\n",
+        "voxel 3 4 2\n-1 0 0\n",
     ],
 )
-def test_a_map_that_is_wrong_is_refused(text, says, tmp_path):
+def test_a_map_that_is_wrong_is_refused(text, tmp_path, refuses):
     path = written(tmp_path, text)
-    with pytest.raises(sky.InputError) as error:
+    with refuses():
         sky.read(path)
-    assert str(error.value).startswith(str(path))
-    assert says in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 @pytest.mark.skipif(not (DATA / "Simple.3dmap").is_file(), reason="needs MovingAI's Simple.3dmap")

@@ -171,41 +171,39 @@ def test_the_command_line_says_what_unknown_space_was_taken_for(tmp_path, capsys
 
 
 @pytest.mark.parametrize(
-    ("words", "more", "says"),
+    ("words", "more"),
     [
-        (chain(16, [2] * 8), {}, "expected a tree 16 deep at most"),
-        (chain(100_000, [2] * 8), {}, "expected a tree 16 deep at most"),
-        ([*chain(15, [2] * 8), [2] * 8], {}, "expected one tree of 17 nodes"),
-        (chain(14, [3] * 8), {}, "belong to it or are missing"),
-        (chain(15, [1] * 8), {}, "found all of it free"),
-        (chain(15, [0] * 8), {}, "found nothing"),
-        (chain(15, [2] * 8), {"size": 3}, "size: expected 3 nodes as the header says, found 24"),
-        (chain(15, [2] * 8), {"res": b"0"}, "res: expected metres a voxel"),
-        (chain(15, [2] * 8), {"res": b"nan"}, "res: expected metres a voxel"),
-        (chain(15, [2] * 8), {"res": b"fine"}, "res: expected a number, found 'fine'"),
-        ([], {"size": 0}, "found 0 bytes"),
+        (chain(16, [2] * 8), {}),
+        (chain(100000, [2] * 8), {}),
+        ([*chain(15, [2] * 8), [2] * 8], {}),
+        (chain(14, [3] * 8), {}),
+        (chain(15, [1] * 8), {}),
+        (chain(15, [0] * 8), {}),
+        (chain(15, [2] * 8), {"size": 3}),
+        (chain(15, [2] * 8), {"res": b"0"}),
+        (chain(15, [2] * 8), {"res": b"nan"}),
+        (chain(15, [2] * 8), {"res": b"fine"}),
+        ([], {"size": 0}),
     ],
 )
-def test_what_is_no_tree_is_refused(words, more, says, tmp_path):
+def test_what_is_no_tree_is_refused(words, more, tmp_path, refuses):
     path = bt(tmp_path / "a.bt", words, **more)
-    with pytest.raises(sky.InputError, match=says) as error:
+    with refuses():
         sky.read(path)
-    assert str(error.value).startswith(str(path))
-    assert "\n" not in str(error.value)
 
 
-def test_the_whole_world_occupied_takes_no_more_memory_than_the_largest_grid(tmp_path):
+def test_the_whole_world_occupied_takes_no_more_memory_than_the_largest_grid(tmp_path, refuses):
     voxels = read_octomap(bt(tmp_path / "a.bt", [[2] * 8]))
     assert voxels.occupied.all()
     assert voxels.occupied.size <= 2**23
     assert np.array(voxels.origin).tolist() == [-16384.0] * 3
-    with pytest.raises(sky.InputError, match="expected at most 8,388,608 voxels"):
+    with refuses():
         read_octomap(tmp_path / "a.bt", size=0.5)
 
 
 @pytest.mark.parametrize("size", [0.75, 0.25, -1.0, float("nan")])
-def test_a_size_that_the_tree_does_not_have_is_refused(size, tmp_path):
-    with pytest.raises(sky.InputError, match="size: expected"):
+def test_a_size_that_the_tree_does_not_have_is_refused(size, tmp_path, refuses):
+    with refuses():
         read_octomap(bt(tmp_path / "a.bt", chain(15, [2] * 8)), size=size)
 
 

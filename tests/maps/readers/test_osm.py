@@ -175,30 +175,25 @@ def test_any_text_is_a_height_or_none(text):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    "text",
     [
-        (osm(way(1, OUTER, building="yes")), ("way 1", "Reading.building_height")),
-        (osm(way(1, OUTER, building="yes", height="tall")), ("way 1", "'height'", "tall")),
-        (osm(), ("found none",)),
-        ("<osm>", ("expected XML",)),
-        ("", ("expected XML",)),
-        ("<kml></kml>", ("OpenStreetMap",)),
-        ('<!DOCTYPE osm [<!ENTITY a "aaaa">]><osm/>', ("document type",)),
-        (osm(nodes={1: (200, 0)}), ("'lon'", "200")),
-        (osm(nodes={1: ("nan", 0)}), ("'lon'", "nan")),
-        ('<osm><node id="x" lon="1" lat="2"/></osm>', ("'id'", "x")),
-        ('<osm><node id="1" lat="2"/></osm>', ("'lon'",)),
-        (
-            osm(way(1, OUTER, building="yes", height="3"), nodes={n: (0, 95 if n == 2 else n) for n in NODES}),
-            ("degrees",),
-        ),
+        osm(way(1, OUTER, building="yes")),
+        osm(way(1, OUTER, building="yes", height="tall")),
+        osm(),
+        "<osm>",
+        "",
+        "<kml></kml>",
+        '<!DOCTYPE osm [<!ENTITY a "aaaa">]><osm/>',
+        osm(nodes={1: (200, 0)}),
+        osm(nodes={1: ("nan", 0)}),
+        '<osm><node id="x" lon="1" lat="2"/></osm>',
+        '<osm><node id="1" lat="2"/></osm>',
+        osm(way(1, OUTER, building="yes", height="3"), nodes={n: (0, 95 if n == 2 else n) for n in NODES}),
     ],
 )
-def test_what_cannot_be_used_is_refused_in_one_sentence(read, text, words):
-    with pytest.raises(InputError) as error:
+def test_what_cannot_be_used_is_refused_in_one_sentence(read, text, refuses):
+    with refuses():
         read(text)
-    for word in ("city.osm", *words):
-        assert word in str(error.value)
 
 
 @given(st.data())
@@ -298,7 +293,7 @@ def test_the_binary_format_gives_the_same_as_xml(tmp_path, read):
         assert one.where.rsplit(": ", 1)[1] == other.where.rsplit(": ", 1)[1]
 
 
-def test_what_a_file_is_decides_not_its_name(tmp_path, read):
+def test_what_a_file_is_decides_not_its_name(tmp_path, read, refuses):
     things = [(1, OUTER, {"building": "yes", "height": "12"})]
     (tmp_path / "binary.osm").write_bytes(pbf(things))
     text = osm(*(way(number, nodes, **tags) for number, nodes, tags in things))
@@ -307,9 +302,7 @@ def test_what_a_file_is_decides_not_its_name(tmp_path, read):
     assert np.allclose(one.outline, other.outline, atol=1e-9)
     assert one.high == other.high
     (tmp_path / "other.osm.pbf").write_bytes(b"PK\x03\x04 something")
-    with pytest.raises(
-        InputError, match=r"other\.osm\.pbf: expected OpenStreetMap's binary format, found something else"
-    ):
+    with refuses():
         read_features(tmp_path / "other.osm.pbf")
 
 

@@ -46,21 +46,21 @@ def test_a_las_or_laz_gives_a_scenario(suffix, tmp_path):
     assert scenario.bounds.max == (25, 15, 10)
 
 
-def test_a_cloud_too_wide_for_half_metres_is_read_in_larger_voxels(tmp_path):
+def test_a_cloud_too_wide_for_half_metres_is_read_in_larger_voxels(tmp_path, refuses):
     path = las(tmp_path / "a.las", [(0, 0, 0), (1000, 1000, 50)])
     assert read_las(path).step == (2, 2, 2)
-    with pytest.raises(sky.InputError, match=r"expected at most 8,388,608 voxels, found 100002 x"):
+    with refuses():
         read_las(path, size=0.01)
 
 
-def test_a_cloud_in_degrees_or_feet_is_refused(tmp_path):
+def test_a_cloud_in_degrees_or_feet_is_refused(tmp_path, refuses):
     pyproj = pytest.importorskip("pyproj")
     points = [(8.1, 47.2, 500), (8.2, 47.3, 510)]
     las(tmp_path / "metres.las", points, crs=pyproj.CRS(32632))
     assert sky.read(tmp_path / "metres.las").obstacles[0].occupied.sum() == 2
-    for code, unit in [(4326, "degree"), (2225, "US survey foot")]:
+    for code in (4326, 2225):
         las(tmp_path / "a.las", points, crs=pyproj.CRS(code))
-        with pytest.raises(sky.InputError, match=f"expected coordinates in metres, found .* in {unit}"):
+        with refuses():
             sky.read(tmp_path / "a.las")
 
 
@@ -77,27 +77,25 @@ def test_a_cloud_that_claims_a_coordinate_system_and_holds_none_is_in_metres(tmp
 
 @pytest.mark.parametrize("suffix", [".las", ".laz"])
 @pytest.mark.parametrize("length", [0, 3, 100, 230, 500])
-def test_a_cloud_that_is_cut_off_is_refused(length, suffix, tmp_path):
+def test_a_cloud_that_is_cut_off_is_refused(length, suffix, tmp_path, refuses):
     path = las(tmp_path / f"a{suffix}", np.random.default_rng(1).uniform(0, 5, (2000, 3)))
     path.write_bytes(path.read_bytes()[:length])
-    with pytest.raises(sky.InputError) as error:
+    with refuses():
         sky.read(path)
-    assert str(error.value).startswith(str(path))
-    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e12])
-def test_points_that_are_nowhere_are_refused(value):
-    with pytest.raises(sky.InputError, match="a: expected coordinates"):
+def test_points_that_are_nowhere_are_refused(value, refuses):
+    with refuses():
         voxels_of_points("a", lambda: iter([np.array([[0, 0, 0], [1, value, 1.0]])]))
 
 
-def test_a_cloud_without_points_is_refused():
-    with pytest.raises(sky.InputError, match="a: expected points, found none"):
+def test_a_cloud_without_points_is_refused(refuses):
+    with refuses():
         voxels_of_points("a", lambda: iter([]))
 
 
-def test_an_unpacker_that_gives_up_ends_in_one_sentence(tmp_path, monkeypatch):
+def test_an_unpacker_that_gives_up_ends_in_one_sentence(tmp_path, monkeypatch, refuses):
     class Panic(BaseException):
         """As pyo3 raises it where Rust code panics."""
 
@@ -106,5 +104,5 @@ def test_an_unpacker_that_gives_up_ends_in_one_sentence(tmp_path, monkeypatch):
 
     path = las(tmp_path / "cloud.laz", np.zeros((3, 3)))
     monkeypatch.setattr(pytest.importorskip("laspy").LasReader, "chunk_iterator", panics)
-    with pytest.raises(sky.InputError, match=r"cloud.laz: cannot be read as LAS: capacity overflow"):
+    with refuses():
         read_las(path)

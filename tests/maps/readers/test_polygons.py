@@ -12,7 +12,7 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from zones import COURT, SQUARE, ZONE, collection, feature, outcome, polygon, refused  # noqa: E402
+from zones import COURT, SQUARE, ZONE, collection, feature, outcome, polygon  # noqa: E402
 
 GEOD = pyproj.Geod(ellps="WGS84")
 
@@ -68,10 +68,12 @@ def test_unclosed_rings_repeated_corners_and_altitudes_of_zero_change_nothing(re
     assert len(zone.outline) == 4
 
 
-def test_lines_and_points_get_a_width_or_are_refused(read):
+def test_lines_and_points_get_a_width_or_are_refused(read, refuses):
     line = feature([[7.0, 47.0], [7.01, 47.0]], "LineString")
-    refused(read, collection(line), "line", "Reading.buffer")
-    refused(read, collection(feature([7.0, 47.0], "Point")), "point", "Reading.buffer")
+    with refuses():
+        read(collection(line))
+    with refuses():
+        read(collection(feature([7.0, 47.0], "Point")))
     (disc,) = read(collection(feature([7.0, 47.0], "Point", radius="50 m", **ZONE)))
     assert abs(GEOD.geometry_area_perimeter(polygon(disc))[0]) == pytest.approx(math.pi * 50**2, rel=0.01)
     (strip,) = read(collection(line), buffer=20.0)

@@ -42,20 +42,18 @@ def test_the_boxes_are_as_far_away_as_rotorpy_says(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "says"),
+    "change",
     [
-        ({"bounds": {"extents": [0, 1, 0, 1, 0]}}, "bounds.extents: expected xmin, xmax"),
-        ({"bounds": {"extents": [0, 1, 0, 1, 1, 0]}}, "bounds.extents: expected each minimum below its maximum"),
-        ({"bounds": {"extents": [0, 1, 0, 1, 0, float("nan")]}}, "bounds.extents: expected xmin, xmax"),
-        ({"bounds": {"extents": [0, 1, 0, 1, 0, 1e300]}}, "bounds.extents: expected xmin, xmax"),
-        ({"blocks": 3}, "blocks: expected a list, found 3"),
-        ({"blocks": [{}]}, "blocks[0]: expected an object with 'extents'"),
-        ({"blocks": [{"extents": [0, 1, 0, 1, 0, "1"]}]}, "blocks[0].extents: expected xmin, xmax"),
+        {"bounds": {"extents": [0, 1, 0, 1, 0]}},
+        {"bounds": {"extents": [0, 1, 0, 1, 1, 0]}},
+        {"bounds": {"extents": [0, 1, 0, 1, 0, float("nan")]}},
+        {"bounds": {"extents": [0, 1, 0, 1, 0, 1e300]}},
+        {"blocks": 3},
+        {"blocks": [{}]},
+        {"blocks": [{"extents": [0, 1, 0, 1, 0, "1"]}]},
     ],
 )
-def test_a_world_that_is_wrong_is_refused(change, says, tmp_path):
+def test_a_world_that_is_wrong_is_refused(change, tmp_path, refuses):
     path = written(tmp_path, {**WORLD, **change})
-    with pytest.raises(sky.InputError) as error:
+    with refuses():
         sky.read(path)
-    assert str(error.value).startswith(f"{path}: {says}")
-    assert "\n" not in str(error.value)

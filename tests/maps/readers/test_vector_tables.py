@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from altitudes import About
-from skyverse.errors import InputError
 from skyverse.model.altitude import AboveGround, AboveSea
 
 pyproj = pytest.importorskip("pyproj")
@@ -43,14 +42,14 @@ def written(path, count=1, **options):
     write(path, shapes, [], [], **{"geometry_type": "Polygon", "crs": "EPSG:4326", **options})
 
 
-def test_a_shapefile_without_coordinate_system_is_refused_unless_the_user_says(tmp_path):
+def test_a_shapefile_without_coordinate_system_is_refused_unless_the_user_says(tmp_path, refuses):
     path = tmp_path / "zones.shp"
     written(path)
     path.with_suffix(".prj").unlink()
-    with pytest.raises(InputError, match=r"\.prj.*Reading\(crs="):
+    with refuses():
         read_features(path)
     assert len(read_features(path, Choices(crs="EPSG:4326"))) == 1
-    with pytest.raises(InputError, match="coordinate system"):
+    with refuses():
         read_features(path, Choices(crs="EPSG:nonsense"))
 
 
@@ -61,13 +60,13 @@ def test_a_geopackage_gives_all_its_layers(tmp_path):
     assert [one.where.split(": ")[1] for one in read_features(path)] == ["layer 'a', feature 1", "layer 'b', feature 1"]
 
 
-def test_a_shapefile_cut_off_anywhere_is_refused(tmp_path):
+def test_a_shapefile_cut_off_anywhere_is_refused(tmp_path, refuses):
     path = tmp_path / "zones.shp"
     written(path, 3)
     whole = path.read_bytes()
     for cut in range(0, len(whole), 50):
         path.write_bytes(whole[:cut])
-        with pytest.raises(InputError, match=r"zones\.shp"):
+        with refuses():
             read_features(path)
 
 
@@ -99,11 +98,11 @@ def roofs(path, crs, z=100.0):
         (f"{CALIFORNIA}+{NAVD88_M[5:]}", None, 100),
     ],
 )
-def test_altitudes_of_corners_are_in_the_unit_that_is_said_or_refused(tmp_path, suffix, crs, unit, metres):
+def test_altitudes_of_corners_are_in_the_unit_that_is_said_or_refused(tmp_path, suffix, crs, unit, metres, refuses):
     path = tmp_path / f"roofs{suffix}"
     roofs(path, crs)
     if metres is None:
-        with pytest.raises(InputError, match=r"feature 1: its corners' altitudes have no unit.*Reading\(unit='m'\)"):
+        with refuses():
             read_features(path, Choices(altitudes="amsl"))
         return
     (zone,) = read_features(path, Choices(altitudes="amsl", unit=unit))
@@ -112,7 +111,7 @@ def test_altitudes_of_corners_are_in_the_unit_that_is_said_or_refused(tmp_path, 
         assert read_features(path, Choices(unit=unit))[0].high == zone.high
 
 
-def test_altitudes_of_corners_above_the_ellipsoid_are_refused(tmp_path):
+def test_altitudes_of_corners_above_the_ellipsoid_are_refused(tmp_path, refuses):
     roofs(tmp_path / "roofs.gpkg", "EPSG:4979")
-    with pytest.raises(InputError, match="ellipsoidal"):
+    with refuses():
         read_features(tmp_path / "roofs.gpkg", Choices(altitudes="amsl", unit="m"))
