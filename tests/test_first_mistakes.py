@@ -103,7 +103,7 @@ NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_wei
         (lambda one: sky.certify(MAP1, one), "mission", NOT_A_THING),
         (sky.window_swap, "room", NOT_A_THING),
         *(
-            (lambda one, name=name: sky.random_city(**{name: one}), None, (*NOT_A_NUMBER, -1.0))
+            (lambda one, name=name: sky.random_city(**{name: one}), name, (*NOT_A_NUMBER, -1.0))
             for name in ("ceiling", "clearance")
         ),
         (lambda one: sky.write_figures(one, "x"), "mission", NOT_A_THING),

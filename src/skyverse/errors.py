@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib.util import find_spec
 from itertools import islice
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Self, TypeGuard
 
@@ -146,7 +146,18 @@ def require_number(
     value: object, field: str, what: str = "a number", least: float = -math.inf, most: float = math.inf
 ) -> None:
     """Raise `InputError` for what is no finite number, or less than the least or more than the most."""
-    if not (is_number(value) and least <= value <= most):
+    _require(is_number(value) and least <= value <= most, value, field, what, (least, most))
+
+
+def require_whole(value: object, field: str, least: int, most: float = math.inf, *, even: bool = False) -> None:
+    """Raise `InputError` for what is no whole number from the least to the most, or not even where it must be."""
+    sound = isinstance(value, Integral) and is_number(value) and least <= value <= most and not (even and value % 2)
+    _require(sound, value, field, f"{'an even' if even else 'a whole'} number", (least, most))
+
+
+def _require(sound: bool, value: object, field: str, what: str, limits: tuple[float, float]) -> None:
+    if not sound:
+        least, most = limits
         span = "" if least == -math.inf else f" from {least:g} {'on' if most == math.inf else f'to {most:g}'}"
         raise InputError(f"expected {what}{span}, found {shown(value)}", field=field)
 

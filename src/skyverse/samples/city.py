@@ -6,12 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, is_number
+from skyverse.errors import InputError, require_number, require_whole
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
-from skyverse.model.shapes import Box
+from skyverse.model.shapes import LEAST_CLEARANCE, Box
 from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
-from skyverse.samples.given_numbers import require_whole
 
 CITY_DENSITY = 2000 / 2000.0**2
 """Buildings per square metre, of 2,000 on 2 km x 2 km."""
@@ -67,7 +66,7 @@ def random_city(
     InputError
         If an argument is out of range, or the buildings leave no space for starts and targets.
     """
-    side = _checked_side("random_city", buildings, CITY_DENSITY, side, ceiling, clearance, uavs, seed)
+    side = _checked_side(buildings, CITY_DENSITY, side, ceiling, clearance, uavs, seed)
     rng = np.random.default_rng(seed)
     low, high = _footprints(rng, buildings, side, (10.0, 40.0))
     height = np.exp(rng.normal(math.log(25.0), 0.6, buildings))
@@ -116,7 +115,7 @@ def random_downtown(
     InputError
         If an argument is out of range, or the buildings leave no space for starts and targets.
     """
-    side = _checked_side("random_downtown", buildings, DOWNTOWN_DENSITY, side, ceiling, clearance, uavs, seed)
+    side = _checked_side(buildings, DOWNTOWN_DENSITY, side, ceiling, clearance, uavs, seed)
     rng = np.random.default_rng(seed)
     low, high = _footprints(rng, buildings, side, (10.0, 45.0))
     tall = rng.random(buildings) < TALL_SHARE
@@ -129,7 +128,6 @@ def random_downtown(
 
 
 def _checked_side(
-    generator: str,
     buildings: int,
     density: float,
     side: float | None,
@@ -140,10 +138,9 @@ def _checked_side(
 ) -> float:
     """Return the side of the square, metres, after a check of a generator's arguments."""
     for name, number in (("buildings", buildings), ("uavs", uavs), ("seed", seed)):
-        require_whole(generator, name, number, 0)
-    for name, metres in (("side", side), ("ceiling", ceiling), ("clearance", clearance)):
-        if not (is_number(metres) and metres > 0) and not (metres is None and name == "side"):
-            raise InputError(f"{generator}'s {name} is metres above 0, not {metres!r}")
+        require_whole(number, name, 0)
+    for name, metres in (("side", 1.0 if side is None else side), ("ceiling", ceiling), ("clearance", clearance)):
+        require_number(metres, name, "metres", LEAST_CLEARANCE)
     return float(math.ceil(math.sqrt(max(buildings, 1) / density))) if side is None else side
 
 

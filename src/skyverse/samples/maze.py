@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from skyverse.errors import require_whole
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box
-from skyverse.samples.given_numbers import require_whole
-from skyverse.samples.small_uavs import scattered_places, scenario_of_swap
+from skyverse.samples.swaps import scattered_places, scenario_of_swap
 
 CORRIDOR, THICKNESS = 1.0, 0.1
 """Metres: the width of corridors, and the thickness of walls between them."""
@@ -43,9 +43,9 @@ def random_maze(uavs: int = 20, *, cells: int = 6, seed: int = 0) -> Scenario:
     InputError
         If an argument is out of range, or the halls are too small for so many UAVs.
     """
-    require_whole("random_maze", "uavs", uavs, 2, 40, even=True)
-    require_whole("random_maze", "cells", cells, 3, 20)
-    require_whole("random_maze", "seed", seed, 0)
+    require_whole(uavs, "uavs", 2, 40, even=True)
+    require_whole(cells, "cells", 3, 20)
+    require_whole(seed, "seed", 0)
     rng = np.random.default_rng(seed)
     pitch = CORRIDOR + THICKNESS
     side = cells * pitch

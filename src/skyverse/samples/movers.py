@@ -7,12 +7,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_number, require_whole
 from skyverse.model.mover import Mover
 from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, WaypointMotion
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Sphere
-from skyverse.samples.given_numbers import require_whole
 
 MoverKind = Literal["spinners", "patrols", "knots", "traffic"]
 
@@ -64,13 +63,12 @@ def random_movers(
         If an argument is out of range, or starts and targets leave no space for a mover.
     """
     if kind not in get_args(MoverKind):
-        raise InputError(f"random_movers's kind is {', '.join(map(repr, get_args(MoverKind)))}, not {kind!r}")
+        raise InputError(f"expected {' or '.join(map(repr, get_args(MoverKind)))}, found {kind!r}", field="kind")
     for name, number in (("count", count), ("seed", seed)):
-        require_whole("random_movers", name, number, 0)
-    if isinstance(speed, bool) or not isinstance(speed, int | float) or not 1e-3 <= speed <= 1e3:
-        raise InputError(f"random_movers's speed is from 0.001 to 1000 m/s, not {speed!r}")
-    if radius is not None and (isinstance(radius, bool) or not isinstance(radius, int | float) or not 0 < radius < 1e6):
-        raise InputError(f"random_movers's radius is above 0 m, not {radius!r}")
+        require_whole(number, name, 0)
+    require_number(speed, "speed", "m/s", 1e-3, 1e3)
+    if radius is not None:
+        require_number(radius, "radius", "metres", 1e-6, 1e6)
     rng = np.random.default_rng(seed)
     low, high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
     radius = round(float((high - low)[:2].min()) / 100, 6) if radius is None else float(radius)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from skyverse.errors import require_whole
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
-from skyverse.samples.given_numbers import require_whole
 
 ROOM_GRID = 0.25
 
@@ -32,7 +32,7 @@ def random_room(*, seed: int = 0) -> Scenario:
     InputError
         If the seed is not a whole number from 0 on.
     """
-    require_whole("random_room", "seed", seed, 0)
+    require_whole(seed, "seed", 0)
     rng = np.random.default_rng(seed)
     count = int(rng.choice([0, 1, 2, 5, 10, 20, 40, 80, 140, 200]))
     side = rng.integers(6, 17, 3).astype(float)

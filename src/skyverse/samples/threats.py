@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
+from skyverse.errors import require_whole
 from skyverse.model.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
-from skyverse.samples.given_numbers import require_whole
 
 FIELD_SIDE, FIELD_CEILING, FIELD_CLEARANCE = 1000.0, 200.0, 5.0
 """Metres."""
@@ -39,7 +39,7 @@ def random_threats(threats: int = 15, *, seed: int = 0) -> Scenario:
         If the number of threats or the seed is not a whole number from 0 on.
     """
     for name, number in (("threats", threats), ("seed", seed)):
-        require_whole("random_threats", name, number, 0)
+        require_whole(number, name, 0)
     rng = np.random.default_rng(seed)
     start = _place(rng, 40.0, 100.0)
     target = _place(rng, FIELD_SIDE - 100.0, FIELD_SIDE - 40.0)
