@@ -15,7 +15,7 @@ from machine import describe, table
 
 import skyverse as sky
 from skyverse.files import BUILTIN_NAMES
-from skyverse.flight import CommandedMotion, WindObserver, commands
+from skyverse.flight import WindObserver, commands
 from skyverse.numerics.cores import cores
 
 LONG_MISSION = 60.0
@@ -54,7 +54,7 @@ def main() -> None:
     few = stock or "--maps" in words
     vehicles = [word for word in words if not word.startswith("--")] or ["thesis"]
     if stock:
-        commands.reference = lambda trajectory, kind, times, hold: CommandedMotion(*trajectory.at(times))
+        commands.reference = lambda trajectory, kind, times, hold: trajectory.at(times)
         WindObserver.push = lambda *_: 0.0
     print(describe("rotorpy"))
     print()

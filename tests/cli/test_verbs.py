@@ -284,6 +284,21 @@ plan map1 --max-height '-5 m agl'
 fly MISSION --wind 1
 fly MISSION --wind -1,0,zero
 fly MISSION --mismatch -5%
+fly MISSION --mismatch much
+fly MISSION --mismatch 90%
+fly MISSION --wind north
+fly MISSION --wind-speed 8
+fly MISSION --wind-speed 8 --wind-from 270 --wind 1,0,0
+fly MISSION --wind-speed -8 --wind-from 270
+fly MISSION --wind-speed 8 --wind-from nan
+fly MISSION --gusts --runs 2
+fly MISSION --runs 2 --margin 0.1
+fly MISSION --noise -1
+fly MISSION --position-noise -1
+fly MISSION --rounds 3
+fly MISSION --vehicle balloon
+fly MISSION --animation a.avi
+fly MISSION -o a.csv
 plan map1 --uav 1,2
 plan map1 --uav 1,2,nan
 plan map1 --uav 5,2.2,1

@@ -8,7 +8,7 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.flight import VEHICLES, CommandedMotion, vehicle_of
+from skyverse.flight import VEHICLES, vehicle_of
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 
@@ -64,7 +64,7 @@ def test_without_being_told_of_drag_and_lag_it_flies_far_worse(monkeypatch):
 
     flown = mission(straight((0, 0, 2), (2, 0, 2), 1.6))
     told = sky.fly(flown).largest
-    monkeypatch.setattr(commands, "reference", lambda t, *_: CommandedMotion(*t.at(_[1])))
+    monkeypatch.setattr(commands, "reference", lambda t, *_: t.at(_[1]))
     assert sky.fly(flown).largest > 5 * told
 
 
@@ -86,11 +86,13 @@ def test_gusts_push_and_are_compensated():
     assert pushed[1][:, 0] == pytest.approx(-pushed[0][:, 0], abs=2e-3)
 
 
-@pytest.mark.parametrize("verb", ["fly", "fly_until_safe"])
-def test_conditions_of_another_kind_are_refused(verb, refuses):
+@pytest.mark.parametrize(
+    ("verb", "options"), [("fly", {}), ("fly_until_safe", {}), ("fly_until_safe", {"conditions": None, "rounds": 0})]
+)
+def test_conditions_of_another_kind_and_no_rounds_are_refused(verb, options, refuses):
     still = mission(straight((0, 0, 2), (0, 0, 2), 0.3))
     with refuses():
-        getattr(sky, verb)(still, {"wind": (1, 0, 0)})
+        getattr(sky, verb)(still, **{"conditions": {"wind": (1, 0, 0)}, **options})
 
 
 def test_the_seed_drawn_is_told_and_flies_the_same_also_in_other_processes(shaken):
@@ -251,6 +253,13 @@ SHORT = mission(straight((0, 0, 2), (0.1, 0, 2), 0.3))
         ({}, {"margin": 1.0, "runs": 2}),
         ({}, {"workers": 0}),
         ({}, {"rng": "seed"}),
+        ({"mismatch": 0.7}, {}),
+        ({"position_noise": -1}, {}),
+        ({"delay": "late"}, {}),
+        ({"gusts": 1}, {}),
+        ({"gusts": True}, {}),
+        ({"vehicle": "zeppelin"}, {"runs": 2}),
+        *(({}, {"runs": runs}) for runs in (0, 1.5)),
     ],
 )
 def test_bad_options_end_in_one_sentence(conditions, options, refuses):

@@ -1,6 +1,5 @@
 """Many runs: what is counted, what touches, and that the answer depends on the seed alone."""
 
-import json
 import re
 from dataclasses import replace
 
@@ -9,7 +8,6 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse import cli
 from skyverse.flight import fly_run, is_no_worse, prepare, vehicle_of
 
 GUSTY = {"gusts": True, "mismatch": 0.2}
@@ -135,20 +133,6 @@ def test_a_lost_uav_is_not_safe():
     assert "uav-1 is lost" in flown.violations[0].message
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"runs": 0}, "runs: expected a whole number from 1 to 1000000, found 0"),
-        ({"runs": 1.5}, "runs: expected a whole number"),
-        ({"workers": 0}, "workers: expected a whole number"),
-        ({"conditions": sky.Conditions(vehicle="zeppelin")}, "vehicle: expected one of"),
-    ],
-)
-def test_bad_options_end_in_one_sentence(options, sentence):
-    with pytest.raises(sky.InputError, match=sentence):
-        sky.fly(PAIR, **{"runs": 2} | options)
-
-
 THROUGH = mission(straight((-1, 0, 2), (2.2, 0, 2), 2.0), boxes=[((0.5, -0.2, 0), (0.7, 0.2, 3))])
 TUNNEL = mission(
     straight((0, 0, 2), (3, 0, 2), 2.0),
@@ -170,56 +154,3 @@ def test_what_a_mission_says_that_the_referee_found_excuses_nothing():
     told = (sky.Violation(sky.Fault.SEPARATION, (0, 1), "They come too close."),)
     assert not is_no_worse(replace(THROUGH, violations=told), replace(THROUGH, violations=told))
     assert is_no_worse(replace(THROUGH, violations=told), replace(THROUGH, violations=()))
-
-
-@pytest.fixture
-def skyverse(capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    sky.write(PAIR, "pair.json")
-
-    def run(*words):
-        with pytest.raises(SystemExit) as stopped:
-            cli.main([str(word) for word in words])
-        return stopped.value.code or 0, *capsys.readouterr()
-
-    return run
-
-
-def test_the_command_line_tells_errors_and_verdict(skyverse):
-    wind = ("--wind-speed", "8", "--wind-from", "270", "--gusts", "--mismatch", "20%", "--seed", "5")
-    code, out, _ = skyverse("fly", "pair.json", "--runs", "4", *wind, "-o", "flown.json")
-    assert code == 0
-    assert "horizontal: median" in out
-    assert "Safe: nothing was touched in any of 4 runs" in out
-    assert "mismatch of 20%" in out
-    assert sky.read_mission("flown.json") == PAIR
-    code, out, _ = skyverse("fly", "pair.json", "--runs", "4", *wind, "--json")
-    data = json.loads(out)
-    again = sky.fly(PAIR, sky.Conditions(wind=WEST, **GUSTY), runs=4, rng=5)
-    assert data["safe"]
-    assert data["wind"] == [8, 0, 0]
-    assert data["clearance"] == again.clearance.min()
-    assert data["all"]["horizontal"]["largest"] == again.all_errors.horizontal.largest
-    assert data["runs_within_tracking_error"] is None
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (("--wind-speed", "8"), "--wind-speed and --wind-from: expected both or neither"),
-        (("--wind-speed", "8", "--wind-from", "270", "--wind", "1,0,0"), "--wind: expected either this or"),
-        (("--wind-speed", "-8", "--wind-from", "270"), "--wind-speed: expected m/s from 0 on, found -8"),
-        (("--wind-speed", "8", "--wind-from", "nan"), "--wind-from: expected degrees from north"),
-        (("--mismatch", "much"), "--mismatch: expected a share, as in 20% or 0.2, found 'much'"),
-        (("--mismatch", "90%"), "--mismatch: expected a share from 0 to 0.5, found 0.9"),
-        (("--gusts", "--runs", "2"), "--gusts: gusts need a wind"),
-        (("--runs", "2", "--margin", "0.1"), "--margin: expected a single flight, found --runs with it"),
-        (("--position-noise", "-1"), "--position-noise: expected metres from 0 to 10, found -1"),
-    ],
-)
-def test_bad_options_on_the_command_line_end_in_one_sentence(skyverse, words, sentence):
-    code, _, told = skyverse("fly", "pair.json", *words)
-    assert code == 2
-    assert sentence in told
-    *before, told = told.splitlines()
-    assert all(line.startswith(("The referee refutes this mission", "Judged by")) for line in before)

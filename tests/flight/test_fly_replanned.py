@@ -155,48 +155,48 @@ def test_a_replanned_flight_comes_back_from_its_file(flight, tmp_path):
     assert again.certificate is None
     assert again.proof_sentence.startswith("Not judged")
     assert sky.read_mission(path).trajectories == flight.mission.trajectories
-    data = json.loads(path.read_text())
-    path.write_text(json.dumps(data | {"sensor": {"range": -1}}))
-    with pytest.raises(sky.InputError, match=r"flight\.json: sensor\.range: expected a number above 0, found -1"):
-        sky.read_flight(path)
 
 
 @pytest.mark.parametrize(
-    ("more", "sensor", "sentence"),
+    "given",
     [
-        ({}, sky.Sensor(delay=0.1), "delay: expected less than the replanner's lead, 0.1 s, but it is 0.1 s"),
-        ({}, sky.Sensor(rate=200), "rate: expected at most 100 observations a second, found 200"),
-        ({"margin": -1}, SENSOR, "margin: expected metres from 0 on, found -1"),
-        ({"longest": float("inf")}, SENSOR, "longest: expected seconds from 0 on, found inf"),
+        {"sensor": sky.Sensor(delay=0.1)},
+        {"sensor": sky.Sensor(rate=200)},
+        {"sensor": "radar"},
+        {"truth": None},
+        {"margin": -1},
+        {"longest": float("inf")},
+        {"conditions": {}},
     ],
 )
-def test_what_makes_no_sense_is_refused(mission, more, sensor, sentence):
-    with pytest.raises(sky.InputError, match=sentence):
-        sky.fly_replanned(sky.Replanner(mission), mission.scenario, sensor, **more)
+def test_what_makes_no_sense_is_refused(mission, given, refuses):
+    with refuses():
+        sky.fly_replanned(sky.Replanner(mission), **{"truth": mission.scenario, "sensor": SENSOR, **given})
 
 
-def test_a_replanner_that_is_no_longer_new_is_refused(mission):
+def test_a_replanner_that_is_no_longer_new_is_refused(mission, refuses):
     replanner = sky.Replanner(mission)
     replanner.observe(1.0)
-    with pytest.raises(sky.InputError, match="expected a replanner that has not observed anything yet"):
+    with refuses():
         sky.fly_replanned(replanner, mission.scenario)
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    "change",
     [
-        (lambda data: data["arrivals"].clear(), "arrivals: expected one entry for each UAV, 1 in all, found 0"),
-        (lambda data: data["steps"][3].update(movers=[7]), r"steps\[3\].movers: expected numbers from 0 to 0, found 7"),
-        (lambda data: data["steps"][2].update(obstacles=[-1]), r"steps\[2\].obstacles: expected .* found -1"),
-        (lambda data: data["steps"][1]["answers"].clear(), r"steps\[1\].answers: expected one for each UAV"),
-        (lambda data: data.pop("format"), "format: is missing; expected 'skyverse/replanned-flight/1'"),
+        lambda data: data["arrivals"].clear(),
+        lambda data: data["steps"][3].update(movers=[7]),
+        lambda data: data["steps"][2].update(obstacles=[-1]),
+        lambda data: data["steps"][1]["answers"].clear(),
+        lambda data: data.pop("format"),
+        lambda data: data.update(sensor={"range": -1}),
     ],
 )
-def test_a_file_whose_parts_do_not_fit_is_refused(flight, tmp_path, change, sentence):
+def test_a_file_whose_parts_do_not_fit_is_refused(flight, tmp_path, change, refuses):
     path = tmp_path / "flight.json"
     sky.write(flight, path)
     data = json.loads(path.read_text())
     change(data)
     path.write_text(json.dumps(data))
-    with pytest.raises(sky.InputError, match=sentence):
+    with refuses():
         sky.read_flight(path)

@@ -136,8 +136,3 @@ def test_uavs_given_too_close_are_slowed_where_they_keep_apart_as_planned():
     )
     assert not flight.safe
     assert flight.rounds[0].startswith("Round 1: slowed down to 80% of its speed; ")
-
-
-def test_rounds_are_a_number():
-    with pytest.raises(sky.InputError, match="rounds: expected a whole number from 1 on, found 0"):
-        sky.fly_until_safe(mission(BRISK), rounds=0)

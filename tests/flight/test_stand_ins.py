@@ -1,6 +1,5 @@
 """A vehicle that stands in for another one gives no verdict on it, and is refused where it cannot hold its speed."""
 
-import json
 import re
 from dataclasses import replace
 
@@ -8,7 +7,6 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse import cli
 from skyverse.flight import vehicle_of
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.verdict import Fault, Violation
@@ -64,29 +62,6 @@ def test_what_a_stand_in_does_is_no_verdict_on_the_mission(heavy, wrong):
     assert flight.sentence.startswith("No verdict: thesis is not the vehicle that was planned")
     assert "afe" not in flight.sentence
     assert not flight.safe
-
-
-@pytest.mark.parametrize("words", [(), ("--runs", "2"), ("--replan",)])
-@pytest.mark.parametrize("margin", [0.5, 0.0])
-def test_the_program_says_of_a_stand_in_neither_safe_nor_unsafe(slow, tmp_path, capsys, words, margin):
-    pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
-    path = tmp_path / "slow.json"
-    sky.write(slow, path)
-    strict = () if "--runs" in words else ("--margin", str(margin))  # with a margin of 0 something goes wrong
-    told = {}
-    for form in ((), ("--json",)):
-        with pytest.raises(SystemExit) as ended:
-            cli.main(["fly", str(path), "--wind", "1,0,0", *words, *strict, *form])
-        assert ended.value.code == 3
-        told[form] = capsys.readouterr().out
-    found = json.loads(told["--json",])
-    assert found["safe"] is None
-    assert found["verdict"].startswith("No verdict")
-    lines = [
-        line for line in told[()].splitlines() if any(one["message"] in line for one in found.get("violations", ()))
-    ]
-    assert all(line.startswith("thesis alone: ") for line in lines)
-    assert bool(lines) == bool(found.get("violations"))
 
 
 def test_the_camera_drone_flies_as_fast_as_its_class_and_no_faster():

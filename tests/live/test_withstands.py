@@ -198,30 +198,6 @@ def test_a_uav_that_is_found_too_fast_is_proven_only_if_it_can_brake_before_a_mo
     assert outcomes == {True, False}
 
 
-@pytest.mark.parametrize(
-    ("field", "value", "said"),
-    [
-        ("position", (1, 2, 1e7), "expected at most 1000000"),
-        ("velocity", (0, 0, -1e7), "expected -1000000 or more"),
-        ("error", 1e300, "expected at most 1000000"),
-        ("max_acceleration", 1e300, "expected at most 1000000"),
-        ("shape", {"shape": "sphere", "centre": (0, 0, 0), "radius": 1e12}, "radius must be at most 1e+06 m"),
-        ("shape", {"shape": "sphere", "centre": (0, 0, 0), "radius": 1e-300}, "radius must be at least 1e-06 m"),
-    ],
-)
-def test_sightings_of_impossible_size_or_speed_are_refused(field, value, said):
-    sighting = {"name": "a", "shape": BALL, "position": (1, 2, 3), "top_speed": 1.0, field: value}
-    with pytest.raises(sky.InputError, match=r"^movers\[0\]\." + field) as refused:
-        started().replanner.observe(0.0, movers=[sighting])
-    assert said in str(refused.value)
-
-
-@pytest.mark.parametrize("state", [((1e7, 0, 0), (0, 0, 0)), ((0, 0, 0), (0, 1e4, 0))])
-def test_states_of_impossible_places_and_speeds_are_refused(state):
-    with pytest.raises(sky.InputError, match=r"^states\[0\]: expected at most"):
-        started().replanner.observe(0.0, states={0: state})
-
-
 @given(SEQUENCES)
 def test_the_same_observations_give_the_same_answers(sequence):
     def untimed(live):

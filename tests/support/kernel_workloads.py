@@ -8,7 +8,7 @@ import numpy as np
 import skyverse as sky
 from handmade import mission, straight
 from skyverse.draw.triangulation import triangles
-from skyverse.flight import SimulationJob, commands_to, simulate, vehicle_of
+from skyverse.flight import commands_to, simulate, vehicle_of
 from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.space.moving_shapes import first_too_near, mover_gaps, moving_shapes, timed_parts
@@ -304,7 +304,7 @@ def flights_in_simulation():
     told = commands_to(mission(straight((0, 0, 2), (0.2, 0.1, 2.3), 0.4)), 0, vehicle)
     disturbed = sky.Conditions(wind=(8, 2, 0), noise=0.1, gusts=True, mismatch=0.2, position_noise=0.5, delay=0.02)
     for seed, conditions in enumerate((sky.Conditions(), disturbed)):
-        simulate(SimulationJob(told, vehicle, conditions, seed))
+        simulate(told, vehicle, conditions, seed)
 
 
 def octree(path, rng):

@@ -84,6 +84,23 @@ def fly(replanner, truth, *, rate=10.0, seconds=60.0, after=None, **sensor):
     return answers
 
 
+def observe(flight, since, until=60.0, rate=10.0, **given):
+    """Observe until all UAVs have arrived; what is given is observed first. Return all answers."""
+    answers = []
+    for k in range(round(rate * since), round(rate * until)):
+        answers += flight.observe(k / rate, **(given if not answers else {}))
+        arrivals = [flight.arrival(uav) for uav in range(len(flight.scenario.uavs))]
+        if None not in arrivals and max(arrivals) <= k / rate:
+            break
+    return answers
+
+
+def whole_flight(flight, scenario):
+    """What the referee proves of all that one UAV has flown in a scenario that has its target."""
+    mission = replace(flight.mission, scenario=scenario, trajectories=(flight.flown(0),))
+    return sky.certify(scenario, mission).trajectories[0]
+
+
 def certified(replanner, truth, **more):
     """What the referee proves of all that was flown among the movers as they are."""
     mission = replanner.mission

@@ -1,7 +1,6 @@
 """The face of simulated flights; see `skyverse.flight`."""
 
 from .commands import HOVER_SECONDS as HOVER_SECONDS
-from .commands import CommandedMotion as CommandedMotion
 from .commands import commands_to as commands_to
 from .commands import thrust_along as thrust_along
 from .disturbances import FOOT as FOOT
@@ -13,7 +12,6 @@ from .judge import strayed as strayed
 from .runs import fly_run as fly_run
 from .runs import prepare as prepare
 from .simulator import RungeKutta as RungeKutta
-from .simulator import SimulationJob as SimulationJob
 from .simulator import WindObserver as WindObserver
 from .simulator import simulate as simulate
 from .simulator import simulate_in_rotorpy as simulate_in_rotorpy

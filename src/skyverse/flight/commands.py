@@ -8,7 +8,7 @@ What the controller of one UAV is told at every sample of a flight.
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import is_closed_at_times
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Motion, Trajectory
 from skyverse.model.uav import GRAVITY
 
 VERTICAL = np.array([0.0, 0.0, 1.0])
@@ -27,19 +27,10 @@ _DIFFERENCE_STEP = 0.005
 """Seconds between the attitudes of which differences give the body rates."""
 
 
-class CommandedMotion(NamedTuple):
-    """What is commanded at some instants, (m, 3) each.
-
-    `acceleration` is not that of the trajectory, but the command that produces it.
-    """
-
-    position: Floats
-    velocity: Floats
-    acceleration: Floats
-
-
-def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: float) -> CommandedMotion:
+def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: float) -> Motion:
     """Return the commands at `times`, (m,) seconds, each of which is held for `hold` seconds.
+
+    The acceleration is not that of the trajectory, but the command that produces it.
 
     The controller's angular acceleration is -kp * (attitude error) - kd * (rate), with the rate itself instead of its
     error. To turn with the trajectory, the commanded attitude must lead it by (kd * rate + angular acceleration) / kp.
@@ -64,7 +55,7 @@ def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: flo
     ahead *= np.minimum(1.0, _MAX_LEAD_SINE / np.maximum(reach, 1e-12))
     level = np.sqrt(1.0 - np.minimum(reach, _MAX_LEAD_SINE) ** 2)
     wanted = (now * level + ahead) * (thrust[:, None] / level)  # the controller projects the thrust on `now`
-    return CommandedMotion(motion.position, motion.velocity, wanted / vehicle.mass - GRAVITY * VERTICAL)
+    return Motion(motion.position, motion.velocity, wanted / vehicle.mass - GRAVITY * VERTICAL)
 
 
 _MAX_LEAD_SINE = 0.5
@@ -124,7 +115,7 @@ class Commands:
     """
 
     times: Floats
-    reference: CommandedMotion
+    reference: Motion
     height: Floats
     hover: int
 

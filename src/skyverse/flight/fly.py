@@ -5,24 +5,25 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from dataclasses import replace
+from functools import reduce
 from typing import overload
 
 import numpy as np
 
 from skyverse._typing import Ints
 from skyverse.errors import InputError, require_kind, require_number
-from skyverse.flight.commands import commands_to
+from skyverse.flight.commands import Commands, commands_to
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.runs import (
-    ErrorCounts,
     SimulatedRun,
+    added,
     cross_check_nearest,
+    distribution,
     first_violation,
     prepare,
     summarise_run,
-    total,
 )
-from skyverse.flight.simulator import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
+from skyverse.flight.simulator import Samples, require_simulator, simulate_in_rotorpy
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds, vehicle_of
 from skyverse.model.conditions import Conditions, simulated_vehicle
 from skyverse.model.flight_record import Flight, FlightRuns, Flown, TrackingErrors
@@ -35,6 +36,8 @@ from skyverse.space.world import World
 OnFlown = Callable[[int, int], None]
 """Called with how many UAVs, or runs, have been flown, and how many are flown in all."""
 
+Job = tuple[Commands, Vehicle, Conditions, int]
+"""The flight of one UAV: its commands, its vehicle, what disturbs it, and the seed of that."""
 MAX_RUNS = 1_000_000
 FIRST_RUNS, MORE_RUNS = 10, 50
 """Runs that are flown together, at first and later; a touch that is to end the flights does so after such a part."""
@@ -162,7 +165,7 @@ def _fly_once(
     kind, conditions = chosen_vehicle(mission, conditions)
     flying = _flying(mission, kind, conditions)
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
-    jobs = {uav: SimulationJob(commands_to(mission, uav, kind), kind, conditions, seeds[uav]) for uav in flying}
+    jobs = {uav: (commands_to(mission, uav, kind), kind, conditions, seeds[uav]) for uav in flying}
     world = World(derived(scenario, terrain=None))
     flown: list[Flown | None] = [None] * len(scenario.uavs)
     for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):
@@ -188,15 +191,17 @@ def _fly_once(
     )
 
 
-def _simulated(jobs: dict[int, SimulationJob], workers: int) -> Iterator[tuple[int, Samples]]:
+def _simulated(
+    jobs: dict[int, tuple[Commands, Vehicle, Conditions, int]], workers: int
+) -> Iterator[tuple[int, Samples]]:
     """Yield the index and the samples of each UAV, as soon as it has been flown."""
     if workers == 1:
         for uav, job in jobs.items():
-            yield uav, simulate_in_rotorpy(job)
+            yield uav, simulate_in_rotorpy(*job)
         return
     context = multiprocessing.get_context("spawn")  # a forked process would inherit locks that other threads hold
     with ProcessPoolExecutor(workers, context, _deaf) as pool:
-        waiting = {pool.submit(simulate_in_rotorpy, job): uav for uav, job in jobs.items()}
+        waiting = {pool.submit(simulate_in_rotorpy, *job): uav for uav, job in jobs.items()}
         try:
             for done in as_completed(waiting):
                 yield waiting[done], done.result()
@@ -227,14 +232,13 @@ def fly_runs(
     flown = _flying(mission, kind, conditions)
     fleet = prepare(mission, kind, conditions)
     done: list[SimulatedRun] = []
-    by_uav = {uav: (ErrorCounts(), ErrorCounts()) for uav in flown}
+    counted = {uav: [np.zeros(0, dtype=np.int64)] * 2 for uav in flown}
     with ThreadPoolExecutor(workers or cores()) as pool:
         for part in _parts(seeds):
             for summary, errors in pool.map(lambda seed: summarise_run(fleet, int(seed)), part):
                 done.append(summary)
-                for uav, (horizontal, vertical) in errors.items():
-                    by_uav[uav][0].add(horizontal)
-                    by_uav[uav][1].add(vertical)
+                for uav, counts in errors.items():
+                    counted[uav] = [added(one, more) for one, more in zip(counted[uav], counts, strict=True)]
             if on_progress is not None:
                 on_progress(len(done), runs)
             if until_touch and any(first_violation(fleet, k, summary) for k, summary in enumerate(done)):
@@ -244,8 +248,8 @@ def fly_runs(
 
     def told(uavs: Sequence[int]) -> TrackingErrors:
         most = largest[:, uavs].max(axis=(0, 1))
-        each = zip(zip(*(by_uav[uav] for uav in uavs), strict=True), most, strict=True)
-        return TrackingErrors(*(total(counts).distribution(float(worst)) for counts, worst in each))
+        each = (reduce(added, (counted[uav][axis] for uav in uavs)) for axis in (0, 1))
+        return TrackingErrors(*map(distribution, each, most.tolist()))
 
     return FlightRuns(
         mission=mission,
@@ -253,7 +257,7 @@ def fly_runs(
         radius=kind.radius,
         seed=seed if conditions.random else None,
         seeds=np.array(seeds[: len(done)]),
-        errors=tuple(told([uav]) if uav in by_uav else None for uav in range(len(scenario.uavs))),
+        errors=tuple(told([uav]) if uav in counted else None for uav in range(len(scenario.uavs))),
         all_errors=told(flown),
         clearance=np.array([min(summary.obstacle.distance, summary.ground.distance) for summary in done]),
         separation=np.array([summary.pair.distance for summary in done]),

@@ -11,7 +11,7 @@ referee grows a box on each axis, which reaches sqrt(3) times as far at a corner
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.flight.commands import COMMAND_RATE, Commands, commands_to
-from skyverse.flight.simulator import Samples, SimulationJob, simulate
+from skyverse.flight.simulator import Samples, simulate
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle, told_airspeeds
 from skyverse.model.conditions import Conditions
@@ -139,7 +139,7 @@ def fly_run(fleet: Fleet, seed: int) -> SimulatedRun:
             samples.append(None)
             errors.append(None)
             continue
-        flown = simulate(SimulationJob(told, fleet.vehicle, fleet.conditions, seeds[uav]))
+        flown = simulate(told, fleet.vehicle, fleet.conditions, seeds[uav])
         samples.append(flown)
         away = flown.positions - told.reference.position[told.hover :][: len(flown.times)]
         errors.append(np.column_stack([np.hypot(away[:, 0], away[:, 1]), np.abs(away[:, 2])]))
@@ -217,31 +217,17 @@ MILLIMETRES = 1000.0
 """The resolution of the distributions of errors, bins a metre."""
 
 
-class ErrorCounts:
-    """How many errors there are of each millimetre, rounded up."""
-
-    def __init__(self) -> None:
-        self.counts = np.zeros(0, dtype=np.int64)
-
-    def add(self, counts: Ints) -> None:
-        """Add counts of errors."""
-        if len(counts) > len(self.counts):
-            self.counts = np.pad(self.counts, (0, len(counts) - len(self.counts)))
-        self.counts[: len(counts)] += counts
-
-    def distribution(self, largest: float) -> Distribution:
-        """Return the distribution of all that were counted; the largest is known exactly."""
-        up_to = np.cumsum(self.counts)
-        median, most = (float(np.searchsorted(up_to, share * up_to[-1])) / MILLIMETRES for share in (0.5, 0.99))
-        return Distribution(min(median, float(largest)), min(most, float(largest)), float(largest))
+def added(one: Ints, other: Ints) -> Ints:
+    """Return counts of errors of each millimetre, rounded up, and others together."""
+    most = max(len(one), len(other))
+    return np.pad(one, (0, most - len(one))) + np.pad(other, (0, most - len(other)))
 
 
-def total(each: Iterable[ErrorCounts]) -> ErrorCounts:
-    """Return the counts of all together."""
-    together = ErrorCounts()
-    for one in each:
-        together.add(one.counts)
-    return together
+def distribution(counts: Ints, largest: float) -> Distribution:
+    """Return the distribution of errors that were counted, of which the largest is known exactly."""
+    up_to = np.cumsum(counts)
+    median, most = (float(np.searchsorted(up_to, share * up_to[-1])) / MILLIMETRES for share in (0.5, 0.99))
+    return Distribution(min(median, largest), min(most, largest), largest)
 
 
 def summarise_run(fleet: Fleet, seed: int) -> tuple[SimulatedRun, dict[int, tuple[Ints, Ints]]]:

@@ -12,15 +12,17 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import OdeSolver
+from scipy.spatial.transform import Rotation
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.flight.commands import COMMAND_RATE, VERTICAL, CommandedMotion, Commands
+from skyverse.flight.commands import COMMAND_RATE, VERTICAL, Commands
 from skyverse.flight.disturbances import draw
 from skyverse.flight.quadrotor import ATTITUDE, POSITION, ROTORS, STATE_SIZE, VELOCITY, quadrotor_of
 from skyverse.flight.tracking_control import LOST_DISTANCE, OBSERVER_BANDWIDTH, DrawnDisturbances, track
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.conditions import Conditions
+from skyverse.model.trajectory import Motion
 from skyverse.model.uav import GRAVITY
 
 
@@ -52,25 +54,13 @@ class WindObserver:
 
     def push(self, told: dict[str, Floats], dt: float) -> Floats:
         """Update the estimate with a measured state, and return it, (3,) m/s^2."""
-        turned = _matrix(told["q"])
+        turned = Rotation.from_quat(told["q"]).as_matrix()
         if self._explained is None:
             self._explained = told["v"].copy()
         push: Floats = OBSERVER_BANDWIDTH * (told["v"] - self._explained)
         force, _ = self._body.compute_body_wrench(told["w"], told["rotor_speeds"], turned.T @ told["v"])
         self._explained += (turned @ force / self._mass - GRAVITY * VERTICAL + push) * dt
         return push
-
-
-def _matrix(q: Floats) -> Floats:
-    """Return the rotation matrix of a quaternion x, y, z, w."""
-    x, y, z, w = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 class ControlledUAV:
@@ -132,7 +122,7 @@ class ControlledUAV:
         """Its velocity, (3,) m/s."""
         return self._state["v"]
 
-    def follow(self, asked: CommandedMotion) -> None:
+    def follow(self, asked: Motion) -> None:
         """Fly the next samples of a reference, unless the UAV is lost."""
         for position, velocity, acceleration in zip(*asked, strict=True):
             if self.lost:
@@ -175,16 +165,6 @@ def _within_tilt(acceleration: Floats, most: float | None) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class SimulationJob:
-    """The flight of one UAV: its commands, its vehicle, what disturbs it, and the seed of that."""
-
-    commands: Commands
-    vehicle: Vehicle
-    conditions: Conditions
-    seed: int
-
-
-@dataclass(frozen=True, eq=False)
 class Samples:
     """The motion of one UAV from its departure on, a hundredth of a second apart.
 
@@ -218,21 +198,19 @@ def require_simulator() -> None:
         raise InputError('flying needs rotorpy: pip install "skyverse[flight]"') from None
 
 
-def simulate(job: SimulationJob) -> Samples:
+def simulate(told: Commands, known: Vehicle, conditions: Conditions, seed: int) -> Samples:
     """Fly one UAV in the compiled simulator, from a hover until it has settled after its arrival or is lost."""
-    told, known = job.commands, job.vehicle
-    flown, disturbed = draw(told, known, job.conditions, job.seed)
+    flown, disturbed = draw(told, known, conditions, seed)
     real, believed = quadrotor_of(flown), quadrotor_of(known)
     position, velocity, acceleration = (np.ascontiguousarray(rows) for rows in told.reference)
     count, states = track(real, believed, position, velocity, acceleration, disturbed, 1.0 / COMMAND_RATE)
     return samples(told.times, states[:count], told.hover)
 
 
-def simulate_in_rotorpy(job: SimulationJob) -> Samples:
+def simulate_in_rotorpy(told: Commands, known: Vehicle, conditions: Conditions, seed: int) -> Samples:
     """Fly one UAV in rotorpy, as `simulate` does; see `ControlledUAV`."""
-    told, kind = job.commands, job.vehicle
-    flown, disturbed = draw(told, kind, job.conditions, job.seed)
-    uav = ControlledUAV(kind, flown, disturbed, told.reference.position[0])
+    flown, disturbed = draw(told, known, conditions, seed)
+    uav = ControlledUAV(known, flown, disturbed, told.reference.position[0])
     uav.follow(told.reference)
     return samples(told.times, uav.states, told.hover)
 

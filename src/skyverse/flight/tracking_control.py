@@ -75,7 +75,7 @@ def track(
     real, known
         The quadrotor that flies, and the one that the controller believes to fly.
     position, velocity, acceleration
-        (m, 3) commands; see `feedforward.CommandedMotion`.
+        (m, 3) commands; see `commands.reference`.
     disturbed
         Wind, errors of measurement and delay.
     period

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.live.tracks import Sighting
@@ -217,9 +217,9 @@ def fly_closed_loop(
     InputError
         If observations arrive after the motions that answer them would begin, or `longest` is out of range.
     """
-    if not isinstance(truth, Scenario) or not isinstance(sensor, Sensor):
-        found = type(sensor if isinstance(truth, Scenario) else truth).__name__
-        raise InputError(f"expected a Scenario as the truth, and a Sensor, found a {found}")
+    require_kind(replanner, Replanner, "replanner")
+    require_kind(truth, Scenario, "truth")
+    require_kind(sensor, Sensor, "sensor")
     if not isinstance(longest, int | float) or not 0.0 < longest < MAX_INSTANT:
         raise InputError(f"expected seconds above 0, found {longest!r}", field="longest")
     uavs = range(len(replanner.mission.scenario.uavs))
