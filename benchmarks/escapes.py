@@ -10,9 +10,9 @@ import numpy as np
 
 import skyverse as sky
 from skyverse.live import braking_motion, steered_motion
-from skyverse.live.surroundings import first_contact
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
+from skyverse.space.contact import first_contact
 from skyverse.space.moving_shapes import moving_shapes, timed_parts
 from skyverse.trajectory.limits import limits_of
 from skyverse.trajectory.proof import clear_pieces

@@ -5,10 +5,10 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL
-from skyverse.live.surroundings import first_contact, share_avoided
 from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.temporary_zones import TimedShape
 from skyverse.model.uav import TrackingError
+from skyverse.space.contact import first_contact, share_avoided
 from skyverse.space.moving_shapes import LEAST_DOUBT, moving_shapes
 
 KEPT, APART = 0.5, 3.0

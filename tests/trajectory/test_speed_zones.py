@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.space.speed_zones import first_too_fast
 from skyverse.trajectory import fly_along
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.rest_to_rest import rest_to_rest
-from skyverse.trajectory.speed_in_zones import first_too_fast
 from speed_zones import BOX, SPHERE, ZONES, holds, too_fast, world_of
 
 PLACE = st.tuples(st.floats(-60, 60), st.floats(-60, 60), st.floats(1, 60))

@@ -16,9 +16,10 @@ from skyverse.live.course import STAY, Course, Planned, motions_along, part_of, 
 from skyverse.live.guidance import AT_REST, GATE_SHARES, SHARES, Way, escapes, gates, ways_ahead
 from skyverse.live.search import BLOCKED, KEEP_ON, Choice, Search, Step
 from skyverse.live.steered_motion import seconds_left, steered_motion
-from skyverse.live.surroundings import FirstContact, Surroundings, seconds_lost, way_back
+from skyverse.live.surroundings import FirstContact, Surroundings, way_back
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT
+from skyverse.space.speed_zones import seconds_lost
 from skyverse.space.world import path_free
 
 REST = 0.5

@@ -1,19 +1,10 @@
 """What a UAV in flight keeps clear of: what stands still, what was seen to move, and the motions of other UAVs.
 
-When a motion first comes too near to where movers may be, and how much of what they may do it is clear of.
-
-A motion is followed in steps in which the distance that is left from a mover cannot be used up, since both have a top
-speed; so what is passed over is proven clear. Where these would be too short, a longer step is taken, and what it
-passes over counts as a contact unless the distances at both of its ends show that it is none.
-
 Motions that lead a UAV back to where nothing is too near, if it was found where it may not be.
-
-What zones with a speed limit cost on a way: the seconds by which they make it longer.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,16 +17,15 @@ from skyverse.model.shapes import Shape
 from skyverse.model.temporary_zones import STANDING, TimedShape, told_zone
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError, kept_ellipsoid
-from skyverse.numerics.kernel import inner_query, kernel
-from skyverse.numerics.tolerances import LIMIT_EASE, MOVER_MARGIN
+from skyverse.numerics.tolerances import LIMIT_EASE
+from skyverse.space.contact import first_contact, share_avoided
 from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids
-from skyverse.space.moving_shapes import MovingShapes, gap_at, gap_in_doubts, moving_shapes, timed_parts
-from skyverse.space.speed_zones import SpeedZone
+from skyverse.space.moving_shapes import MovingShapes, moving_shapes, timed_parts
+from skyverse.space.speed_zones import first_too_fast
 from skyverse.space.voxels import parts_of
 from skyverse.space.world import World
 from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.proof import clear_pieces
-from skyverse.trajectory.speed_in_zones import first_too_fast
 
 
 class Span(NamedTuple):
@@ -202,87 +192,6 @@ def _need(one: TimedShape, t: float) -> float:
     return size + one.keep + float(one.doubt.at(t)[0])
 
 
-SHORTEST_STEP = 1e-5
-"""Seconds by which a motion is followed at least."""
-SAMPLE = 0.05
-"""Seconds between the instants at which it is looked at how near to movers a motion is."""
-MOST_SAMPLES = 400
-"""How many such instants there are at most."""
-
-
-@inner_query
-def _place(knots: Floats, rows: Floats, k: int, t: float, out: Floats) -> int:
-    """Write the position at an instant, from piece k on, (3,) metres; return the piece."""
-    while k < len(rows) - 1 and knots[k + 1] <= t:
-        k += 1
-    local = min(max(t, knots[0]), knots[len(rows)]) - knots[k]
-    for axis in range(3):
-        value = 0.0
-        for j in range(rows.shape[1] - 1, -1, -1):
-            value = value * local + rows[k, j, axis]
-        out[axis] = value
-    return k
-
-
-@kernel
-def first_contact(
-    shapes: MovingShapes, knots: Floats, rows: Floats, speed: float, begin: float, until: float
-) -> tuple[int, float]:
-    """Return the mover that a motion first comes too near to, and the instant; -1 and infinity if there is none.
-
-    Parameters
-    ----------
-    shapes
-        The movers, n of them.
-    knots, rows
-        (m + 1,) seconds and (m, degree + 1, 3) metres, as a trajectory has them; the UAV stays where it ends.
-    speed
-        That the motion nowhere exceeds, m/s.
-    begin, until
-        Seconds between which it is looked for.
-    """
-    place, moved = np.empty(3), np.empty(3)
-    who, first = -1, math.inf
-    for m in range(len(shapes.kind)):
-        now, k, end = max(begin, shapes.active[m, 0]), 0, min(min(until, first), shapes.active[m, 1])
-        owed = 0.0  # what the gaps at both ends of a step that was too long must add up to
-        while now <= end:
-            k = _place(knots, rows, k, now, place)
-            gap = gap_at(shapes, m, now, place, moved) - MOVER_MARGIN
-            if gap < owed:
-                who, first = m, now
-                break
-            if now >= end:
-                break
-            flies = now < knots[len(rows)]
-            rate = shapes.rate[m] + (speed if flies else 0.0)
-            step = max(gap / rate, SHORTEST_STEP) if rate > 0.0 else until
-            later = min(now + step, max(knots[len(rows)], now + SHORTEST_STEP) if flies else end, end)
-            owed = max(rate * (later - now) - gap, 0.0)
-            now = later
-    return who, first
-
-
-@kernel
-def share_avoided(shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[float, float]:
-    """Return the share of movers' doubts that a motion is clear of between two instants, and how much is missing.
-
-    The first is 1 if it is clear of all of them; see `gap_in_doubts`. The second is what is missing from 1, summed up
-    over time, seconds. Both are found by samples, and so are no proof. See `first_contact`.
-    """
-    place, moved = np.empty(3), np.empty(3)
-    least, missing, k = 1.0, 0.0, 0
-    count = min(math.ceil((until - begin) / SAMPLE), MOST_SAMPLES)
-    for i in range(count + 1):
-        now = begin + (until - begin) * i / max(count, 1)
-        k = _place(knots, rows, k, now, place)
-        for m in range(len(shapes.kind)):
-            share = gap_in_doubts(shapes, m, now, place, moved)
-            least = min(least, share)
-            missing += max(1.0 - share, 0.0)
-    return least, missing * (until - begin) / (count + 1)
-
-
 SAMPLES = 8
 """Instants of each piece at which it is looked at how near to obstacles and bounds it leads."""
 NEARER = 0.01
@@ -333,27 +242,3 @@ def _seconds_too_fast(world: World, motion: Trajectory) -> float:
         if any(speed > zone.max_speed * (1.0 + LIMIT_EASE) and zone.holds(place) for zone in world.speed_zones):
             last = now - motion.start
     return last
-
-
-def seconds_lost(zones: Sequence[SpeedZone], speed: float, place: Floats, points: Floats) -> float:
-    """Return by about how many seconds zones' limits make a way longer that is otherwise flown at one speed.
-
-    Parameters
-    ----------
-    zones
-        With their limits.
-    speed
-        M/s, outside of zones.
-    place, points
-        (3,) and (n, 3) metres: where the way begins, and its points.
-    """
-    lost = 0.0
-    for zone in zones:
-        if zone.max_speed >= speed:
-            continue
-        for a, b in pairwise([place, *points]):
-            within = zone.stretch(a, b, 0.0)
-            if within is not None:
-                inside = (within[1] - within[0]) * math.dist(b, a)
-                lost += inside * (1.0 / zone.max_speed - 1.0 / speed)
-    return lost

@@ -73,7 +73,12 @@ def make_edges(space: Space, growth: float) -> Edges:
                 low[c] = high[c] = at_c
                 found = 0
                 for j in tree.touching(space.tree, space.boxes, others + aside, low, high):
-                    if j != i and _shuts(space.boxes, j, others, b, at_b, up_b * aside, c, at_c, up_c * aside):
+                    # the box holds the edge, or the passage along one of its two faces
+                    if j != i and (
+                        _covers(space.boxes, j, others, (b, c), at_b, at_c)
+                        or _covers(space.boxes, j, others, (b, c), at_b + up_b * aside, at_c - up_c * aside)
+                        or _covers(space.boxes, j, others, (b, c), at_b - up_b * aside, at_c + up_c * aside)
+                    ):
                         if found == len(cuts):
                             cuts = doubled(cuts)
                         cuts[found, 0] = space.boxes[j, axis] - growth
@@ -103,14 +108,10 @@ def make_edges(space: Space, growth: float) -> Edges:
 
 
 @inner
-def _shuts(
-    boxes: Floats, j: int, growth: float, b: int, at_b: float, aside_b: float, c: int, at_c: float, aside_c: float
-) -> bool:
-    """Tell whether box j holds an edge, or the passage along one of its two faces, in the plane across the edge."""
-    low_b, high_b = boxes[j, b] - growth, boxes[j, b + 3] + growth
-    low_c, high_c = boxes[j, c] - growth, boxes[j, c + 3] + growth
+def _covers(boxes: Floats, j: int, growth: float, axes: tuple[int, int], at_b: float, at_c: float) -> bool:
+    """Tell whether box j, grown by `growth`, covers a place in the plane of two axes."""
+    b, c = axes
     return (
-        (low_b < at_b < high_b and low_c < at_c < high_c)
-        or (low_b < at_b + aside_b < high_b and low_c < at_c - aside_c < high_c)
-        or (low_b < at_b - aside_b < high_b and low_c < at_c + aside_c < high_c)
+        boxes[j, b] - growth < at_b < boxes[j, b + 3] + growth
+        and boxes[j, c] - growth < at_c < boxes[j, c + 3] + growth
     )

@@ -165,7 +165,7 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats, up:
                     if level > 0:
                         level, i, j = level - 1, 2 * i, 2 * j
                         continue
-                    if _least(ground, i, j, dev, a, b, enter, leave, up) < margin:
+                    if _least(ground, i, j, dev, a, b, (enter, leave), up) < margin:
                         return True
         level, i, j = _next(level, i, j, top)
     return False
@@ -173,12 +173,13 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats, up:
 
 @inner_query
 def _least(
-    ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, enter: float, leave: float, up: float
+    ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, shares: tuple[float, float], up: float
 ) -> float:
     """Return the least height of a segment above a cell's ground between two shares, less what `dev` may take away.
 
     With the share s between the two, the height is begin + (end - begin - curved) s + curved s^2.
     """
+    enter, leave = shares
     sx, sy = ground.step[0], ground.step[1]
     u, v = (a[0] - ground.origin[0]) / sx - i, (a[1] - ground.origin[1]) / sy - j
     du, dv = (b[0] - a[0]) / sx, (b[1] - a[1]) / sy

@@ -15,12 +15,12 @@ from skyverse._typing import Bools, Floats, Ints
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.space.speed_zones import first_too_fast
 from skyverse.space.world import World
 from skyverse.trajectory.leg_parts import ZONE_MARGIN, LegParts, cut_legs, whole_legs
 from skyverse.trajectory.limits import Limits, limits_of
 from skyverse.trajectory.merged_bends import Waypoints, merge_bends
 from skyverse.trajectory.proof import clear_pieces
-from skyverse.trajectory.speed_in_zones import first_too_fast
 from skyverse.trajectory.straight_legs import (
     Legs,
     blend_depths,

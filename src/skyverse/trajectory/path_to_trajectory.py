@@ -16,6 +16,7 @@ from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import MIN_PATH
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
+from skyverse.space.speed_zones import first_too_fast
 from skyverse.space.world import World
 from skyverse.summary import flown_length, largest_distance, turning
 from skyverse.trajectory.aeroplane import fly_aeroplane
@@ -24,7 +25,6 @@ from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.rest_to_rest import rest_to_rest
 from skyverse.trajectory.smooth import CLOSE_REACH, smooth
-from skyverse.trajectory.speed_in_zones import first_too_fast
 from skyverse.trajectory.straight_legs import least_seconds
 
 Shape = Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"]

@@ -22,6 +22,7 @@ from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_EASE, PROOF_TIGHTNESS
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.obstacles import Space, above_ceiling, terrain_crossed, terrain_reaches
+from skyverse.space.speed_zones import first_too_fast
 from skyverse.space.world import World
 from skyverse.trajectory.limits import (
     AIRSPEED,
@@ -36,7 +37,6 @@ from skyverse.trajectory.limits import (
     limits_of,
     peak,
 )
-from skyverse.trajectory.speed_in_zones import first_too_fast
 
 _USABLE = 1.0 - LIMIT_MARGIN
 """The share of the eased limits that may be used."""
