@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.space import ground, obstacles, solids, tree, voxels
+from skyverse.space import ground, obstacles, voxels
 from skyverse.space.lattice import make_grid, positions
 
 HALL = Prism(
@@ -162,11 +162,8 @@ def test_a_free_segment_has_free_points_only_and_an_unsafe_point_blocks_a_segmen
 def test_points_within_a_swept_segment_are_free_where_the_whole_sweep_is(scenario, a, b, dev, seed):
     space = sky.World(scenario).space
     a, b = np.array(a), np.array(b)
-    swept = max(
-        tree.crossed(space.tree, space.boxes, 0.25 + dev, a, b) >= 0,
-        solids.crossed(space.solids, 0.25 + dev, a, b) >= 0,
-        obstacles.terrain_crossed(space, 0.25, dev, a, b),
-    )
+    margin = 0.25 - space.clearance
+    swept = obstacles.box_crossed(space, margin + dev, a, b) >= 0 or obstacles.shapes_crossed(space, margin, dev, a, b)
     if not swept:
         rng = np.random.default_rng(seed)
         way = rng.normal(size=(400, 3))
@@ -174,7 +171,7 @@ def test_points_within_a_swept_segment_are_free_where_the_whole_sweep_is(scenari
         near = near[np.all((near >= space.low) & (near <= space.high), axis=1)]
         assert (depth(scenario, near, 0.25) < 1e-8).all()
     if dev == 0.0:
-        assert swept == obstacles.crosses(space, 0.25, a, b)
+        assert swept == obstacles.crosses(space, margin, a, b)
 
 
 @settings(max_examples=60)
@@ -186,11 +183,8 @@ def test_a_box_that_no_obstacle_meets_holds_no_unsafe_point(scenario, a, b, grow
     inside = low + (high - low) * np.array(list(itertools.product(np.linspace(0.01, 0.99, 12), repeat=3)))
     deep = depth(scenario, inside, growth).max()
     corners = np.hstack((space.boxes[:, :3] - growth - high, low - growth - space.boxes[:, 3:]))
-    meets = max(
-        bool(np.all(corners < -1e-9, axis=1).any()),
-        solids.reaching(space.solids, growth, low, high) >= 0,
-        obstacles.terrain_reaches(space, growth, low, high),
-    )
+    meets = bool(np.all(corners < -1e-9, axis=1).any())
+    meets |= obstacles.shapes_reach(space, growth - space.clearance, low, high)
     if deep > 1e-8:
         assert meets
     elif deep < -np.linalg.norm(high - low) / 12 * 3.5 - 1e-8:

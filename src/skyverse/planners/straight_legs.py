@@ -16,8 +16,7 @@ from skyverse.planners.results import SearchRecord, any_angle_result, refused_re
 from skyverse.planners.run import Run, make_workspace
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_repeated
-from skyverse.space import ground, solids
-from skyverse.space.obstacles import Space, above_ceiling
+from skyverse.space.obstacles import Space, shapes_hold
 from skyverse.space.world import segment_free
 from skyverse.stop import Stop
 
@@ -179,10 +178,5 @@ def _share_in_shapes(space: Space, a: Floats, b: Floats, boxes: Floats) -> float
             continue
         for axis in range(3):
             p[axis] = a[axis] + share * (b[axis] - a[axis])
-        floor = ground.height(space.ground, p[0], p[1]) + space.clearance + space.ground.extra
-        inside += (
-            p[2] < floor
-            or above_ceiling(space, space.clearance, p)
-            or solids.containing(space.solids, space.clearance, p[0], p[1], p[2]) >= 0
-        )
+        inside += shapes_hold(space, 0.0, p)
     return max(inside, 0.5) / _SAMPLES_PER_LEG

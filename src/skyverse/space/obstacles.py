@@ -1,9 +1,12 @@
-"""A scenario's space compiled to arrays, and what its grown obstacles fill: points, segments, boxes, distances."""
+"""A scenario's space compiled to arrays, and the questions that all who plan ask of it: what is how near to obstacles.
+
+Each takes a margin in metres, which is added to the clearance, or, below 0, taken off it.
+"""
 
 from typing import NamedTuple
 
-from skyverse._typing import Floats
-from skyverse.numerics.kernel import by_reference, inner_query, kernel, query
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel, query
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import ground, solids, tree
 from skyverse.space.ground import Ground
@@ -53,36 +56,64 @@ def in_bounds(space: Space, p: Floats) -> bool:
     return inside
 
 
-@query
-def above_ceiling(space: Space, growth: float, p: Floats) -> bool:
-    """Tell whether a point is above the ceiling, lowered by what `growth` exceeds the clearance."""
-    return -p[2] < ground.height(space.ceiling, p[0], p[1]) + growth + space.ceiling.extra
+@inner
+def boxes_near(space: Space, margin: float, low: Floats, high: Floats) -> Ints:
+    """Return the boxes that come nearer to the closed box between two corners than the clearance and a margin."""
+    return tree.touching(space.tree, space.boxes, space.clearance + margin, low, high)
 
 
 @query
-def terrain_crossed(space: Space, growth: float, dev: float, a: Floats, b: Floats) -> bool:
-    """Tell whether what is within `dev` of a segment may reach below the raised ground or above the lowered ceiling.
-
-    The answer is exact for a `dev` of 0; see `skyverse.space.ground.crossed`.
-    """
-    return ground.crossed(space.ground, growth + space.ground.extra, dev, a, b, 1.0) or ground.crossed(
-        space.ceiling, growth + space.ceiling.extra, dev, a, b, -1.0
-    )
+def box_crossed(space: Space, margin: float, a: Floats, b: Floats) -> int:
+    """Return a box to which a segment comes nearer than the clearance and a margin, or -1."""
+    return tree.crossed(space.tree, space.boxes, space.clearance + margin, a, b)
 
 
 @query
-def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
-    """Tell exactly whether a segment meets the interior of some obstacle, grown by `growth`."""
+def above_ceiling(space: Space, margin: float, p: Floats) -> bool:
+    """Tell whether a point is above the ceiling, lowered by a margin."""
+    return -p[2] < ground.height(space.ceiling, p[0], p[1]) + (space.clearance + margin) + space.ceiling.extra
+
+
+@query
+def shapes_hold(space: Space, margin: float, p: Floats) -> bool:
+    """Tell whether a point is nearer to a shape that is no box, or to the terrain, than the clearance and a margin."""
+    growth = space.clearance + margin
     return (
-        tree.crossed(space.tree, space.boxes, growth, a, b) >= 0
-        or solids.crossed(space.solids, growth, a, b) >= 0
-        or terrain_crossed(space, growth, 0.0, a, b)
+        solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0
+        or p[2] < ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra
+        or above_ceiling(space, margin, p)
     )
 
 
 @query
-def terrain_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
-    """Tell whether the raised ground or the lowered ceiling reaches into the open box between two corners."""
+def shapes_crossed(space: Space, margin: float, dev: float, a: Floats, b: Floats) -> bool:
+    """Tell whether what is within `dev` of a segment may be too near to a shape that is no box, or to the terrain.
+
+    Too near is nearer than the clearance and a margin. The answer is exact for a `dev` of 0; see `ground.crossed`.
+    """
+    growth = space.clearance + margin
+    return (
+        solids.crossed(space.solids, growth + dev, a, b) >= 0
+        or ground.crossed(space.ground, growth + space.ground.extra, dev, a, b, 1.0)
+        or ground.crossed(space.ceiling, growth + space.ceiling.extra, dev, a, b, -1.0)
+    )
+
+
+@query
+def crosses(space: Space, margin: float, a: Floats, b: Floats) -> bool:
+    """Tell exactly whether a segment comes nearer to some obstacle than the clearance and a margin."""
+    return box_crossed(space, margin, a, b) >= 0 or shapes_crossed(space, margin, 0.0, a, b)
+
+
+@query
+def shapes_reach(space: Space, margin: float, low: Floats, high: Floats) -> bool:
+    """Tell whether a shape that is no box, or the terrain, reaches into the open box between two corners.
+
+    Shapes are grown by the clearance and a margin.
+    """
+    growth = space.clearance + margin
+    if solids.reaching(space.solids, growth, low, high) >= 0:
+        return True
     floor = low[2] - growth - space.ground.extra + SURFACE_DEPTH
     if ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor:
         return True

@@ -22,7 +22,6 @@ from skyverse.space.obstacles import (
     crosses,
     in_bounds,
     obstacle_distance,
-    with_margin,
 )
 from skyverse.space.speed_zones import SpeedZone, make_speed_zones
 from skyverse.space.tube import NO_ERROR, inner_bounds, is_wall_within, raised, taller, wider
@@ -38,7 +37,7 @@ def point_free(space: Space, p: Floats) -> bool:
 @query
 def segment_free(space: Space, a: Floats, b: Floats) -> bool:
     """Tell whether a whole segment is in bounds and keeps the clearance, both of which it may touch."""
-    return in_bounds(space, a) and in_bounds(space, b) and not crosses(space, space.clearance, a, b)
+    return in_bounds(space, a) and in_bounds(space, b) and not crosses(space, 0.0, a, b)
 
 
 @query
@@ -64,19 +63,20 @@ def _points_free(space: Space, points: Floats) -> NDArray[np.bool_]:
 
 
 @kernel
-def _segments_free(space: Space, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
-    """Tell for each of m segments whether it is free, (m,)."""
+def _segments_free(space: Space, margin: float, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
+    """Tell for each of m segments whether it is in bounds, and keeps the clearance and a margin, (m,)."""
     free = np.empty(len(starts), np.bool_)
     for i in range(len(starts)):
-        free[i] = segment_free(space, starts[i], ends[i])
+        a, b = starts[i], ends[i]
+        free[i] = in_bounds(space, a) and in_bounds(space, b) and not crosses(space, margin, a, b)
     return free
 
 
 @kernel
-def _first_crossing(space: Space, growth: float, starts: Floats, ends: Floats) -> int:
-    """Return the first of m segments that meets an obstacle grown by `growth`, or -1."""
+def _first_crossing(space: Space, margin: float, starts: Floats, ends: Floats) -> int:
+    """Return the first of m segments that comes nearer to an obstacle than the clearance and a margin, or -1."""
     for i in range(len(starts)):
-        if crosses(space, growth, starts[i], ends[i]):
+        if crosses(space, margin, starts[i], ends[i]):
             return i
     return -1
 
@@ -228,14 +228,14 @@ class World:
         a, b = _rows(starts), _rows(ends)
         if len(a) != len(b):
             raise InputError(f"as many ends as starts are needed, got {len(b)} ends and {len(a)} starts")
-        return _segments_free(with_margin(self.space, margin) if margin else self.space, a, b)
+        return _segments_free(self.space, margin, a, b)
 
     def first_crossing(self, starts: ArrayLike, ends: ArrayLike, margin: float = 0.0) -> int | None:
         """Return the first of m segments between (m, 3) and (m, 3) that meets an obstacle or the ground, or ``None``.
 
         The clearance counts, and `margin` metres beside it; the bounds do not.
         """
-        found = _first_crossing(self.space, self.space.clearance + margin, _rows(starts), _rows(ends))
+        found = _first_crossing(self.space, margin, _rows(starts), _rows(ends))
         return found if found >= 0 else None
 
     def distance(self, points: ArrayLike) -> Floats:
@@ -274,7 +274,7 @@ class World:
                 return f"lies where no height keeps both: {room}{counting}"
         if above < margin - CLEARANCE_EASE - SURFACE_DEPTH:
             return f"lies {above:g} m above ground{counting}, but {margin:g} m are required"
-        if above_ceiling(self.space, self.space.clearance - SURFACE_DEPTH, p):
+        if above_ceiling(self.space, -SURFACE_DEPTH, p):
             assert self.scenario.terrain is not None
             above = p[2] - float(self.scenario.terrain.lowest_ground.height(p[:2]))
             at = "reaches" if straying else f"lies {above:g} m above ground,"

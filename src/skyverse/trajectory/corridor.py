@@ -12,8 +12,8 @@ from skyverse._typing import Floats
 from skyverse.numerics.arrays import order_of, towards
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import CORRIDOR_PROGRESS, MIN_OVERLAP, SURFACE_DEPTH, THIN_OVERLAP
-from skyverse.space import box, solids, tree
-from skyverse.space.obstacles import Space, terrain_reaches
+from skyverse.space import box
+from skyverse.space.obstacles import Space, boxes_near, shapes_reach
 from skyverse.space.tree import FIRST, SKIP, STOP
 
 MAX_BOXES = 400
@@ -155,16 +155,7 @@ def _is_free(space: Space, b: Floats) -> bool:
             if _reaches(space, i, b):
                 return False
         node += 1
-    return not _shapes_reach(space, b)
-
-
-@inner
-def _shapes_reach(space: Space, b: Floats) -> bool:
-    """Tell whether a grown obstacle other than a box, or the ground, reaches into the box."""
-    low, high = b[:3], b[3:]
-    return solids.reaching(space.solids, space.clearance, low, high) >= 0 or terrain_reaches(
-        space, space.clearance, low, high
-    )
+    return not shapes_reach(space, 0.0, b[:3], b[3:])
 
 
 @inner
@@ -184,7 +175,7 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
     for axis in range(3):
         b[axis] = max(seed[axis] - reach, space.low[axis])
         b[axis + 3] = min(seed[axis + 3] + reach, space.high[axis])
-    near = tree.touching(space.tree, space.boxes, space.clearance, b[:3], b[3:])
+    near = boxes_near(space, 0.0, b[:3], b[3:])
     gaps = np.empty(len(near))
     for k in range(len(near)):
         gaps[k] = 0.0
@@ -205,7 +196,7 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
                 best, best_face, best_place = (b[axis + 3] - high) / width, axis, min(high, seed[axis])
         if best_face >= 0:
             b[best_face] = best_place
-    return _grown(space, seed, b) if _shapes_reach(space, b) else b
+    return _grown(space, seed, b) if shapes_reach(space, 0.0, b[:3], b[3:]) else b
 
 
 @inner
@@ -221,13 +212,13 @@ def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
                 continue
             far = most[face] - seed[face]
             b[face] = seed[face] + share * far
-            if _shapes_reach(space, b):
+            if shapes_reach(space, 0.0, b[:3], b[3:]):
                 stuck[face] = True
                 inside, outside = before, share
                 for _ in range(FACE_BISECTIONS):
                     middle = 0.5 * (inside + outside)
                     b[face] = seed[face] + middle * far
-                    if _shapes_reach(space, b):
+                    if shapes_reach(space, 0.0, b[:3], b[3:]):
                         outside = middle
                     else:
                         inside = middle

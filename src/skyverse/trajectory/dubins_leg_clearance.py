@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 
-from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner
 from skyverse.numerics.tolerances import ARC_DEVIATION, SURFACE_DEPTH
-from skyverse.space import box, solids, tree
-from skyverse.space.obstacles import Space, terrain_crossed
+from skyverse.space import box
+from skyverse.space.obstacles import Space, boxes_near, shapes_crossed
 from skyverse.trajectory.climb import height_gained
 from skyverse.trajectory.dubins_leg import DubinsLeg, leg_curvature, leg_marks, pose_on_leg
 
@@ -102,7 +101,7 @@ def _judge_at_once(space: Space, leg: DubinsLeg, begin: float, end: float, curve
             return refused
     verdict = CLEAR
     swollen = np.empty((1, 6))
-    for i in tree.touching(space.tree, space.boxes, space.clearance - SURFACE_DEPTH, low, high):
+    for i in boxes_near(space, -SURFACE_DEPTH, low, high):
         for axis in range(3):
             extra = aside if axis < 2 else off
             swollen[0, axis] = space.boxes[i, axis] - extra
@@ -111,17 +110,9 @@ def _judge_at_once(space: Space, leg: DubinsLeg, begin: float, end: float, curve
             verdict = refused
             if refused == BLOCKED or box.holds(space.boxes, i, space.clearance, x1, y1, z1):
                 return BLOCKED_AT_ANY_HEIGHT if _at_all_heights(space, leg, i) else BLOCKED
-    if verdict == CLEAR and _crosses_shapes(space, math.sqrt(aside * aside + off * off), a, b):
-        return BLOCKED if _crosses_shapes(space, 0.0, b, b) else refused
+    if verdict == CLEAR and shapes_crossed(space, 0.0, math.sqrt(aside * aside + off * off), a, b):
+        return BLOCKED if shapes_crossed(space, 0.0, 0.0, b, b) else refused
     return verdict
-
-
-@inner
-def _crosses_shapes(space: Space, off: float, a: Floats, b: Floats) -> bool:
-    """Tell whether an obstacle that is no box is nearer to a chord than the clearance and so many metres."""
-    return solids.crossed(space.solids, space.clearance + off, a, b) >= 0 or terrain_crossed(
-        space, space.clearance, off, a, b
-    )
 
 
 @inner

@@ -20,8 +20,8 @@ from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import split, to_bernstein
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_EASE, PROOF_TIGHTNESS
-from skyverse.space import box, ground, solids, tree
-from skyverse.space.obstacles import Space, above_ceiling, terrain_crossed, terrain_reaches
+from skyverse.space import box
+from skyverse.space.obstacles import Space, boxes_near, shapes_crossed, shapes_hold, shapes_reach
 from skyverse.space.speed_zones import first_too_fast
 from skyverse.space.world import World
 from skyverse.trajectory.limits import (
@@ -149,7 +149,7 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
     put(pieces, 0, b.copy().reshape(-1))
     low, high = np.empty(3), np.empty(3)
     _enclose(pieces[0], low, high)
-    near = tree.touching(space.tree, space.boxes, space.clearance - PROOF_EASE, low, high)
+    near = boxes_near(space, -PROOF_EASE, low, high)
     for share in range(2):
         what = _fault(space, near, b[share * (len(b) - 1)])
         if what:
@@ -197,13 +197,8 @@ def _clear_of_shapes(space: Space, b: Floats, low: Floats, high: Floats) -> bool
 
     Its coefficients are laid end to end, and lie in the box between two corners.
     """
-    growth = space.clearance - PROOF_EASE
-    if solids.reaching(space.solids, growth, low, high) < 0 and not terrain_reaches(space, growth, low, high):
-        return True
-    first, last = b[:3], b[len(b) - 3 :]
-    off = _off_chord(b)
-    return solids.crossed(space.solids, growth + off, first, last) < 0 and not terrain_crossed(
-        space, growth, off, first, last
+    return not shapes_reach(space, -PROOF_EASE, low, high) or not shapes_crossed(
+        space, -PROOF_EASE, _off_chord(b), b[:3], b[len(b) - 3 :]
     )
 
 
@@ -247,8 +242,4 @@ def _fault(space: Space, near: Ints, p: Floats) -> int:
     for i in near:
         if box.holds(space.boxes, i, space.clearance - PROOF_EASE, p[0], p[1], p[2]):
             return _CLEARANCE
-    growth = space.clearance - PROOF_EASE
-    if solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0:
-        return _CLEARANCE
-    floor = ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra
-    return _CLEARANCE if p[2] < floor or above_ceiling(space, growth, p) else 0
+    return _CLEARANCE if shapes_hold(space, -PROOF_EASE, p) else 0

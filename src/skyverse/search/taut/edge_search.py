@@ -14,9 +14,9 @@ from skyverse.numerics.heap import Heap, make_heap, pop, push
 from skyverse.numerics.kernel import inner, inner_query
 from skyverse.numerics.norm import distance
 from skyverse.search.taut.edge_geometry import beside_faces
-from skyverse.space import box, tree
+from skyverse.space import box
 from skyverse.space.edges import Edges
-from skyverse.space.obstacles import Space
+from skyverse.space.obstacles import Space, box_crossed
 from skyverse.space.world import segment_free
 
 GOAL_STATE = 2
@@ -89,7 +89,7 @@ def search_edges(space: Space, edges: Edges, points: BendPoints, length: float, 
             u = before >> 1
             if _still_blocked(space, at, blocked_last, u, v):
                 continue
-            obstacle = tree.crossed(space.tree, space.boxes, space.clearance, at[u], at[v])
+            obstacle = box_crossed(space, 0.0, at[u], at[v])
             if obstacle >= 0:
                 blocked_last[u] = blocked_last[v] = obstacle
                 continue

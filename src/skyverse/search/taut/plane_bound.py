@@ -17,7 +17,7 @@ from skyverse.search.taut.edge_geometry import move_off, spheroid_bounds
 from skyverse.search.taut.edge_search import BendPoints, search_edges
 from skyverse.space import tree
 from skyverse.space.edges import make_edges
-from skyverse.space.obstacles import Space
+from skyverse.space.obstacles import Space, boxes_near
 from skyverse.space.world import path_free
 
 MAX_BOXES = 2000
@@ -37,7 +37,7 @@ def plane_bound(space: Space, start: Floats, goal: Floats, length: float) -> tup
     """
     bound, way = distance(start, goal), np.empty((0, 3))
     low, high = spheroid_bounds(start, goal, length)
-    near = tree.touching(space.tree, space.boxes, space.clearance, low, high)
+    near = boxes_near(space, 0.0, low, high)
     for axis in range(3):
         bottom, top = max(low[axis], space.low[axis]), min(high[axis], space.high[axis])
         boxes, count = np.empty((len(near), 6)), 0

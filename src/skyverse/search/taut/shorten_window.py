@@ -18,7 +18,7 @@ from skyverse.search.taut.edge_geometry import best_crossing, crossings_within, 
 from skyverse.search.taut.edge_search import BendPoints, search_edges
 from skyverse.space import tree
 from skyverse.space.edges import Edges
-from skyverse.space.obstacles import Space
+from skyverse.space.obstacles import Space, box_crossed, boxes_near
 from skyverse.space.world import path_free
 
 MAX_PIECES = 100
@@ -81,7 +81,7 @@ def shorten_window(space: Space, edges: Edges, pieces: Ints, path: Floats, spent
 def local_space(space: Space, path: Floats) -> tuple[Space, Ints]:
     """Return a space of only those boxes that a shorter path can meet, with its own index, and which boxes they are."""
     low, high = spheroid_bounds(path[0], path[-1], length_of(path))
-    own = tree.touching(space.tree, space.boxes, space.clearance, low, high)
+    own = boxes_near(space, 0.0, low, high)
     boxes, which = np.empty((len(own), 6)), np.empty(len(own), np.int64)
     for k in range(len(own)):
         put(boxes, k, space.boxes[own[k]])
@@ -212,7 +212,7 @@ def _points_at_blockers(space: Space, own: Ints, edges: Edges, pieces: Ints, pat
     edge = np.empty(12 * len(path), np.int64)
     n = 0
     for i in range(1, len(path)):
-        blocker = tree.crossed(space.tree, space.boxes, space.clearance, path[i - 1], path[i])
+        blocker = box_crossed(space, 0.0, path[i - 1], path[i])
         if blocker < 0:
             continue
         for e in pieces:
