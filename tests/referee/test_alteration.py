@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import skyverse as sky
 from judged_missions import SCENARIO, VALID
-from skyverse.model.shapes import Box, Terrain
-from skyverse.model.verdict import Fault
-from skyverse.referee import check
 
 
 def said(**changes):
     embedded = SCENARIO.model_copy(update=changes)
-    found = [found for found in check(SCENARIO, replace(VALID, scenario=embedded)) if found.fault is Fault.SCENARIO]
+    found = [
+        found for found in sky.check(SCENARIO, replace(VALID, scenario=embedded)) if found.fault is sky.Fault.SCENARIO
+    ]
     assert len(found) == 1
     assert embedded.digest[:12] in found[0].message
     assert SCENARIO.digest[:12] in found[0].message
@@ -26,7 +26,7 @@ def said(**changes):
         ({"clearance": 0.1}, "clearance is 0.1 in the mission, not 0.25"),
         ({"obstacles": SCENARIO.obstacles[1:]}, "obstacles has 1 entry in the mission, not 2"),
         (
-            {"obstacles": (SCENARIO.obstacles[0], Box(min=(0, 0, 3.6), max=(1, 1, 4)))},
+            {"obstacles": (SCENARIO.obstacles[0], sky.Box(min=(0, 0, 3.6), max=(1, 1, 4)))},
             "obstacles[1].min is (0.0, 0.0, 3.6) in the mission, not (0.0, 0.0, 3.5)",
         ),
         (
@@ -49,26 +49,28 @@ def test_many_altered_fields_are_counted():
 
 def test_an_altered_ground_is_told_in_numbers():
     heights = np.zeros((11, 7))
-    flat = Terrain(origin=(0, 0), step=(1, 1), heights=heights)
+    flat = sky.Terrain(origin=(0, 0), step=(1, 1), heights=heights)
     heights[3, 3] = 1.0
-    hill = Terrain(origin=(0, 0), step=(1, 1), heights=heights)
+    hill = sky.Terrain(origin=(0, 0), step=(1, 1), heights=heights)
     true = SCENARIO.model_copy(update={"terrain": hill})
-    found = check(true, replace(VALID, scenario=SCENARIO.model_copy(update={"terrain": flat})))
+    found = sky.check(true, replace(VALID, scenario=SCENARIO.model_copy(update={"terrain": flat})))
     assert any("terrain.heights differs in 1 of 77 numbers" in one.message for one in found)
 
 
 def test_a_second_ground_that_only_one_of_both_has_is_told():
     heights = np.zeros((11, 7))
-    grounds = (Terrain(origin=(0, 0), step=(1, 1), heights=heights, lowest=lowest) for lowest in (None, heights - 1))
+    grounds = (
+        sky.Terrain(origin=(0, 0), step=(1, 1), heights=heights, lowest=lowest) for lowest in (None, heights - 1)
+    )
     one, two = (SCENARIO.model_copy(update={"terrain": ground}) for ground in grounds)
     for true, embedded, words in (
         (one, two, "terrain.lowest is given in the mission only"),
         (two, one, "terrain.lowest is missing in the mission"),
     ):
-        found = check(true, replace(VALID, scenario=embedded))
+        found = sky.check(true, replace(VALID, scenario=embedded))
         assert any(words in violation.message for violation in found)
 
 
 def test_a_mission_without_a_scenario_is_refused():
-    (found,) = check(SCENARIO, replace(VALID, scenario=None))
+    (found,) = sky.check(SCENARIO, replace(VALID, scenario=None))
     assert found.message == "The mission embeds no scenario."

@@ -12,19 +12,12 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
 import skyverse as sky
-from skyverse.model.mission import Mission
-from skyverse.model.result import Provenance
-from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
-from skyverse.model.shapes import Box
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, FixedWing
-from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.curve import PolynomialCurve
 
-MADE_BY = Provenance("0", "by hand", "", None, "")
+MADE_BY = sky.Provenance("0", "by hand", "", None, "")
 AGILE = {"max_speed": 1e3, "max_acceleration": 1e4, "max_jerk": 1e6, "max_tilt": 89.9, "thrust_to_weight": 1e3}
 WEIGHT = np.array([0, 0, 9.81])
-PROVEN, REFUTED, UNDECIDED = Verdict.PROVEN, Verdict.REFUTED, Verdict.UNDECIDED
+PROVEN, REFUTED, UNDECIDED = sky.Verdict.PROVEN, sky.Verdict.REFUTED, sky.Verdict.UNDECIDED
 
 
 def stops(*waypoints, seconds=1.0, start=0.0):
@@ -34,7 +27,7 @@ def stops(*waypoints, seconds=1.0, start=0.0):
         shape = np.array([0, 0, 0, 10, -15, 6]) / seconds ** np.arange(6)
         pieces.append(shape[:, None] * (b - a))
         pieces[-1][0] = a
-    return Trajectory(start + seconds * np.arange(len(waypoints)), np.array(pieces))
+    return sky.Trajectory(start + seconds * np.arange(len(waypoints)), np.array(pieces))
 
 
 def hermite(t, p, v, a, form="dubins"):
@@ -49,27 +42,27 @@ def hermite(t, p, v, a, form="dubins"):
         (-30 * d + (14 * v1 + 16 * v0) * T + (3 * a0 - 2 * a1) * T**2) / (2 * T**4),
         (12 * d - 6 * (v1 + v0) * T - (a0 - a1) * T**2) / (2 * T**5),
     ]
-    return Trajectory(t, np.stack(rows, axis=1), form=form)
+    return sky.Trajectory(t, np.stack(rows, axis=1), form=form)
 
 
 def mission(*flights, boxes=(), clearance=0.001, top=100.0, starts=None, targets=None):
     """UAVs that fly as told: pairs of a UAV's fields and a trajectory, or ``None`` for one that stands at its start."""
     given = [fields | ({"start": ends(flight)[0]} if flight is not None else {}) for fields, flight in flights]
-    uavs = tuple(UAV(**fields) for fields in given)
+    uavs = tuple(sky.UAV(**fields) for fields in given)
     flown = [flight for _, flight in flights]
     places = [ends(flight)[1] for flight in flown if flight is not None]
     number = iter(range(len(places)))
-    scenario = Scenario(
+    scenario = sky.Scenario(
         name="flights",
-        bounds=Bounds(min=(-100, -100, -100), max=(100, 100, top)),
-        obstacles=tuple(Box(min=low, max=high) for low, high in boxes),
+        bounds=sky.Bounds(min=(-100, -100, -100), max=(100, 100, top)),
+        obstacles=tuple(sky.Box(min=low, max=high) for low, high in boxes),
         clearance=clearance,
-        lattice=Lattice(step=(10, 10, 10)),
+        lattice=sky.Lattice(step=(10, 10, 10)),
         uavs=uavs,
-        targets=tuple(Target(position=place) for place in places),
+        targets=tuple(sky.Target(position=place) for place in places),
     )
     assignment = tuple(None if flight is None else next(number) for flight in flown)
-    return Mission(scenario, assignment, (None,) * len(uavs), tuple(flown), (), MADE_BY)
+    return sky.Mission(scenario, assignment, (None,) * len(uavs), tuple(flown), (), MADE_BY)
 
 
 def ends(flight):
@@ -82,7 +75,7 @@ def certified(judged):
 
 def faults(judged):
     """What check finds wrong with the flights."""
-    return [found for found in sky.check(judged.scenario, judged) if found.fault is not Fault.ASSIGNMENT]
+    return [found for found in sky.check(judged.scenario, judged) if found.fault is not sky.Fault.ASSIGNMENT]
 
 
 def alone(**fields):
@@ -115,11 +108,11 @@ def test_what_is_proven_is_said_in_a_sentence():
 @pytest.mark.parametrize(
     ("field", "peak", "when", "fault"),
     [
-        ("max_speed", 15 / 8 * 3 / 2, 1.0, Fault.SPEED),
-        ("max_acceleration", 10 / 3**0.5 * 3 / 4, 1 - 1 / 3**0.5, Fault.ACCELERATION),
-        ("max_jerk", 60 * 3 / 8, 0.0, Fault.JERK),
-        ("max_climb", 15 / 8 * 3 / 2, 1.0, Fault.CLIMB_RATE),
-        ("max_descent", 15 / 8 * 3 / 2, 1.0, Fault.DESCENT_RATE),
+        ("max_speed", 15 / 8 * 3 / 2, 1.0, sky.Fault.SPEED),
+        ("max_acceleration", 10 / 3**0.5 * 3 / 4, 1 - 1 / 3**0.5, sky.Fault.ACCELERATION),
+        ("max_jerk", 60 * 3 / 8, 0.0, sky.Fault.JERK),
+        ("max_climb", 15 / 8 * 3 / 2, 1.0, sky.Fault.CLIMB_RATE),
+        ("max_descent", 15 / 8 * 3 / 2, 1.0, sky.Fault.DESCENT_RATE),
     ],
 )
 @pytest.mark.parametrize(("share", "verdict"), [(1, PROVEN), (1 - 9e-7, PROVEN), (1 - 1.1e-6, REFUTED)])
@@ -155,7 +148,7 @@ def test_a_certificate_says_that_it_holds_for_every_flight_within_the_tracking_e
 
 
 @pytest.mark.parametrize("direction", [(3, 0, 0), (0, 0, -3), (1, 1, 2)])
-@pytest.mark.parametrize(("noun", "fault"), [("max_tilt", Fault.TILT), ("thrust_to_weight", Fault.THRUST)])
+@pytest.mark.parametrize(("noun", "fault"), [("max_tilt", sky.Fault.TILT), ("thrust_to_weight", sky.Fault.THRUST)])
 @pytest.mark.parametrize(("share", "verdict"), [(1 + 1e-7, PROVEN), (1 - 3e-6, REFUTED)])
 def test_thrust_and_tilt_count_the_weight(direction, noun, fault, share, verdict):
     flight = stops((0, 0, 0), direction, seconds=1.7)
@@ -171,25 +164,25 @@ def test_thrust_and_tilt_count_the_weight(direction, noun, fault, share, verdict
 
 def test_falling_faster_than_gravity_tilts_over():
     plunge = stops((0, 0, 50), (0, 0, 0), seconds=3.0)  # 32 m/s^2 downwards: thrust must point down
-    assert [violation.fault for violation in faults(mission((AGILE, plunge)))] == [Fault.TILT]
+    assert [violation.fault for violation in faults(mission((AGILE, plunge)))] == [sky.Fault.TILT]
 
 
 @pytest.mark.parametrize(("seconds", "wide"), [(0.05, 2e-4), (0.005, 1e-5)])
 def test_a_spike_between_samples_is_found(seconds, wide):
     """A peak above the limit for `wide` s: 10 kHz sampling just sees the first, and misses the second."""
     hop = stops((0, 0, 0), (0, 0, 0.02), seconds=seconds, start=0.3 + 3.3e-5)
-    whole = Trajectory(np.r_[0, hop.knots], np.concatenate([np.zeros((1, 6, 3)), hop.coefficients]))
+    whole = sky.Trajectory(np.r_[0, hop.knots], np.concatenate([np.zeros((1, 6, 3)), hop.coefficients]))
     peak = 15 / 8 * 0.02 / seconds
     limit = peak * (1 - 16 * ((wide / 2) / seconds) ** 2 / 2)
     t = np.arange(0, whole.end, 1e-4)
     seen = np.linalg.norm(whole.at(t).velocity, axis=1).max() > limit * (1 + 1e-6)
     assert seen == (wide > 1e-4)
     judged = mission((AGILE | {"max_speed": limit}, whole))
-    speeding = [violation for violation in faults(judged) if violation.fault is Fault.SPEED]
+    speeding = [violation for violation in faults(judged) if violation.fault is sky.Fault.SPEED]
     (found,) = speeding
     assert abs(found.time - (hop.start + seconds / 2)) < wide / 2
     easier = mission((AGILE | {"max_speed": peak}, whole))
-    assert Fault.SPEED not in {violation.fault for violation in faults(easier)}
+    assert sky.Fault.SPEED not in {violation.fault for violation in faults(easier)}
 
 
 def parabola(apex, height, bend):
@@ -227,13 +220,15 @@ def test_what_is_wrong_by_the_tolerance_itself_is_undecided():
     assert found.verdict is UNDECIDED
     assert "clearance could not be decided" in found.sentence
     assert 0 < found.time < 1
-    assert [violation.fault for violation in faults(judged)] == [Fault.UNDECIDED]
+    assert [violation.fault for violation in faults(judged)] == [sky.Fault.UNDECIDED]
 
 
 def test_a_wild_trajectory_is_undecided_not_endless():
-    wild = Trajectory(np.array([0.0, 1.0]), np.full((1, 6, 3), [[0.0], [1e200], [-1e200], [1e200], [-1e200], [0.0]]))
+    wild = sky.Trajectory(
+        np.array([0.0, 1.0]), np.full((1, 6, 3), [[0.0], [1e200], [-1e200], [1e200], [-1e200], [0.0]])
+    )
     assert certified(mission((AGILE, stops((0, 0, 0), (1, 0, 0))), (AGILE, wild))).trajectories[1].verdict is not PROVEN
-    jitter = Trajectory(np.array([0.0, 1.0]), np.random.default_rng(0).normal(0, 1e10, (1, 31, 3)))
+    jitter = sky.Trajectory(np.array([0.0, 1.0]), np.random.default_rng(0).normal(0, 1e10, (1, 31, 3)))
     assert alone()(jitter).verdict is REFUTED
 
 
@@ -247,7 +242,7 @@ def test_a_misshapen_trajectory_leaves_the_fleet_undecided():
 
 
 def test_a_hover_of_a_month_is_proven():
-    month = Trajectory(np.array([0, 3e6]), np.array([[[1.0, 2, 3]]]))
+    month = sky.Trajectory(np.array([0, 3e6]), np.array([[[1.0, 2, 3]]]))
     found = alone()(month, boxes=[((1.1, 1, 1), (2, 3, 4))])
     assert (found.verdict, found.subdivisions) == (PROVEN, 0)
 
@@ -258,7 +253,7 @@ def smooth(rng, count):
         t - t[0], rng.uniform(0, 3, (count, 3)), 5, bc_type=([(1, np.zeros(3)), (2, np.zeros(3))],) * 2
     )
     knots = np.unique(curve.t)
-    return Trajectory(knots, np.stack([curve(knots[:-1], nu=k) / factorial(k) for k in range(6)], axis=1), "smooth")
+    return sky.Trajectory(knots, np.stack([curve(knots[:-1], nu=k) / factorial(k) for k in range(6)], axis=1), "smooth")
 
 
 @settings(max_examples=25, deadline=None)
@@ -322,7 +317,7 @@ def aeroplane(speed=10.0, radius=19.99, climb=10.0, **more):
     return (
         {"max_speed": 15, "max_acceleration": 8}
         | more
-        | {"fixed_wing": FixedWing(speed=speed, turn_radius=radius, climb=climb)}
+        | {"fixed_wing": sky.FixedWing(speed=speed, turn_radius=radius, climb=climb)}
     )
 
 
@@ -337,14 +332,14 @@ RISE = 10 * np.tan(np.radians(8))
         ({}, RISE, None),
         ({}, -RISE, None),
         ({"climb": 8 + 1e-4}, RISE, None),
-        ({"climb": 8 - 1e-4}, -RISE, Fault.CLIMB),
+        ({"climb": 8 - 1e-4}, -RISE, sky.Fault.CLIMB),
         ({"radius": 20 - 1e-4}, 0, None),
-        ({"radius": 20 + 1e-3}, 0, Fault.TURN),
+        ({"radius": 20 + 1e-3}, 0, sky.Fault.TURN),
         ({"speed": 10 / 1.009, "radius": 19}, 0, None),
-        ({"speed": 10 / 1.011, "radius": 19}, 0, Fault.AIRSPEED),
+        ({"speed": 10 / 1.011, "radius": 19}, 0, sky.Fault.AIRSPEED),
         ({"speed": 10 / 0.991, "radius": 19}, 0, None),
-        ({"speed": 10 / 0.989, "radius": 19}, 0, Fault.AIRSPEED),
-        ({"max_acceleration": 4.995, "speed": 9.95, "radius": 20 - 1e-4}, 0, Fault.ACCELERATION),
+        ({"speed": 10 / 0.989, "radius": 19}, 0, sky.Fault.AIRSPEED),
+        ({"max_acceleration": 4.995, "speed": 9.95, "radius": 20 - 1e-4}, 0, sky.Fault.ACCELERATION),
         ({"max_jerk": 0.01}, 0, None),  # only of multirotors
     ],
 )
@@ -400,21 +395,21 @@ def test_aeroplanes_need_not_rest_and_may_begin_a_turn_at_once():
     straight_p = np.array([[-20.0, 0, 0], [0, 0, 0]]) + bend.coefficients[0, 0]
     before = hermite(np.array([0.0, 2]), straight_p, np.full((2, 3), [10.0, 0, 0]), np.zeros((2, 3)))
     knots = np.r_[before.knots, 2 + on.knots[1:]]
-    both = Trajectory(knots, np.concatenate([before.coefficients, bend.coefficients]), form="dubins")
+    both = sky.Trajectory(knots, np.concatenate([before.coefficients, bend.coefficients]), form="dubins")
     assert faults(mission((aeroplane(), both))) == []
     found = {violation.fault for violation in faults(mission((AGILE, both)))}
-    assert found == {Fault.TRAJECTORY_ENDS, Fault.CONTINUITY}  # a multirotor has to
+    assert found == {sky.Fault.TRAJECTORY_ENDS, sky.Fault.CONTINUITY}  # a multirotor has to
 
 
 @pytest.mark.parametrize("far", [0.0, 5e5])
 @pytest.mark.parametrize(
-    ("jump", "found"), [(0.0, []), (9e-7, []), (1.1e-6, [Fault.CONTINUITY]), (0.4, [Fault.CONTINUITY])]
+    ("jump", "found"), [(0.0, []), (9e-7, []), (1.1e-6, [sky.Fault.CONTINUITY]), (0.4, [sky.Fault.CONTINUITY])]
 )
 def test_a_position_jumps_as_little_far_from_zero_as_near_it(far, jump, found):
     there, on = stops((far, 0, 0), (far + 1, 0, 0)), stops((far + 1 + jump, 0, 0), (far + 2, 0, 0))
-    flight = Trajectory(np.arange(3.0), np.concatenate([there.coefficients, on.coefficients]))
+    flight = sky.Trajectory(np.arange(3.0), np.concatenate([there.coefficients, on.coefficients]))
     judged = mission((AGILE, flight))
-    wide = judged.scenario.model_copy(update={"bounds": Bounds(min=(-1e6, -100, -100), max=(1e6, 100, 100))})
+    wide = judged.scenario.model_copy(update={"bounds": sky.Bounds(min=(-1e6, -100, -100), max=(1e6, 100, 100))})
     assert [violation.fault for violation in faults(replace(judged, scenario=wide))] == found
 
 

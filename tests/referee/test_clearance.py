@@ -9,18 +9,13 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from depths import depth
+from drawn_shapes import SQUARE, grounds, places, shapes
 from judged_clearance import LET_PASS, ROUNDING, judged, legs, of, rest_to_rest, samples, straight, verdict, world
 from skyverse.model.quantities import derived
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.referee.clearance import judge_curve
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.polynomial import bernstein
 from skyverse.referee.world import referee_world
-
-SQUARE = ((2.0, 2.0), (7.0, 2.0), (7.0, 7.0), (2.0, 7.0))
-HOLE = ((3.0, 3.0), (6.0, 3.5), (5.0, 6.0), (3.5, 5.5))
-COMB = ((0, 0), (10, 0), (10, 8), (8, 8), (8, 2), (6, 2), (6, 8), (4, 8), (4, 2), (2, 2), (2, 8), (0, 8))
-STAR = ((1, 1), (9, 2), (5, 4), (8, 9), (2, 8))
 
 
 def agrees(scenario, curve):
@@ -32,50 +27,12 @@ def agrees(scenario, curve):
         return "proven"
     there = depth(scenario, met.incursion.position[None])[0]
     assert there > LET_PASS - ROUNDING
-    if not any(isinstance(shape, Voxels) for shape in scenario.obstacles):  # cells that are one box are deeper
+    if not any(isinstance(shape, sky.Voxels) for shape in scenario.obstacles):  # cells that are one box are deeper
         assert there == pytest.approx(met.incursion.depth, abs=1e-7)
         assert there >= deep.max() - 1e-7
     at = curve.motion(met.incursion.segment, met.incursion.fraction * curve.durations[met.incursion.segment])[0]
     assert np.allclose(at, met.incursion.position, atol=1e-9)
     return "refuted"
-
-
-tenths = st.integers(0, 100).map(lambda n: n / 10)
-places = st.tuples(tenths, tenths, tenths)
-
-
-@st.composite
-def shapes(draw):
-    low = draw(st.integers(0, 8))
-    high = low + draw(st.integers(1, 5))
-    kind = draw(st.sampled_from(["box", "cylinder", "sphere", "prism", "voxels"]))
-    if kind == "box":
-        corner = np.array(draw(places))
-        return Box(min=tuple(corner), max=tuple(corner + draw(st.integers(1, 40)) / 10))
-    if kind == "cylinder":
-        return Cylinder(centre=draw(places)[:2], radius=draw(st.integers(1, 40)) / 10, low=low, high=high)
-    if kind == "sphere":
-        return Sphere(centre=draw(places), radius=draw(st.integers(1, 40)) / 10)
-    if kind == "prism":
-        holes = draw(st.sampled_from([(), (HOLE,)]))
-        vertices = draw(st.sampled_from([SQUARE, SQUARE[::-1], COMB, STAR])) if not holes else SQUARE
-        return Prism(vertices=vertices, holes=holes, low=low, high=high)
-    occupied = np.random.default_rng(draw(st.integers(0, 99))).random((4, 3, 5)) < draw(st.sampled_from([0.1, 0.5]))
-    return Voxels(origin=(1.0, 1.0, 1.0), step=(2.0, 2.5, 1.5), occupied=occupied)
-
-
-@st.composite
-def grounds(draw):
-    rng = np.random.default_rng(draw(st.integers(0, 999)))
-    nx, ny = draw(st.integers(2, 14)), draw(st.integers(2, 9))
-    kind = draw(st.sampled_from(["rough", "plane", "step"]))
-    heights = rng.uniform(0, draw(st.sampled_from([0.5, 6.0])), (nx, ny))
-    if kind == "plane":
-        heights = np.add.outer(np.arange(nx) * 3 / nx, np.arange(ny) * 2 / ny)
-    if kind == "step":
-        heights = np.where(heights > 3, 4.0, 1.0)
-    clearance = draw(st.sampled_from([None, 0.001, 0.5]))
-    return Terrain(origin=(0, 0), step=(10 / (nx - 1), 10 / (ny - 1)), heights=heights, clearance=clearance)
 
 
 @st.composite
@@ -107,7 +64,7 @@ def test_curves_over_ground_are_judged_as_dense_sampling_does(terrain, curve, li
 
 @given(shapes() | grounds(), curves(), st.sampled_from([-1e-3, -1e-5, 0.0, 5e-7, 2e-6, 1e-3]))
 def test_a_curve_that_just_keeps_or_just_breaks_the_clearance_is_decided(shape, curve, off):
-    terrain = shape if isinstance(shape, Terrain) else None
+    terrain = shape if isinstance(shape, sky.Terrain) else None
     if terrain is not None:
         terrain = terrain.model_copy(update={"clearance": None})
     least = 1e-3
@@ -145,13 +102,15 @@ def test_paths_are_judged_as_dense_sampling_does(obstacles, terrain, points):
         assert deep <= LET_PASS + ROUNDING
     else:
         assert depth(scenario, met.incursion.position[None])[0] > LET_PASS - ROUNDING
-        boxes = any(isinstance(shape, Box | Voxels) for shape in obstacles)  # of a box a hundred places are looked at
+        boxes = any(
+            isinstance(shape, sky.Box | sky.Voxels) for shape in obstacles
+        )  # of a box a hundred places are looked at
         assert met.incursion.depth >= deep - (0.2 if boxes else 1e-7)
 
 
-SLANTED = Prism(vertices=((0, 0), (40, 30), (34, 38), (-6, 8)), low=0, high=10)
+SLANTED = sky.Prism(vertices=((0, 0), (40, 30), (34, 38), (-6, 8)), low=0, high=10)
 ALONG = np.array([4, 3]) / 5
-COURTYARD = Prism(vertices=SQUARE, holes=(((3, 3), (6, 3), (6, 6), (3, 6)),), low=0, high=9)
+COURTYARD = sky.Prism(vertices=SQUARE, holes=(((3, 3), (6, 3), (6, 6), (3, 6)),), low=0, high=9)
 BESIDE = np.array([3, -4]) / 5
 
 
@@ -167,16 +126,16 @@ def beside(metres, begin=-100.0, end=100.0, z=5.0):
         (SLANTED, *beside(0.25, z=0.0)),
         (SLANTED, (-50, 3, 10.25), (50, 20, 10.25)),
         (
-            Prism(vertices=SQUARE, holes=(((3, 3), (6, 3), (6, 6), (3, 6)),), low=0, high=9),
+            sky.Prism(vertices=SQUARE, holes=(((3, 3), (6, 3), (6, 6), (3, 6)),), low=0, high=9),
             (3.25, 3.25, 1),
             (3.25, 5.75, 8),
         ),
-        (Cylinder(centre=(5, 5), radius=2, low=0, high=9), (7.25, 5, -50), (7.25, 5, 50)),
-        (Cylinder(centre=(5, 5), radius=2, low=0, high=9), (-500, 7.25, 2), (500, 7.25, 3)),
-        (Cylinder(centre=(5, 5), radius=2, low=0, high=9), (-50, 5, 9.25), (50, 5, 9.25)),
-        (Sphere(centre=(5, 5, 5), radius=2), (-500, 5, 7.25), (500, 5, 7.25)),
-        (Box(min=(2, 2, 2), max=(4, 4, 4)), (-500, 4.25, 3), (500, 4.25, 3)),
-        (Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=np.ones((40, 3, 3))), (-9, 3.25, 1), (50, 3.25, 1)),
+        (sky.Cylinder(centre=(5, 5), radius=2, low=0, high=9), (7.25, 5, -50), (7.25, 5, 50)),
+        (sky.Cylinder(centre=(5, 5), radius=2, low=0, high=9), (-500, 7.25, 2), (500, 7.25, 3)),
+        (sky.Cylinder(centre=(5, 5), radius=2, low=0, high=9), (-50, 5, 9.25), (50, 5, 9.25)),
+        (sky.Sphere(centre=(5, 5, 5), radius=2), (-500, 5, 7.25), (500, 5, 7.25)),
+        (sky.Box(min=(2, 2, 2), max=(4, 4, 4)), (-500, 4.25, 3), (500, 4.25, 3)),
+        (sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=np.ones((40, 3, 3))), (-9, 3.25, 1), (50, 3.25, 1)),
     ],
 )
 def test_a_long_flight_that_touches_is_proven_at_once_and_a_millimetre_in_is_not(shape, a, b):
@@ -193,7 +152,7 @@ def test_a_long_flight_that_touches_is_proven_at_once_and_a_millimetre_in_is_not
     assert met.incursion.depth == pytest.approx(1e-3, abs=1e-6)
 
 
-SLOPE = Terrain(
+SLOPE = sky.Terrain(
     origin=(-200, -200), step=(1, 1), heights=np.add.outer(np.arange(501) * 0.5, np.arange(501) * 0.25), clearance=15
 )
 
@@ -218,7 +177,7 @@ def test_a_long_flight_parallel_to_a_slope_is_proven_and_a_millimetre_in_is_not(
 def test_a_flight_that_touches_a_ridge_is_proven_and_a_millimetre_lower_is_refuted_at_the_ridge():
     heights = np.zeros((11, 2))
     heights[5] = 3
-    scenario = world(terrain=Terrain(origin=(0, 0), step=(1, 10), heights=heights), clearance=2.0)
+    scenario = world(terrain=sky.Terrain(origin=(0, 0), step=(1, 10), heights=heights), clearance=2.0)
     assert verdict(judged(scenario, straight((0, 1, 5), (10, 4, 5)))) == "proven"
     met = judged(scenario, straight((0, 1, 4.999), (10, 4, 4.999), seconds=4))
     assert met.incursion.fraction == pytest.approx(0.5, abs=1e-7)
@@ -238,7 +197,7 @@ def test_a_flight_that_touches_a_ridge_is_proven_and_a_millimetre_lower_is_refut
     ],
 )
 def test_a_flight_from_corner_to_corner_goes_through(a, b):
-    scenario = world(Prism(vertices=SQUARE, low=0, high=9), clearance=0.001)
+    scenario = world(sky.Prism(vertices=SQUARE, low=0, high=9), clearance=0.001)
     assert agrees(scenario, straight(a, b)) == "refuted"
     assert agrees(scenario, rest_to_rest(a, b)) == "refuted"
     assert legs(scenario, a, b).incursion is not None
@@ -247,7 +206,7 @@ def test_a_flight_from_corner_to_corner_goes_through(a, b):
 def test_a_flight_along_a_wall_of_many_edges_is_proven():
     wall = (*((float(x), 2.0) for x in range(9)), (8.0, 5.0), (0.0, 5.0))
     for clearance in (0.001, 0.25):
-        scenario = world(Prism(vertices=wall, low=0, high=9), clearance=clearance)
+        scenario = world(sky.Prism(vertices=wall, low=0, high=9), clearance=clearance)
         y = 2 - clearance
         assert agrees(scenario, straight((-5, y, 1), (15, y, 3))) == "proven"
         assert verdict(legs(scenario, (-5, y, 1), (15, y, 3))) == "proven"
@@ -281,7 +240,7 @@ def said(scenario, a, b):
     ],
 )
 def test_an_obstacle_is_called_by_its_kind_and_name(named, words):
-    prism = Prism(vertices=SQUARE, low=0, high=9, **named)
+    prism = sky.Prism(vertices=SQUARE, low=0, high=9, **named)
     found = said(world(prism), (0, 1.95, 4), (9, 1.95, 4))
     assert found.verdict is sky.Verdict.REFUTED
     assert f"alpha comes within 0.05 m of {words} at t = 0." in found.sentence
@@ -291,13 +250,13 @@ def test_an_obstacle_is_called_by_its_kind_and_name(named, words):
 
 @pytest.mark.parametrize(("radius", "deeper"), [(0.1, 0), (1.0, 1)])
 def test_of_shapes_of_two_kinds_the_one_entered_deeper_is_told(radius, deeper):
-    shapes = Box(min=(2, 4.8, 4), max=(3, 5.2, 6)), Sphere(centre=(7, 5, 5), radius=radius)
+    shapes = sky.Box(min=(2, 4.8, 4), max=(3, 5.2, 6)), sky.Sphere(centre=(7, 5, 5), radius=radius)
     met = legs(world(*shapes, clearance=0.001), (0, 5, 5), (10, 5, 5))
     assert met.incursion.obstacle == deeper
 
 
 def test_the_ground_is_called_the_ground():
-    ground = Terrain(origin=(0, 0), step=(10, 10), heights=np.full((2, 2), 2.0), clearance=3.0)
+    ground = sky.Terrain(origin=(0, 0), step=(10, 10), heights=np.full((2, 2), 2.0), clearance=3.0)
     scenario = world(terrain=ground)
     assert "alpha is only 2.75 m above ground at t = " in said(scenario, (1, 1, 4.75), (9, 9, 4.75)).sentence
     assert "; 3 m are required." in said(scenario, (1, 1, 4.75), (9, 9, 4.75)).sentence
@@ -311,7 +270,9 @@ def test_twenty_thousand_prisms_are_judged_in_a_moment():
     rng = np.random.default_rng(0)
     corners = rng.uniform(0, 10_000, (20_000, 2))
     square = np.array([(0, 0), (20, 0), (20, 15), (0, 15)])
-    prisms = tuple(Prism.model_construct(vertices=corner + square, holes=(), low=0.0, high=30.0) for corner in corners)
+    prisms = tuple(
+        sky.Prism.model_construct(vertices=corner + square, holes=(), low=0.0, high=30.0) for corner in corners
+    )
     scenario = derived(world(size=1e4), obstacles=prisms)
     space = referee_world(scenario)
     points = np.column_stack([np.arange(61) * 150, np.arange(61) * 140, np.full(61, 29)])
@@ -324,7 +285,7 @@ def test_a_minute_over_wide_ground_is_judged_as_samples_see_it():
     rng = np.random.default_rng(0)
     x, y = np.meshgrid(np.arange(500) * 10.0, np.arange(500) * 10.0, indexing="ij")
     heights = 300 * np.sin(x / 700) * np.cos(y / 500) + rng.uniform(0, 3, x.shape)
-    terrain = Terrain(origin=(0, 0), step=(10, 10), heights=heights)
+    terrain = sky.Terrain(origin=(0, 0), step=(10, 10), heights=heights)
     scenario = world(terrain=terrain, clearance=20.0, size=4990.0)
     route = np.column_stack([np.linspace(100, 4800, 61), 2400 + 1500 * np.sin(np.arange(61) / 9)])
     space = referee_world(scenario)
@@ -336,7 +297,7 @@ def test_a_minute_over_wide_ground_is_judged_as_samples_see_it():
 
 
 def test_a_slanted_wall_thinner_than_what_is_let_pass_is_still_a_wall():
-    wall = Prism(vertices=((1, 1), (9, 9), (9 - 1e-6, 9 + 1e-6), (1 - 1e-6, 1 + 1e-6)), low=0, high=9)
+    wall = sky.Prism(vertices=((1, 1), (9, 9), (9 - 1e-6, 9 + 1e-6), (1 - 1e-6, 1 + 1e-6)), low=0, high=9)
     flight = straight((3, 7, 4), (7, 3, 4))
     scenario = world(wall, clearance=0.001)
     assert (

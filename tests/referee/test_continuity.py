@@ -9,12 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+import skyverse as sky
 from handmade import mission, straight
-from skyverse.model.scenario import Bounds, Lattice
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, FixedWing
-from skyverse.model.verdict import Fault, Verdict
-from skyverse.referee import certify, check
 from skyverse.referee.curve import PolynomialCurve, _rounding, ends_of_pieces
 
 PLACES = st.integers(-(10**6), 10**6).map(lambda number: 0.7 * number)
@@ -22,18 +18,18 @@ CREEPING = {"max_speed": 0.01, "max_acceleration": 0.01, "max_jerk": 0.01}
 
 
 def faults(judged):
-    return {found.fault for found in check(judged.scenario, judged)} - {Fault.ASSIGNMENT}
+    return {found.fault for found in sky.check(judged.scenario, judged)} - {sky.Fault.ASSIGNMENT}
 
 
 def verdict(judged):
-    return certify(judged.scenario, judged).trajectories[0].verdict
+    return sky.certify(judged.scenario, judged).trajectories[0].verdict
 
 
 def in_places(places, seconds):
     """A UAV that stands still at one place after another."""
     rows = np.zeros((len(places), 1, 3))
     rows[:, 0, 0] = places
-    return Trajectory(np.arange(len(places) + 1) * seconds, rows)
+    return sky.Trajectory(np.arange(len(places) + 1) * seconds, rows)
 
 
 def at_speeds(speeds, seconds, z=5.0):
@@ -42,11 +38,11 @@ def at_speeds(speeds, seconds, z=5.0):
     rows[:, 0, 0] = np.r_[0, np.cumsum(speeds[:-1] * seconds)]
     rows[:, 0, 2] = z
     rows[:, 1, 0] = speeds
-    return Trajectory(np.arange(len(speeds) + 1) * seconds, rows)
+    return sky.Trajectory(np.arange(len(speeds) + 1) * seconds, rows)
 
 
 @pytest.mark.parametrize("pieces", [2, 10, 1000, 10_000])
-@pytest.mark.parametrize(("in_all", "expected"), [(0.9e-6, set()), (1.2e-6, {Fault.CONTINUITY})])
+@pytest.mark.parametrize(("in_all", "expected"), [(0.9e-6, set()), (1.2e-6, {sky.Fault.CONTINUITY})])
 def test_the_jumps_in_position_have_one_budget(pieces, in_all, expected):
     judged = mission(in_places(np.linspace(0, in_all, pieces), 1e-9), **CREEPING)
     assert faults(judged) == expected
@@ -54,13 +50,13 @@ def test_the_jumps_in_position_have_one_budget(pieces, in_all, expected):
 
 def test_ten_thousand_jumps_of_a_micrometre_do_not_carry_a_uav_a_centimetre():
     judged = mission(in_places(np.arange(10_000) * 0.999e-6, 1e-9), **CREEPING)
-    assert verdict(judged) is Verdict.REFUTED
-    (found,) = [found for found in check(judged.scenario, judged) if found.fault is Fault.CONTINUITY]
+    assert verdict(judged) is sky.Verdict.REFUTED
+    (found,) = [found for found in sky.check(judged.scenario, judged) if found.fault is sky.Fault.CONTINUITY]
     assert "9.99e-07 m" in found.message
     assert "0.009989 m" in found.message
 
 
-@pytest.mark.parametrize(("in_all", "expected"), [(0.9e-6, set()), (1.2e-6, {Fault.CONTINUITY})])
+@pytest.mark.parametrize(("in_all", "expected"), [(0.9e-6, set()), (1.2e-6, {sky.Fault.CONTINUITY})])
 @pytest.mark.parametrize("pieces", [2, 1000])
 def test_the_jumps_in_velocity_have_one_budget(pieces, in_all, expected):
     up_and_down = np.concatenate([np.linspace(0, in_all / 2, pieces), np.linspace(in_all / 2, 0, pieces)])
@@ -70,10 +66,10 @@ def test_the_jumps_in_velocity_have_one_budget(pieces, in_all, expected):
 def test_jumps_in_velocity_do_not_accelerate_a_uav():
     up = np.arange(5000) * 0.99e-6
     judged = mission(at_speeds(np.r_[up, up[::-1]], 1e-8), max_speed=5, max_acceleration=0.001, max_jerk=0.001)
-    assert verdict(judged) is Verdict.REFUTED
+    assert verdict(judged) is sky.Verdict.REFUTED
 
 
-@pytest.mark.parametrize(("in_all", "expected"), [(0.9e-6, set()), (1.2e-6, {Fault.CONTINUITY})])
+@pytest.mark.parametrize(("in_all", "expected"), [(0.9e-6, set()), (1.2e-6, {sky.Fault.CONTINUITY})])
 def test_the_jumps_in_acceleration_have_one_budget(in_all, expected):
     count, seconds = 500, 1e-3
     up_and_down = np.concatenate([np.linspace(0, in_all / 4, count), np.linspace(in_all / 4, 0, count)])
@@ -83,10 +79,10 @@ def test_the_jumps_in_acceleration_have_one_budget(in_all, expected):
     rows[:, 2, 0], rows[:, 1, 0] = accelerations / 2, speeds
     rows[:, 0, 0] = np.r_[0, np.cumsum(speeds * seconds + accelerations / 2 * seconds**2)[:-1]]
     rows[:, 0, 2] = 5
-    assert faults(mission(Trajectory(np.arange(len(rows) + 1) * seconds, rows))) == expected
+    assert faults(mission(sky.Trajectory(np.arange(len(rows) + 1) * seconds, rows))) == expected
 
 
-WIDE = {"bounds": Bounds(min=(-1e7, -1e7, 0), max=(1e7, 1e7, 10)), "lattice": Lattice(step=(1e4, 1e4, 5.0))}
+WIDE = {"bounds": sky.Bounds(min=(-1e7, -1e7, 0), max=(1e7, 1e7, 10)), "lattice": sky.Lattice(step=(1e4, 1e4, 5.0))}
 
 
 @pytest.mark.parametrize("far", [1e5, 1e6])
@@ -94,17 +90,17 @@ def test_rounding_far_from_the_origin_is_no_jump_but_carries_no_uav_either(far):
     there = straight((far, 0, 5), (far + 2, 0, 5), 3)
     cuts = np.linspace(0, 3, 301)
     pieces = [_shifted(there.coefficients[0], cut) for cut in cuts[:-1]]
-    fine = mission(Trajectory(cuts, np.array(pieces)))
+    fine = mission(sky.Trajectory(cuts, np.array(pieces)))
     assert faults(replace(fine, scenario=fine.scenario.model_copy(update=WIDE))) == set()
     ulp = np.spacing(far)
     fast = mission(in_places(far + np.arange(20_000) * 32 * ulp, 1e-9), **CREEPING)
-    assert faults(replace(fast, scenario=fast.scenario.model_copy(update=WIDE))) >= {Fault.CONTINUITY}
+    assert faults(replace(fast, scenario=fast.scenario.model_copy(update=WIDE))) >= {sky.Fault.CONTINUITY}
 
 
 def test_what_rounding_may_add_is_no_more_than_a_share_of_the_uavs_limits():
     far = 1e6  # where a jump of 8 units in the last place, 9.3e-10 m, might be rounding alone
     creeping = mission(in_places(far + np.arange(3000) * 8 * np.spacing(far), 1e-3), **CREEPING)
-    assert Fault.CONTINUITY in faults(replace(creeping, scenario=creeping.scenario.model_copy(update=WIDE)))
+    assert sky.Fault.CONTINUITY in faults(replace(creeping, scenario=creeping.scenario.model_copy(update=WIDE)))
 
 
 @given(arrays.arrays(float, (2, 6, 3), elements=PLACES), st.floats(1e-3, 1e3))
@@ -132,24 +128,24 @@ def _shifted(row, since):
 def test_a_jump_that_large_coefficients_hide_in_rounding_is_not_proven():
     rows = np.zeros((2, 5, 3))
     rows[0, 3, 0], rows[0, 4, 0] = 1e11, -1e11  # they cancel at the end of the piece, but for their rounding
-    found = faults(mission(Trajectory(np.array([0.0, 1.0, 2.0]), rows)))
-    assert found & {Fault.CONTINUITY, Fault.UNDECIDED}
+    found = faults(mission(sky.Trajectory(np.array([0.0, 1.0, 2.0]), rows)))
+    assert found & {sky.Fault.CONTINUITY, sky.Fault.UNDECIDED}
 
 
 @pytest.mark.parametrize(
     "form", ["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins", "teleported", None]
 )
-@pytest.mark.parametrize("wing", [None, FixedWing(speed=1, turn_radius=1, climb=10)])
+@pytest.mark.parametrize("wing", [None, sky.FixedWing(speed=1, turn_radius=1, climb=10)])
 def test_the_form_is_only_a_word(form, wing):
     flight = straight((0, 0, 5), (2, 0, 5), 3)
-    there_and_back = Trajectory(
+    there_and_back = sky.Trajectory(
         np.array([0.0, 3.0, 6.0]), np.concatenate([flight.coefficients, straight((2, 0, 5), (0, 1, 5), 3).coefficients])
     )
     limits = {} if wing is None else {"fixed_wing": wing}
-    plain = check(*_with_scenario(mission(there_and_back, **limits)))
-    named = check(*_with_scenario(mission(replace(there_and_back, form=form), **limits)))
+    plain = sky.check(*_with_scenario(mission(there_and_back, **limits)))
+    named = sky.check(*_with_scenario(mission(replace(there_and_back, form=form), **limits)))
     assert named == plain
-    assert (not [found for found in plain if found.fault is not Fault.ASSIGNMENT]) == (wing is None)
+    assert (not [found for found in plain if found.fault is not sky.Fault.ASSIGNMENT]) == (wing is None)
 
 
 def _with_scenario(judged):
@@ -166,13 +162,13 @@ def test_short_pieces_do_not_make_a_uav_faster_on_average():
         rows[:, 0, 0] += gain * np.arange(count)
         way = rows[-1, 0, 0] + 0.01 * seconds
         judged = mission(replace(flight, coefficients=rows), **CREEPING)
-        if Fault.CONTINUITY not in faults(judged):
+        if sky.Fault.CONTINUITY not in faults(judged):
             assert way <= 0.01 * (1 + 1e-5) * flight.end + 1e-6
 
 
 def test_rounding_is_bounded_by_what_the_piece_before_allows():
     curve = PolynomialCurve(np.array([0.0, 1.0, 11.0, 111.0]), np.zeros((3, 6, 3)))
-    vehicle = UAV(start=(0, 0, 0), max_speed=1.0, max_acceleration=2.0, max_jerk=3.0)
+    vehicle = sky.UAV(start=(0, 0, 0), max_speed=1.0, max_acceleration=2.0, max_jerk=3.0)
     huge = np.full((2, 4, 3), 1e15)
     rates = np.array([1.0, 2.0, 3.0])
     np.testing.assert_allclose(_rounding(vehicle, curve, huge), 1e-6 * np.array([rates, 10 * rates]), rtol=1e-12)

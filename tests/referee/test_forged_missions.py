@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import skyverse as sky
 from judged_missions import (
     ALPHA,
     ALPHA_ENDS,
@@ -22,13 +23,8 @@ from judged_missions import (
     stops,
     walking,
 )
-from skyverse.model.mission import Mission
-from skyverse.model.result import Status
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Certificate, Verdict
-from skyverse.referee import certify, check
 
-PROVEN = Certificate(Verdict.PROVEN, "All is well.")
+PROVEN = sky.Certificate(sky.Verdict.PROVEN, "All is well.")
 ALPHA_FLIES = VALID.trajectories[0]
 
 
@@ -51,7 +47,7 @@ def changed_rows(index, value):
 def in_pieces(count, seconds):
     """Alpha jumps from its start to its target in equal steps."""
     places = np.linspace(ALPHA, ALPHA_ENDS, count)
-    return Trajectory(np.arange(count + 1) * seconds, places[:, None])
+    return sky.Trajectory(np.arange(count + 1) * seconds, places[:, None])
 
 
 def with_knots_at(far):
@@ -68,7 +64,7 @@ def of_degree(degree, last=0.0):
 def a_piece_between(begin, end, row):
     """Alpha's first piece, one more piece between two instants after it, and its second piece."""
     first, second = ALPHA_FLIES.coefficients
-    return flying(Trajectory(np.array([0.0, begin, end, end + 3]), np.array([first, row, second])))
+    return flying(sky.Trajectory(np.array([0.0, begin, end, end + 3]), np.array([first, row, second])))
 
 
 def still(place):
@@ -93,7 +89,7 @@ FORGED = {
     "a hundred thousand small jumps": flying(in_pieces(10**5, 1e-8)),
     "pieces that last a hundredth of a femtosecond": flying(in_pieces(1000, 1e-17)),
     "pieces that last the smallest number of seconds": flying(in_pieces(1000, 5e-324)),
-    "one piece of 0 s": flying(Trajectory(np.zeros(2), still(ALPHA)[None])),
+    "one piece of 0 s": flying(sky.Trajectory(np.zeros(2), still(ALPHA)[None])),
     "one piece of 0 s between two others": a_piece_between(3.0, 3.0, moving(1, 1.0)),
     "a piece that rounding makes last 0 s": a_piece_between(3.0, 3.0 + 1e-16, still(BEND)),
     "a very short piece that is very fast": a_piece_between(3.0, np.nextafter(3.0, 4.0), moving(1, 1e15)),
@@ -127,14 +123,14 @@ FORGED = {
     "targets exchanged": replace(VALID, assignment=(0, 1, None)),
     "a trajectory flown backwards": flying(stops([ALPHA_ENDS, BEND, ALPHA])),
     "a trajectory that goes on beyond its target": flying(stops([ALPHA, ALPHA_ENDS, BEND])),
-    "a trajectory that only waits": flying(Trajectory(np.array([0.0, 9.0]), still(ALPHA)[None])),
+    "a trajectory that only waits": flying(sky.Trajectory(np.array([0.0, 9.0]), still(ALPHA)[None])),
     "a trajectory with axes exchanged": flying(stops([ALPHA[::-1], BEND, ALPHA_ENDS])),
     "many jumps of a mission that was interrupted": replace(flying(in_pieces(40, 0.1)), interrupted=True),
     "a target that two UAVs have": replace(VALID, assignment=(1, 1, None)),
     "a target that is not there": replace(VALID, assignment=(5, 0, None)),
     "a target counted from the end": replace(VALID, assignment=(-1, 0, None)),
     "a target given as a truth value": replace(VALID, assignment=(True, 0, None)),
-    "nobody sent anywhere": Mission(SCENARIO, (None,) * 3, (None,) * 3, (None,) * 3, (), VALID.provenance),
+    "nobody sent anywhere": sky.Mission(SCENARIO, (None,) * 3, (None,) * 3, (None,) * 3, (), VALID.provenance),
     "fewer UAVs than there are": replace(
         VALID, assignment=(1, 0), results=VALID.results[:2], trajectories=VALID.trajectories[:2]
     ),
@@ -152,9 +148,9 @@ FORGED = {
     "the start of another UAV": alpha(start=VALID.results[1].start),
     "a status that is none": alpha(status="optimal"),
     "a UAV not planned although nothing was interrupted": resulting(
-        no_result(Status.NOT_PLANNED), mission=grounded(VALID)
+        no_result(sky.Status.NOT_PLANNED), mission=grounded(VALID)
     ),
-    "a start called out of bounds": resulting(no_result(Status.START_OUT_OF_BOUNDS), mission=grounded(VALID)),
+    "a start called out of bounds": resulting(no_result(sky.Status.START_OUT_OF_BOUNDS), mission=grounded(VALID)),
     # other worlds
     "a scenario without obstacles": replace(VALID, scenario=SCENARIO.model_copy(update={"obstacles": ()})),
     "a scenario with less clearance": replace(VALID, scenario=SCENARIO.model_copy(update={"clearance": 0.001})),
@@ -165,13 +161,13 @@ FORGED = {
 
 
 def test_the_mission_that_is_forged_was_proven():
-    assert check(SCENARIO, claimed(VALID)) == []
+    assert sky.check(SCENARIO, claimed(VALID)) == []
 
 
 @pytest.mark.parametrize("forged", FORGED.values(), ids=FORGED)
 def test_a_forged_mission_is_refused(forged):
-    assert check(SCENARIO, forged) != []
-    assert check(SCENARIO, claimed(forged)) != []
+    assert sky.check(SCENARIO, forged) != []
+    assert sky.check(SCENARIO, claimed(forged)) != []
 
 
 FLIGHTS = [name for name, mission in FORGED.items() if mission.trajectories != VALID.trajectories]
@@ -179,29 +175,29 @@ FLIGHTS = [name for name, mission in FORGED.items() if mission.trajectories != V
 
 @pytest.mark.parametrize("forged", [FORGED[name] for name in FLIGHTS if "UAV" not in name], ids=lambda mission: "")
 def test_a_forged_flight_is_not_certified(forged):
-    found = certify(SCENARIO, forged).trajectories[0]
-    assert found is None or found.verdict is not Verdict.PROVEN or forged.trajectories[0] is ALPHA_FLIES
+    found = sky.certify(SCENARIO, forged).trajectories[0]
+    assert found is None or found.verdict is not sky.Verdict.PROVEN or forged.trajectories[0] is ALPHA_FLIES
 
 
 @pytest.mark.slow
 def test_a_million_smaller_jumps_are_refused():
     forged = flying(in_pieces(10**6, 1e-9))
-    assert check(SCENARIO, claimed(forged)) != []
-    assert certify(SCENARIO, forged).trajectories[0].verdict is not Verdict.PROVEN
+    assert sky.check(SCENARIO, claimed(forged)) != []
+    assert sky.certify(SCENARIO, forged).trajectories[0].verdict is not sky.Verdict.PROVEN
 
 
 @pytest.mark.parametrize("form", ["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins"])
 def test_no_name_of_a_form_saves_a_forged_flight(form):
     for name in ("a thousand jumps", "a very short piece that is very bent"):
         flight = replace(FORGED[name].trajectories[0], form=form)
-        assert check(SCENARIO, flying(flight)) == check(SCENARIO, FORGED[name])
-        assert check(SCENARIO, flying(flight)) != []
-    assert check(SCENARIO, flying(replace(ALPHA_FLIES, form=form))) == []
+        assert sky.check(SCENARIO, flying(flight)) == sky.check(SCENARIO, FORGED[name])
+        assert sky.check(SCENARIO, flying(flight)) != []
+    assert sky.check(SCENARIO, flying(replace(ALPHA_FLIES, form=form))) == []
 
 
 def test_a_certificate_that_a_mission_brings_along_counts_for_nothing():
-    proven = certify(SCENARIO, VALID)
+    proven = sky.certify(SCENARIO, VALID)
     stale = replace(VALID, certificates=proven.trajectories, apart=proven.apart)
     forged = FORGED["a thousand jumps"].trajectories[0]
-    assert check(SCENARIO, stale) == []
-    assert check(SCENARIO, flying(forged, mission=stale)) == check(SCENARIO, flying(forged)) != []
+    assert sky.check(SCENARIO, stale) == []
+    assert sky.check(SCENARIO, flying(forged, mission=stale)) == sky.check(SCENARIO, flying(forged)) != []

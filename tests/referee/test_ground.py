@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+import skyverse as sky
 from judged_clearance import world
 from skyverse.model.quantities import derived
-from skyverse.model.shapes import Terrain
 from skyverse.referee.ground import ceiling_above_ground, grown_ground
 
 EPS = float(np.finfo(float).eps)
@@ -17,7 +17,7 @@ def on(terrain):
 
 
 def test_the_slope_is_the_sum_of_the_steepest_along_both_axes():
-    terrain = Terrain(origin=(0, 0), step=(5.0, 4.0), heights=[[0, 0, 0, 0], [1, 1, 1, 1], [1, 1, 2, 3]])
+    terrain = sky.Terrain(origin=(0, 0), step=(5.0, 4.0), heights=[[0, 0, 0, 0], [1, 1, 1, 1], [1, 1, 2, 3]])
     scenario = world(terrain=terrain).model_copy(update={"max_height": 5.0})
     ground, ceiling = grown_ground(scenario), ceiling_above_ground(scenario)
     assert ground.slope == pytest.approx(2 / 5 + 1 / 4)
@@ -26,7 +26,7 @@ def test_the_slope_is_the_sum_of_the_steepest_along_both_axes():
 
 def test_the_greatest_heights_are_those_of_squares_of_cells_of_all_sizes():
     heights = np.random.default_rng(0).uniform(0, 9, (12, 14))
-    ground = grown_ground(world(terrain=Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights)))
+    ground = grown_ground(world(terrain=sky.Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights)))
     assert [squares.shape for squares in ground.highest] == [(11, 13), (6, 7), (3, 4), (2, 2), (1, 1)]
     for k, squares in enumerate(ground.highest):
         for i, j in np.ndindex(squares.shape):
@@ -38,7 +38,7 @@ def test_the_greatest_heights_are_those_of_squares_of_cells_of_all_sizes():
 def test_a_place_over_low_ground_is_above_it_however_little_it_is_below_the_highest_around(below):
     heights = np.zeros((4, 4))
     heights[1, 1] = 2.0
-    ground = on(Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights))
+    ground = on(sky.Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights))
     depth = ground.depth(np.array([[[1.9, 1.9, 2.001 - below]]]), np.array([0]))[0]
     assert depth == pytest.approx(0.02 - 2 + below, abs=1e-5)
 
@@ -46,7 +46,7 @@ def test_a_place_over_low_ground_is_above_it_however_little_it_is_below_the_high
 @pytest.mark.parametrize("size", [1.0, 1e3, 1e6])
 @pytest.mark.parametrize("count", [1, 2, 6])
 def test_rounding_errors_of_depths_are_bounded_from_both_sides(size, count):
-    ground = on(Terrain(origin=(0, 0), step=(1.0, 1.0), heights=np.zeros((3, 3))))
+    ground = on(sky.Terrain(origin=(0, 0), step=(1.0, 1.0), heights=np.zeros((3, 3))))
     bound = float(ground.error(np.full((1, count, 3), size), np.zeros(1))[0])
     assert (45 * count + 64) * EPS * size <= bound <= (90 * count + 200) * EPS * size
     assert float(ground.error(np.zeros((1, count, 3)), np.full(1, 1e-3))[0]) == pytest.approx(1e-3)
@@ -55,7 +55,7 @@ def test_rounding_errors_of_depths_are_bounded_from_both_sides(size, count):
 def test_the_steepest_slope_about_a_place_is_that_of_the_cells_nearer_than_the_radius():
     rng = np.random.default_rng(3)
     heights, step = rng.uniform(0, 3, (9, 7)), np.array([1.5, 0.8])
-    ground = on(Terrain(origin=(-2, 1), step=tuple(step), heights=heights))
+    ground = on(sky.Terrain(origin=(-2, 1), step=tuple(step), heights=heights))
     i, j = np.meshgrid(np.arange(8), np.arange(6), indexing="ij")
     corner = np.array([-2, 1]) + np.stack([i, j], axis=-1) * step
     for _ in range(200):
@@ -72,7 +72,7 @@ def test_the_steepest_slope_about_a_place_is_that_of_the_cells_nearer_than_the_r
 
 def test_the_greatest_height_around_some_cells_is_not_below_that_of_any_of_them():
     heights = np.random.default_rng(1).uniform(0, 9, (12, 14))
-    ground = on(Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights))
+    ground = on(sky.Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights))
     for k in np.ndindex(11, 11):
         first, last = np.sort(np.array([k, np.random.default_rng(k).integers(0, 11, 2)]), axis=0)
         greatest = heights[first[0] : last[0] + 2, first[1] : last[1] + 2].max()
@@ -80,7 +80,7 @@ def test_the_greatest_height_around_some_cells_is_not_below_that_of_any_of_them(
 
 
 def test_a_ceiling_asks_for_no_clearance():
-    terrain = Terrain(origin=(0, 0), step=(5.0, 5.0), heights=np.zeros((3, 3)), clearance=3.0)
+    terrain = sky.Terrain(origin=(0, 0), step=(5.0, 5.0), heights=np.zeros((3, 3)), clearance=3.0)
     ceiling = ceiling_above_ground(world(terrain=terrain, clearance=2.0).model_copy(update={"max_height": 7.0}))
     assert ceiling.clearance == 0.0
     assert ceiling.depth(np.array([[[4.0, 4.0, 7.5]]]), np.array([0]))[0] == pytest.approx(0.5, abs=1e-5)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.model.trajectory import Pointing
-from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.limits import judge_heading
 from speed_zones import world_of
 
@@ -41,7 +40,7 @@ def test_noses_that_turn_too_fast_are_found_and_no_others(instants, turns, windo
     assume(abs(used - 1) > 1e-5)
     found = list(judge_heading(uav, 0, pointing))
     assert bool(found) == (used > 1)
-    assert all(violation.fault is Fault.YAW for violation in found)
+    assert all(violation.fault is sky.Fault.YAW for violation in found)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +68,7 @@ def test_planned_headings_are_proven(mission):
 def test_a_nose_that_turns_too_fast_is_refuted(mission, changes, words):
     wrong = turned(mission, **changes)
     certificate = sky.certify(wrong.scenario, wrong).trajectories[0]
-    assert certificate.verdict is Verdict.REFUTED
+    assert certificate.verdict is sky.Verdict.REFUTED
     assert words in certificate.sentence
     assert certificate.time == pytest.approx(3.0, abs=1.1)
 
@@ -80,5 +79,5 @@ def test_a_nose_that_turns_too_fast_is_refuted(mission, changes, words):
 )
 def test_malformed_turns_are_refuted_in_one_sentence(mission, changes):
     wrong = turned(mission, **{"instants": np.array([1.0, 2.0]), "turns": np.array([0.1, 0.1])} | changes)
-    (found,) = [one for one in sky.check(wrong.scenario, wrong) if one.fault is Fault.TRAJECTORY_SHAPE]
+    (found,) = [one for one in sky.check(wrong.scenario, wrong) if one.fault is sky.Fault.TRAJECTORY_SHAPE]
     assert "pointing is malformed" in found.message

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import skyverse as sky
 from judged_missions import (
     ALPHA,
     ALPHA_ENDS,
@@ -30,21 +31,19 @@ from judged_missions import (
     stops,
     walking,
 )
-from skyverse.model.result import Status, no_history
-from skyverse.model.scenario import Lattice, Target
-from skyverse.model.shapes import Box
-from skyverse.model.trajectory import Pointing, Trajectory
-from skyverse.model.verdict import Fault, Violation
-from skyverse.referee import check
+from skyverse.model.result import no_history
+from skyverse.model.trajectory import Pointing
+
+Fault, Status = sky.Fault, sky.Status
 
 
 def test_a_valid_mission_passes():
-    assert check(SCENARIO, VALID) == []
+    assert sky.check(SCENARIO, VALID) == []
 
 
 def test_a_mission_for_nobody_passes():
     nobody = SCENARIO.model_copy(update={"uavs": ()})
-    assert check(nobody, replace(VALID, scenario=nobody, assignment=(), results=(), trajectories=())) == []
+    assert sky.check(nobody, replace(VALID, scenario=nobody, assignment=(), results=(), trajectories=())) == []
 
 
 def to_charlie(target, charlie, trajectory=None):
@@ -52,7 +51,7 @@ def to_charlie(target, charlie, trajectory=None):
 
 
 def with_a_third_target(mission):
-    third = Target(name="target-3", position=(2, 2, 2))
+    third = sky.Target(name="target-3", position=(2, 2, 2))
     return replace(mission, scenario=SCENARIO.model_copy(update={"targets": (*SCENARIO.targets, third)}))
 
 
@@ -127,7 +126,7 @@ PLANTED = {
     "a polynomial of degree 31": (
         Fault.TRAJECTORY_SHAPE,
         0,
-        flying(Trajectory(np.array([0.0, 1]), np.zeros((1, 32, 3)))),
+        flying(sky.Trajectory(np.array([0.0, 1]), np.zeros((1, 32, 3)))),
     ),
     "a start in a century": (Fault.TRAJECTORY_SHAPE, 0, knots(3e9, 3e9 + 3, 3e9 + 6)),
     "a coefficient that is no number": (Fault.TRAJECTORY_SHAPE, 0, coefficients((1, 2, 0), np.nan)),
@@ -185,7 +184,7 @@ AEROPLANES = {
 def test_a_planted_fault_is_found_alone_and_named(name):
     fault, uavs, mission = PLANTED[name]
     uavs = uavs if isinstance(uavs, tuple) else (uavs,)
-    found = check(mission.scenario, mission)
+    found = sky.check(mission.scenario, mission)
     assert [(violation.fault, violation.uavs) for violation in found] == [(fault, uavs)], found
     message = found[0].message
     assert all(SCENARIO.uavs[uav].name in message for uav in uavs)
@@ -201,21 +200,21 @@ def test_every_kind_of_fault_is_planted():
 
 def test_another_scenario_inside_is_a_fault_of_the_mission():
     other = SCENARIO.model_copy(update={"name": "another"})
-    (found,) = check(other, VALID)
+    (found,) = sky.check(other, VALID)
     assert (found.fault, found.uavs) == (Fault.SCENARIO, ())
 
 
 @pytest.mark.parametrize("column", ["assignment", "results", "trajectories"])
 @pytest.mark.parametrize("change", [lambda values: values[:-1], lambda values: (*values, None)])
 def test_a_column_of_wrong_length_is_a_fault_of_the_mission(column, change):
-    (found,) = check(SCENARIO, replace(VALID, **{column: change(getattr(VALID, column))}))
+    (found,) = sky.check(SCENARIO, replace(VALID, **{column: change(getattr(VALID, column))}))
     assert (found.fault, found.uavs) == (Fault.ASSIGNMENT, ())
     assert column in found.message
 
 
 def test_what_is_left_of_a_short_mission_is_still_judged():
     short = replace(VALID, assignment=(1, 0), results=VALID.results[:1], trajectories=())
-    faults = [(violation.fault, violation.uavs) for violation in check(SCENARIO, short)]
+    faults = [(violation.fault, violation.uavs) for violation in sky.check(SCENARIO, short)]
     assert faults == [(Fault.ASSIGNMENT, ())] * 3 + [(Fault.TRAJECTORY_SHAPE, (0,))]
 
 
@@ -225,20 +224,20 @@ def test_a_result_that_says_it_did_not_arrive_is_no_fault(status):
         honest = walking(SHORT, 10, 0.0, 80.0, status=status)
     else:
         honest = replace(resulting(no_result(status)), interrupted=status is Status.NOT_PLANNED)
-    assert check(SCENARIO, grounded(honest)) == []
+    assert sky.check(SCENARIO, grounded(honest)) == []
 
 
 def test_a_diagonal_passes_where_the_lattice_has_26_neighbours():
-    free = SCENARIO.model_copy(update={"lattice": Lattice(step=(1, 1, 1), connectivity=26)})
+    free = SCENARIO.model_copy(update={"lattice": sky.Lattice(step=(1, 1, 1), connectivity=26)})
     mission = replace(PLANTED["a diagonal"][2], scenario=free)
-    assert check(free, mission) == []
+    assert sky.check(free, mission) == []
 
 
 @pytest.mark.parametrize("thickness", [0.01, 1e-5, 1e-7])
 def test_a_wall_between_two_nodes_is_seen_however_thin(thickness):
-    wall = Box(min=(7.5, 0, 0), max=(7.5 + thickness, 6, 4))
+    wall = sky.Box(min=(7.5, 0, 0), max=(7.5 + thickness, 6, 4))
     scenario = SCENARIO.model_copy(update={"obstacles": (*SCENARIO.obstacles, wall), "clearance": 0.001})
-    found = check(scenario, replace(VALID, scenario=scenario))
+    found = sky.check(scenario, replace(VALID, scenario=scenario))
     faults = {(violation.fault, violation.uavs) for violation in found}
     assert faults == {(fault, (uav,)) for fault in (Fault.PATH_CLEARANCE, Fault.TRAJECTORY_CLEARANCE) for uav in (0, 1)}
     assert all("obstacle 2" in violation.message for violation in found)
@@ -246,7 +245,7 @@ def test_a_wall_between_two_nodes_is_seen_however_thin(thickness):
 
 def test_a_misshapen_trajectory_is_not_held_against_others():
     mission = replace(given_uav(2, start=(0.2, 4.1, 0.9)), trajectories=PLANTED["a knot too many"][2].trajectories)
-    assert [found.fault for found in check(mission.scenario, mission)] == [Fault.TRAJECTORY_SHAPE]
+    assert [found.fault for found in sky.check(mission.scenario, mission)] == [Fault.TRAJECTORY_SHAPE]
 
 
 junk = st.sampled_from(
@@ -298,12 +297,12 @@ def test_a_malformed_mission_is_judged_and_never_raises(
         certificates=claims[0],
         apart=claims[1],
     )
-    found = check(SCENARIO, mission)
+    found = sky.check(SCENARIO, mission)
     assert found
-    assert all(isinstance(violation, Violation) and violation.message for violation in found)
+    assert all(isinstance(violation, sky.Violation) and violation.message for violation in found)
 
 
 @settings(max_examples=80, deadline=None)
 @given(field=result_field, value=junk)
 def test_junk_in_one_field_of_a_result_is_noticed(field, value):
-    assert check(SCENARIO, alpha(**{field: value}))
+    assert sky.check(SCENARIO, alpha(**{field: value}))

@@ -1,4 +1,4 @@
-"""UAVs keep clear of movers at every instant: proofs against dense samples, and faults that were planted."""
+"""UAVs keep clear of movers, and of zones while they are active: against dense samples, and planted faults."""
 
 import math
 import re
@@ -11,44 +11,44 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from movers import depth_at, motions, movers, points
-from skyverse.lab import Study
-from skyverse.model.mission import Mission
-from skyverse.model.mover import Doubt, Mover
-from skyverse.model.mover_motions import CircularMotion, WaypointMotion
-from skyverse.model.result import Provenance
-from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
-from skyverse.model.shapes import Sphere
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, TrackingError
-from skyverse.model.verdict import Fault, Verdict
+from skyverse.model.temporary_zones import with_zones_active
+from skyverse.referee.curve import curve_of
 from skyverse.referee.mover_motion import MAX_PIECES, enclosed_motion
+from skyverse.referee.speed_zones import judge_zone_speed
+from temporary_zones import depth_in_zone, depth_while_active, zones
 
-MADE_BY = Provenance("0", "by hand", "", None, "")
+MADE_BY = sky.Provenance("0", "by hand", "", None, "")
 AGILE = {"max_speed": 1e3, "max_acceleration": 1e4, "max_jerk": 1e6, "max_tilt": 89.9, "thrust_to_weight": 1e3}
 REST_TO_REST = np.array([0, 0, 0, 10, -15, 6.0])
-BALL = Sphere(centre=(0, 0, 0), radius=1.0)
+AIRSHOW = {"name": "airshow", "min": (4, -1, -1), "max": (6, 1, 1)}
+BALL = sky.Sphere(centre=(0, 0, 0), radius=1.0)
 
 
 def flight(a, b, seconds, start=0.0):
     """From rest at a to rest at b."""
     rows = (REST_TO_REST / seconds ** np.arange(6))[:, None] * (np.array(b, float) - a)
     rows[0] = a
-    return Trajectory(np.array([start, start + seconds]), rows[None])
+    return sky.Trajectory(np.array([start, start + seconds]), rows[None])
 
 
-def among(*movers, flown, clearance=0.5, **fields):
-    """A mission of one UAV among movers."""
+def among(*movers, flown, zones=(), clearance=0.5, **fields):
+    """A mission of one UAV among movers and zones."""
     a, b = (flown.at(t).position[0] for t in (flown.start, flown.end))
-    scenario = Scenario(
+    scenario = sky.Scenario(
         name="movers",
-        bounds=Bounds(min=(-1e3, -1e3, -1e3), max=(1e3, 1e3, 1e3)),
+        bounds=sky.Bounds(min=(-1e3, -1e3, -1e3), max=(1e3, 1e3, 1e3)),
         clearance=clearance,
-        lattice=Lattice(step=(100, 100, 100)),
-        **({"movers": movers} if movers else {}),
-        uavs=(UAV(start=a, **(AGILE | fields)),),
-        targets=(Target(position=b),),
+        lattice=sky.Lattice(step=(100, 100, 100)),
+        movers=movers,
+        zones=zones,
+        uavs=(sky.UAV(start=a, **(AGILE | fields)),),
+        targets=(sky.Target(position=b),),
     )
-    return Mission(scenario, (0,), (None,), (flown,), (), MADE_BY)
+    return sky.Mission(scenario, (0,), (None,), (flown,), (), MADE_BY)
+
+
+def through(*zones, **more):
+    return among(zones=zones, **more)
 
 
 def verdict(mission):
@@ -70,76 +70,88 @@ def test_polynomial_pieces_lie_within_their_error_of_the_stated_motion(motion):
         assert np.abs(at - motion.at(inside)).max() <= known.error[k] + 1e-12 * (1 + np.abs(at).max())
 
 
-@given(st.lists(movers, min_size=1, max_size=4), points, points, st.floats(3, 15), st.none() | st.floats(0.05, 0.6))
-@settings(max_examples=60, deadline=None)
-def test_what_is_proven_holds_at_ten_thousand_samples_and_what_is_refuted_is_seen_there(
-    given_movers, a, b, seconds, error
-):
-    flown = flight(a, tuple(np.add(b, (0.5, 0, 0))), seconds, start=1.0)
-    more = {} if error is None else {"tracking_error": TrackingError(horizontal=error, vertical=error / 2)}
-    said = verdict(among(*given_movers, flown=flown, **more))
-    instants = np.linspace(0, flown.end + 1, 10_001)
+@given(
+    st.lists(movers, max_size=3),
+    st.lists(zones(), max_size=3),
+    st.tuples(points, points),
+    st.floats(3, 15),
+    st.none() | st.floats(0.05, 0.6),
+)
+@settings(max_examples=150, deadline=None)
+def test_what_is_proven_holds_at_many_samples_and_what_is_refuted_is_seen_there(moving, closed, ends, seconds, error):
+    flown = flight(ends[0], tuple(np.add(ends[1], (0.5, 0, 0))), seconds, start=1.0)
+    more = {} if error is None else {"tracking_error": sky.TrackingError(horizontal=error, vertical=error / 2)}
+    mission = among(*moving, zones=closed, flown=flown, **more)
+    edges = [t for zone in closed for span in zone.active for t in span if t is not None]
+    instants = np.unique(np.clip([*np.linspace(0, flown.end + 1, 10_001), *edges], 0, flown.end + 1))
     places = flown.at(np.clip(instants, flown.start, flown.end)).position
     aside, up = (0.0, 0.0) if error is None else (error, error / 2)
     strayed = [(0, 0, 0), (aside, 0, up), (-aside, 0, -up), (0, aside, up), (0, -aside, 0), (0, 0, up), (0, 0, -up)]
-    deepest = max(depth_at(mover, instants, places + by, 0.5).max() for mover in given_movers for by in strayed)
-    if deepest > 2e-6:
-        assert said.verdict is Verdict.REFUTED
-        assert "mover" in said.sentence
-    elif deepest < -0.05 and error is None:
-        assert said.verdict is Verdict.PROVEN
+    deep = {sky.Fault.MOVER: [-np.inf], sky.Fault.ACTIVE_ZONE: [-np.inf]}
+    for by in strayed:
+        deep[sky.Fault.MOVER] += [depth_at(mover, instants, places + by, 0.5).max() for mover in moving]
+        deep[sky.Fault.ACTIVE_ZONE] += [depth_while_active(zone, instants, places + by, 0.5).max() for zone in closed]
+    found = {one.fault for one in sky.check(mission.scenario, mission)}
+    for fault, depths in deep.items():
+        assert max(depths) <= 2e-6 or fault in found
+    if max(map(max, deep.values())) < -0.05 and error is None:
+        assert verdict(mission).verdict is sky.Verdict.PROVEN
+        assert bool(closed) == ("every zone while it is active" in verdict(mission).sentence)
 
 
 def test_a_mover_that_crosses_the_way_is_found_at_the_worst_instant():
-    crossing = Mover(name="lorry", shape=BALL, motion=WaypointMotion(points=[(5, -5, 0), (5, 5, 0)], times=[0, 10]))
+    crossing = sky.Mover(
+        name="lorry", shape=BALL, motion=sky.WaypointMotion(points=[(5, -5, 0), (5, 5, 0)], times=[0, 10])
+    )
     mission = among(crossing, flown=flight((0, 0, 0), (10, 0, 0), 10))
-    (found,) = [one for one in sky.check(mission.scenario, mission) if one.fault is Fault.MOVER]
+    (found,) = [one for one in sky.check(mission.scenario, mission) if one.fault is sky.Fault.MOVER]
     assert found.time == pytest.approx(5, abs=1e-3)
     assert found.uavs == (0,)
     assert "1 m inside mover 'lorry' at t = 5 s" in found.message
     assert "0.5 m are required" in found.message
     late = among(crossing, flown=flight((0, 0, 0), (10, 0, 0), 10, start=7))
-    assert verdict(late).verdict is Verdict.PROVEN
+    assert verdict(late).verdict is sky.Verdict.PROVEN
     assert "clear of every mover, wherever within its doubt that may be, by 0.5 m" in verdict(late).sentence
 
 
 @pytest.mark.parametrize("start", [0.0, 30.0])
 def test_a_uav_is_judged_while_it_waits_for_its_departure_and_after_its_arrival(start):
     place = (0, 0, 0) if start else (10, 0, 0)
-    back_and_forth = WaypointMotion(points=[(place[0], -40, 0), (place[0], 40, 0)], times=[0, 20], then="stays")
-    mission = among(Mover(shape=BALL, motion=back_and_forth), flown=flight((0, 0, 0), (10, 0, 0), 10, start=start))
-    told = verdict(mission)
-    if start:
-        assert told.verdict is Verdict.REFUTED
-        assert told.time == pytest.approx(10, abs=0.01)
-    else:
-        assert told.verdict is Verdict.REFUTED
-        assert told.time == pytest.approx(10, abs=0.3)
+    back_and_forth = sky.WaypointMotion(points=[(place[0], -40, 0), (place[0], 40, 0)], times=[0, 20], then="stays")
+    flown = flight((0, 0, 0), (10, 0, 0), 10, start=start)
+    told = verdict(among(sky.Mover(shape=BALL, motion=back_and_forth), flown=flown))
+    assert told.verdict is sky.Verdict.REFUTED
+    assert told.time == pytest.approx(10, abs=0.01 if start else 0.3)
+    told = verdict(
+        through(sky.Box(min=np.array(place) - 1.0, max=np.array(place) + 1.0, active=[[10.5, 11]]), flown=flown)
+    )
+    assert told.verdict is sky.Verdict.REFUTED
+    assert 10.5 - 1e-9 <= told.time <= 11 + 1e-9
 
 
 def test_doubt_that_grows_makes_a_flight_unsafe_that_was_safe():
-    aside = WaypointMotion(points=[(5, 3, 0)], times=[0])
+    aside = sky.WaypointMotion(points=[(5, 3, 0)], times=[0])
     flown = flight((0, 0, 0), (10, 0, 0), 10)
-    assert verdict(among(Mover(shape=BALL, motion=aside), flown=flown)).verdict is Verdict.PROVEN
-    doubt = Doubt(growth=0.31)
-    told = verdict(among(Mover(shape=BALL, motion=aside, doubt=doubt), flown=flown))
-    assert told.verdict is Verdict.REFUTED
+    assert verdict(among(sky.Mover(shape=BALL, motion=aside), flown=flown)).verdict is sky.Verdict.PROVEN
+    doubt = sky.Doubt(growth=0.31)
+    told = verdict(among(sky.Mover(shape=BALL, motion=aside, doubt=doubt), flown=flown))
+    assert told.verdict is sky.Verdict.REFUTED
     assert "where mover 'mover-1' may be" in told.sentence
-    later = Doubt(growth=0.31, since=5.0)
-    assert verdict(among(Mover(shape=BALL, motion=aside, doubt=later), flown=flown)).verdict is Verdict.PROVEN
+    later = sky.Doubt(growth=0.31, since=5.0)
+    assert verdict(among(sky.Mover(shape=BALL, motion=aside, doubt=later), flown=flown)).verdict is sky.Verdict.PROVEN
 
 
 def test_doubt_that_accelerates_reaches_a_flight_when_its_formula_says_so():
-    aside = WaypointMotion(points=[(5, 4, 0)], times=[0])
+    aside = sky.WaypointMotion(points=[(5, 4, 0)], times=[0])
     flown = flight((0, 0, 0), (10, 0, 0), 10)
     fast = {"since": 1.0, "top_speed": 5.0}
-    near = Doubt(acceleration=0.09, **fast)  # 4.5 m at 11 s, where 4.9 m are left
-    assert verdict(among(Mover(shape=BALL, motion=aside, doubt=near), flown=flown)).verdict is Verdict.PROVEN
+    near = sky.Doubt(acceleration=0.09, **fast)  # 4.5 m at 11 s, where 4.9 m are left
+    assert verdict(among(sky.Mover(shape=BALL, motion=aside, doubt=near), flown=flown)).verdict is sky.Verdict.PROVEN
     gaps = {}
     for acceleration in (0.6, 5.0):
-        doubt = Doubt(acceleration=acceleration, **fast)
-        told = verdict(among(Mover(shape=BALL, motion=aside, doubt=doubt), flown=flown))
-        assert told.verdict is Verdict.REFUTED
+        doubt = sky.Doubt(acceleration=acceleration, **fast)
+        told = verdict(among(sky.Mover(shape=BALL, motion=aside, doubt=doubt), flown=flown))
+        assert told.verdict is sky.Verdict.REFUTED
         place, after = np.array(told.position), told.time - 1.0
         quick = min(after, 10.0 / acceleration)  # up to twice the top speed
         spread = acceleration * (after * quick - 0.5 * quick * quick)
@@ -152,61 +164,61 @@ def test_doubt_that_accelerates_reaches_a_flight_when_its_formula_says_so():
 
 def test_a_doubt_that_accelerates_needs_a_top_speed():
     with pytest.raises(ValueError, match="acceleration needs a top_speed"):
-        Doubt(acceleration=1.0)
-    doubt = Doubt(radius=0.1, growth=0.2, acceleration=2.0, since=1.0, top_speed=3.0)
+        sky.Doubt(acceleration=1.0)
+    doubt = sky.Doubt(radius=0.1, growth=0.2, acceleration=2.0, since=1.0, top_speed=3.0)
     assert doubt.at([0.0, 1.0, 2.0, 5.0]) == pytest.approx([0.1, 0.1, 1.3, 0.1 + 0.8 + 2 * 4.5 + 6])
     assert doubt.grows
-    assert not Doubt(radius=1.0).grows
+    assert not sky.Doubt(radius=1.0).grows
 
 
 def test_a_top_speed_bounds_what_a_mover_may_do_after_its_last_observation():
-    near = WaypointMotion(points=[(-50, 0, 0), (-7, 0, 0)], times=[0, 9])  # up to 7 m from the UAV's place
+    near = sky.WaypointMotion(points=[(-50, 0, 0), (-7, 0, 0)], times=[0, 9])  # up to 7 m from the UAV's place
     flown = flight((0, 0, 0), (0, 0, 1), 9)
-    doubt = Doubt(radius=0.1, growth=2.0)  # so it may be 18 m farther by then
-    assert verdict(among(Mover(shape=BALL, motion=near, doubt=doubt), flown=flown)).verdict is Verdict.REFUTED
-    slow = Doubt(radius=0.1, growth=2.0, top_speed=4.8)  # seen 50 m away at 0 s, it cannot be here within 10 s
-    assert verdict(among(Mover(shape=BALL, motion=near, doubt=slow), flown=flown)).verdict is Verdict.PROVEN
+    doubt = sky.Doubt(radius=0.1, growth=2.0)  # so it may be 18 m farther by then
+    assert verdict(among(sky.Mover(shape=BALL, motion=near, doubt=doubt), flown=flown)).verdict is sky.Verdict.REFUTED
+    slow = sky.Doubt(radius=0.1, growth=2.0, top_speed=4.8)  # seen 50 m away at 0 s, it cannot be here within 10 s
+    assert verdict(among(sky.Mover(shape=BALL, motion=near, doubt=slow), flown=flown)).verdict is sky.Verdict.PROVEN
 
 
 def test_the_tracking_error_counts():
-    aside = WaypointMotion(points=[(5, 2.0, 0)], times=[0])
+    aside = sky.WaypointMotion(points=[(5, 2.0, 0)], times=[0])
     flown = flight((0, 0, 0), (10, 0, 0), 10)
-    assert verdict(among(Mover(shape=BALL, motion=aside), flown=flown)).verdict is Verdict.PROVEN
-    error = TrackingError(horizontal=0.6, vertical=0.1)
-    told = verdict(among(Mover(shape=BALL, motion=aside), flown=flown, tracking_error=error))
-    assert told.verdict is Verdict.REFUTED
+    assert verdict(among(sky.Mover(shape=BALL, motion=aside), flown=flown)).verdict is sky.Verdict.PROVEN
+    error = sky.TrackingError(horizontal=0.6, vertical=0.1)
+    told = verdict(among(sky.Mover(shape=BALL, motion=aside), flown=flown, tracking_error=error))
+    assert told.verdict is sky.Verdict.REFUTED
     assert "with its tracking error" in told.sentence
 
 
 def test_a_uav_that_stands_at_its_start_is_judged_too():
     mission = among(
-        Mover(shape=BALL, motion=CircularMotion(centre=(0, 0, 0), radius=3, period=4)),
+        sky.Mover(shape=BALL, motion=sky.CircularMotion(centre=(0, 0, 0), radius=3, period=4)),
         flown=flight((0, 0, 0), (9, 0, 0), 5),
     )
-    scenario = mission.scenario.model_copy(update={"uavs": (*mission.scenario.uavs, UAV(start=(3, 0, 0), **AGILE))})
-    mission = Mission(scenario, (0, None), (None, None), (mission.trajectories[0], None), (), MADE_BY)
-    assert (Fault.MOVER, (1,)) in {(found.fault, found.uavs) for found in sky.check(scenario, mission)}
+    scenario = mission.scenario.model_copy(update={"uavs": (*mission.scenario.uavs, sky.UAV(start=(3, 0, 0), **AGILE))})
+    mission = sky.Mission(scenario, (0, None), (None, None), (mission.trajectories[0], None), (), MADE_BY)
+    assert (sky.Fault.MOVER, (1,)) in {(found.fault, found.uavs) for found in sky.check(scenario, mission)}
 
 
 def test_a_motion_with_too_many_turns_is_undecided_and_not_judged_for_hours():
-    restless = WaypointMotion(points=[(0, 0, 50), (1, 0, 50)], times=[0, 0.01], then="returns")
+    restless = sky.WaypointMotion(points=[(0, 0, 50), (1, 0, 50)], times=[0, 0.01], then="returns")
     assert enclosed_motion(restless, 0.01 * MAX_PIECES) is None
-    told = verdict(among(Mover(shape=BALL, motion=restless), flown=flight((0, 0, 0), (10, 0, 0), 1e4)))
-    assert told.verdict is Verdict.UNDECIDED
+    told = verdict(among(sky.Mover(shape=BALL, motion=restless), flown=flight((0, 0, 0), (10, 0, 0), 1e4)))
+    assert told.verdict is sky.Verdict.UNDECIDED
     assert "too many turns" in told.sentence
 
 
 def test_a_circle_begins_at_its_bearing_and_turns_the_way_it_says():
-    left = CircularMotion(centre=(1, 2, 3), radius=5, period=8, bearing=90)
+    left = sky.CircularMotion(centre=(1, 2, 3), radius=5, period=8, bearing=90)
     assert left.at([0, 2, 4]) == pytest.approx(np.array([[6, 2, 3], [1, 7, 3], [-4, 2, 3]]))
-    right = CircularMotion(centre=(1, 2, 3), radius=5, period=8, bearing=90, clockwise=True)
+    right = sky.CircularMotion(centre=(1, 2, 3), radius=5, period=8, bearing=90, clockwise=True)
     assert right.at([2]) == pytest.approx(np.array([[1, -3, 3]]))
     assert math.hypot(*(left.at(1.0)[0] - (1, 2, 3))) == pytest.approx(5)
 
 
 def test_missions_among_movers_are_exported_as_data_once_the_referee_has_judged_them(tmp_path):
-    stands = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 30, 0)], times=[0]))
-    stands_in_the_way = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 0, 0)], times=[0]))
+    stands = sky.Mover(shape=BALL, motion=sky.WaypointMotion(points=[(5, 30, 0)], times=[0]))
+    stands_in_the_way = sky.Mover(shape=BALL, motion=sky.WaypointMotion(points=[(5, 0, 0)], times=[0]))
     ordinary = {"max_speed": 5, "max_acceleration": 3.5, "max_jerk": 50, "max_tilt": 40, "thrust_to_weight": 2.5}
     standing = flight((0, 0, 0), (9, 0, 0), 5)
     mission = sky.plan_mission(among(stands, flown=standing, **ordinary).scenario, sky.Taut())
@@ -225,7 +237,7 @@ def test_missions_among_movers_are_exported_as_data_once_the_referee_has_judged_
 
 def test_missions_among_movers_are_neither_exported_to_autopilots_nor_flown(tmp_path):
     ordinary = {"max_speed": 5, "max_acceleration": 3.5, "max_jerk": 50, "max_tilt": 40, "thrust_to_weight": 2.5}
-    stands = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 30, 0)], times=[0]))
+    stands = sky.Mover(shape=BALL, motion=sky.WaypointMotion(points=[(5, 30, 0)], times=[0]))
     mission = among(stands, flown=flight((0, 0, 0), (9, 0, 0), 5), **ordinary)
     with pytest.raises(sky.InputError, match="has movers, and no autopilot keeps a schedule exactly enough"):
         sky.export(mission, tmp_path / "out.plan", origin=(47.0, 8.0, 400.0))
@@ -238,18 +250,19 @@ def test_missions_among_movers_are_neither_exported_to_autopilots_nor_flown(tmp_
 
 
 def test_studies_refuse_movers(tmp_path):
-    stands = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 30, 0)], times=[0]))
+    stands = sky.Mover(shape=BALL, motion=sky.WaypointMotion(points=[(5, 30, 0)], times=[0]))
     file = tmp_path / "moving.yaml"
     sky.write(among(stands, flown=flight((0, 0, 0), (9, 0, 0), 5)).scenario, file)
-    study = Study(scenarios=[str(file)], planners=["taut"], budget=[{"paths": 10}], seeds=[1])
+    study = sky.Study(scenarios=[str(file)], planners=["taut"], budget=[{"paths": 10}], seeds=[1])
     with pytest.raises(sky.InputError, match="movers: expected none, since studies compare paths"):
         list(study.jobs())
 
 
 def test_a_mover_has_no_speed_limit_for_others():
     with pytest.raises(ValueError, match="a mover has no max_speed for others"):
-        Mover(
-            shape=Sphere(centre=(0, 0, 0), radius=1, max_speed=3), motion=WaypointMotion(points=[(5, 3, 0)], times=[0])
+        sky.Mover(
+            shape=sky.Sphere(centre=(0, 0, 0), radius=1, max_speed=3),
+            motion=sky.WaypointMotion(points=[(5, 3, 0)], times=[0]),
         )
 
 
@@ -289,3 +302,104 @@ def test_bad_movers_get_one_sentence(tmp_path, wrong, said):
     file.write_text(file.read_text().replace("movers: []\n", "") + mover % ([[5, 0, 0], [5, 5, 0]], wrong) + "\n")
     with pytest.raises(sky.InputError, match=said):
         sky.read(file)
+
+
+def zone_faults(mission):
+    """What is wrong besides that the mission has a flight without a path."""
+    wrong = sky.check(mission.scenario, mission)
+    return [one for one in wrong if one.fault in (sky.Fault.ACTIVE_ZONE, sky.Fault.ZONE_SPEED, sky.Fault.UNDECIDED)]
+
+
+@pytest.mark.parametrize(
+    ("active", "fault"),
+    [
+        ([[None, None]], sky.Fault.ACTIVE_ZONE),
+        ([[None, 4.0]], None),
+        ([[None, 4.4]], sky.Fault.ACTIVE_ZONE),
+        ([[6.0, None]], None),
+        ([[5.6, None]], sky.Fault.ACTIVE_ZONE),
+        ([[0, 4.0], [6.0, 9]], None),
+        ([[0, 4.0], [5, 5.0001], [6.0, 9]], sky.Fault.ACTIVE_ZONE),
+        ([[-9, -2], [30, 40]], None),
+    ],
+)
+def test_a_zone_counts_from_when_it_opens_until_it_closes(active, fault):
+    # at rest at x = 0 at 0 s, at x = 3.5 at 4.2 s, and at x = 6.5 at 5.8 s; the zone grown is from 3.5 to 6.5
+    mission = through(sky.Box(**AIRSHOW, active=active), flown=flight((0, 0, 0), (10, 0, 0), 10))
+    instants = np.linspace(0, 11, 200_001)
+    depth = depth_while_active(mission.scenario.zones[0], instants, mission.trajectories[0].at(instants).position, 0.5)
+    assert (depth.max() > 0) == (fault is not None)
+    found = zone_faults(mission)
+    assert [one.fault for one in found] == ([] if fault is None else [fault])
+    for one in found:
+        assert "zone 0 ('airshow', active" in one.message
+        assert "0.5 m are required" in one.message
+        around = one.time + np.array([-1e-9, 0.0, 1e-9])  # the instants of opening and closing are rounded
+        place = np.repeat([one.position], 3, axis=0)
+        assert depth_while_active(mission.scenario.zones[0], around, place, 0.5).max() > 0
+
+
+def test_the_worst_instant_is_found():
+    mission = through(sky.Box(**AIRSHOW, active=[[4.5, 60]]), flown=flight((0, 0, 0), (10, 0, 0), 10))
+    (found,) = zone_faults(mission)
+    assert found.time == pytest.approx(5, abs=1e-3)
+    assert "is 1 m inside zone 0 ('airshow', active from 4.5 s to 60 s) at t = 5 s" in found.message
+
+
+@given(zones(max_speed=2.0), points, points, st.floats(0.5, 8))
+@settings(max_examples=60, deadline=None)
+def test_a_speed_limit_holds_only_while_its_zone_is_active(zone, a, b, seconds):
+    flown = flight(a, tuple(np.add(b, (0.5, 0, 0))), seconds)
+    found = next(iter(judge_zone_speed(through(zone, flown=flown).scenario, 0, curve_of(flown)).violations), None)
+    instants = np.linspace(0, flown.end, 5_001)
+    motion = flown.at(instants)
+    depth = depth_while_active(zone, instants, motion.position, 0.0)
+    excess = np.linalg.norm(motion.velocity, axis=1) / 2.0 - 1.0
+    worst = np.minimum(depth, excess).max()
+    if worst > 1e-5:
+        assert found.fault is sky.Fault.ZONE_SPEED
+        assert "m/s in zone 0 (active " in found.message
+    elif worst < -1e-2:
+        assert found is None
+
+
+@given(zones(), points, points)
+@settings(max_examples=40, deadline=None)
+def test_a_flight_that_is_clear_of_obstacles_is_clear_of_the_same_zones_at_times(zone, a, b):
+    flown = flight(a, tuple(np.add(b, (0.5, 0, 0))), 6.0)
+    mission = through(zone, flown=flown)
+    always = with_zones_active(mission.scenario, {0})
+    assert always.obstacles[0].active is None
+    places = flown.at(np.linspace(0, 6, 2001)).position
+    if depth_in_zone(zone, places, 0.5).max() < -0.05:
+        assert sky.certify(always, mission).trajectories[0].verdict is sky.Verdict.PROVEN
+        assert verdict(mission).verdict is sky.Verdict.PROVEN
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("active: [[5, 2]]", r"zones\[0\].*active\[0\] must end after it begins, but is from 5 s to 2 s"),
+        ("active: [[1, 5], [4, 9]]", r"zones\[0\].*active\[1\] must begin after active\[0\] has ended"),
+        ("active: [[1, null], [4, 9]]", r"zones\[0\].*active\[1\] must begin after active\[0\] has ended"),
+        ("active: []", r"zones\[0\].*active"),
+        ("active: [[.nan, 2]]", r"zones\[0\].*active\[0\]\[0\]"),
+        ("active: [[0, 5]], risk: 2", r"zones\[0\].*a zone with a risk has no active times"),
+        ("name: nothing", r"zones\[0\].*a zone needs a risk.*a max_speed, m/s, or times at which it is active"),
+    ],
+)
+def test_bad_times_get_one_sentence(tmp_path, wrong, said):
+    file = tmp_path / "zones.yaml"
+    sky.write(among(flown=flight((0, 0, 0), (9, 0, 0), 5)).scenario, file)
+    text = file.read_text().replace("zones: []\n", "")
+    file.write_text(text + f"zones: [{{min: [0, 0, 0], max: [1, 1, 1], {wrong}}}]\n")
+    with pytest.raises(sky.InputError, match=said):
+        sky.read(file)
+
+
+def test_obstacles_and_movers_have_no_active_times():
+    with pytest.raises(ValueError, match="an obstacle is always there"):
+        sky.Scenario(**{**dict(sky.read("map1")), "obstacles": [sky.Box(**AIRSHOW, active=[[0, 1]])]})
+    stands = sky.WaypointMotion(points=[(5, 3, 0)], times=[0])
+    with pytest.raises(ValueError, match="a mover has no active times"):
+        sky.Mover(shape=sky.Sphere(centre=(0, 0, 0), radius=1, active=[[0, 1]]), motion=stands)

@@ -8,14 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.referee.pads import holds, pad_of, pads_of, parts_of_flight
 from skyverse.referee.world import referee_world
 
 ERROR = sky.TrackingError(horizontal=1.0, vertical=2.0)
 PLACE = (10.0, 10.0, 5.5)
 TOP = 5.5 + 2.0 + 0.01
-ROOF = Box(min=(6, 6, 0), max=(14, 14, 5))
+ROOF = sky.Box(min=(6, 6, 0), max=(14, 14, 5))
 CLEAR = 1.0 + 1.0
 """Metres: the pad's radius and the error."""
 
@@ -54,11 +53,13 @@ def beside(kind, away, high, low=0.0):
     """Return a shape of a kind so far east of the pad's axis."""
     x, y = PLACE[0] + away, PLACE[1]
     shapes = {
-        "box": lambda: Box(min=(x, y - 1, low), max=(x + 1, y + 1, high)),
-        "voxels": lambda: Voxels(origin=(x, y, low), step=(1, 1, high - low), occupied=np.ones((1, 1, 1), bool)),
-        "cylinder": lambda: Cylinder(centre=(x + 0.5, y), radius=0.5, low=low, high=high),
-        "prism": lambda: Prism(vertices=[(x, y - 1), (x + 1, y - 1), (x + 1, y + 1), (x, y + 1)], low=low, high=high),
-        "sphere": lambda: Sphere(centre=(x + 0.5, y, high - 0.5), radius=0.5),
+        "box": lambda: sky.Box(min=(x, y - 1, low), max=(x + 1, y + 1, high)),
+        "voxels": lambda: sky.Voxels(origin=(x, y, low), step=(1, 1, high - low), occupied=np.ones((1, 1, 1), bool)),
+        "cylinder": lambda: sky.Cylinder(centre=(x + 0.5, y), radius=0.5, low=low, high=high),
+        "prism": lambda: sky.Prism(
+            vertices=[(x, y - 1), (x + 1, y - 1), (x + 1, y + 1), (x, y + 1)], low=low, high=high
+        ),
+        "sphere": lambda: sky.Sphere(centre=(x + 0.5, y, high - 0.5), radius=0.5),
     }
     return shapes[kind]()
 
@@ -91,7 +92,7 @@ def test_from_a_pad_all_keeps_the_error_but_what_the_uav_stands_on(kind, away, h
     [(1.0, 4.5, True), (1.0, 4.51, False), (3.4, 6.5, False), (3.6, 6.5, True)],
 )
 def test_spheres_keep_the_error_by_the_diagonal_of_its_half(away, centre, there):
-    ball = Sphere(centre=(PLACE[0] + away, PLACE[1], centre), radius=0.5)
+    ball = sky.Sphere(centre=(PLACE[0] + away, PLACE[1], centre), radius=0.5)
     assert (pad(ROOF, ball) is not None) == there
 
 
@@ -109,7 +110,7 @@ def test_where_a_uav_may_stray_from_its_start_it_needs_no_pad(kind):
 
 @pytest.mark.parametrize(("rise", "there"), [(0.0, True), (0.7, True), (1.0, True), (1.01, False), (4.0, False)])
 def test_a_uav_stands_on_ground_unless_it_is_steeper_than_45_degrees(rise, there):
-    terrain = Terrain(origin=(0, 0), step=(20, 20), heights=np.array([[0.0, 0.0], [20 * rise, 20 * rise]]))
+    terrain = sky.Terrain(origin=(0, 0), step=(20, 20), heights=np.array([[0.0, 0.0], [20 * rise, 20 * rise]]))
     around = {"bounds": {"min": (0, 0, -10), "max": (20, 20, 200)}, "max_height": 100.0}
     assert (pad(terrain=terrain, place=(10, 10, 10 * rise + 0.5), **around) is not None) == there
 
@@ -130,7 +131,7 @@ def test_a_uav_stands_on_ground_unless_it_is_steeper_than_45_degrees(rise, there
 def test_only_ground_within_the_radius_and_the_error_counts_as_steep(x, y, there):
     heights = np.zeros((21, 21))
     heights[12, 10] = 0.75
-    found = pad(terrain=Terrain(origin=(0, 0), step=(1, 1), heights=heights), place=(x, y, 0.5))
+    found = pad(terrain=sky.Terrain(origin=(0, 0), step=(1, 1), heights=heights), place=(x, y, 0.5))
     assert (found is not None) == there
 
 
@@ -152,7 +153,7 @@ def test_the_floor_of_the_bounds_is_stood_on_but_their_sides_and_top_keep_the_er
 
 @pytest.mark.parametrize(("most", "there"), [(2.0 + 2.01 + 0.01, True), (2.0 + 2.01 - 0.01, False)])
 def test_a_ceiling_above_ground_keeps_the_error_from_a_pad(most, there):
-    terrain = Terrain(origin=(0, 0), step=(20, 20), heights=np.zeros((2, 2)))
+    terrain = sky.Terrain(origin=(0, 0), step=(20, 20), heights=np.zeros((2, 2)))
     found = pad(terrain=terrain, place=(10, 10, 0.5), max_height=0.5 + most, targets=())
     assert (found is not None) == there
 
@@ -169,7 +170,7 @@ def test_a_pad_is_as_wide_as_the_clearance_where_that_is_more_than_the_error():
 
 
 def test_parts_on_pads_are_judged_without_the_error():
-    terrain = Terrain(origin=(0, 0), step=(20, 20), heights=np.zeros((2, 2)))
+    terrain = sky.Terrain(origin=(0, 0), step=(20, 20), heights=np.zeros((2, 2)))
     judged_in = referee_world(scenario(ROOF, terrain=terrain, max_height=35.0), ERROR)
     legs = [PLACE, [10.4, 10, 7.4], [10, 10, 20], [3, 3, 20]]
     b = np.array([[p, q] for p, q in pairwise(legs)], dtype=float)

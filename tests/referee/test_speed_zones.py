@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.verdict import Fault
 from skyverse.referee.curve import curve_of
 from skyverse.referee.speed_zones import judge_zone_speed
 from speed_zones import BOX, ZONES, too_fast, world_of
@@ -29,7 +28,7 @@ def steady(speed, y=0.0, z=10.0):
 @pytest.mark.parametrize("zone", ZONES, ids=lambda zone: zone.shape)
 def test_the_limit_of_a_zone_may_be_reached_but_not_exceeded(zone, share, wrong):
     found = judged(steady(share * zone.max_speed), zone)
-    assert (found is not None and found.fault is Fault.ZONE_SPEED) == wrong
+    assert (found is not None and found.fault is sky.Fault.ZONE_SPEED) == wrong
 
 
 @pytest.mark.parametrize(("y", "wrong"), [(9.0, False), (9.1, False), (9 - 3e-6, True)])
@@ -60,12 +59,12 @@ def test_what_samples_find_too_fast_the_referee_refutes_and_nothing_else(zone, p
     flown = sky.Trajectory(np.array([0.0, seconds]), rows[None])
     excess, found = too_fast([zone], flown, seconds / 4000, depth=1e-5), judged(flown, zone)  # along a face is outside
     if excess > 1e-5:
-        assert found.fault is Fault.ZONE_SPEED
-    if found is not None and found.fault is Fault.ZONE_SPEED:
+        assert found.fault is sky.Fault.ZONE_SPEED
+    if found is not None and found.fault is sky.Fault.ZONE_SPEED:
         motion = flown.at(found.time)
         assert np.linalg.norm(motion.velocity) > zone.max_speed
         np.testing.assert_allclose(found.position, motion.position[0], atol=1e-6)
-    assert found is None or found.fault is Fault.ZONE_SPEED
+    assert found is None or found.fault is sky.Fault.ZONE_SPEED
 
 
 def test_a_mission_planned_without_the_zone_is_refuted_with_it():
@@ -74,7 +73,7 @@ def test_a_mission_planned_without_the_zone_is_refuted_with_it():
     mission = sky.plan_mission(free, sky.Taut())
     slow = free.model_copy(update={"zones": (BOX,)})
     faults = {found.fault for found in sky.check(slow, replace(mission, scenario=slow))}
-    assert Fault.ZONE_SPEED in faults
+    assert sky.Fault.ZONE_SPEED in faults
     kept = sky.plan_mission(slow, sky.Taut())
     assert not sky.check(slow, kept)
     assert "the speed limits of zones" in kept.certificates[0].sentence

@@ -9,7 +9,6 @@ from pydantic import BaseModel
 import skyverse as sky
 from every_part import EVERY_PART, numbers_in, unsound
 from judged_missions import SCENARIO, VALID
-from skyverse.model.verdict import Fault
 
 PLACES = list(numbers_in(EVERY_PART))
 NONE_FLY = replace(VALID, scenario=EVERY_PART, assignment=(None, None), results=(None, None), trajectories=(None, None))
@@ -64,7 +63,7 @@ def spelt(place):
 
 
 def test_a_scenario_that_has_every_part_is_judged():
-    assert {violation.fault for violation in sky.check(EVERY_PART, NONE_FLY)} <= {Fault.ASSIGNMENT, Fault.GIVEN}
+    assert {violation.fault for violation in sky.check(EVERY_PART, NONE_FLY)} <= {sky.Fault.ASSIGNMENT, sky.Fault.GIVEN}
     assert len(PLACES) > 150
 
 
@@ -92,7 +91,7 @@ def test_a_negative_clearance_does_not_let_a_flight_through_a_wall_pass():
 def test_a_mission_that_embeds_an_unsound_scenario_is_another_one():
     for place, value in IMPOSSIBLE.values():
         embedded = replace(NONE_FLY, scenario=unsound(EVERY_PART, place, value))
-        assert Fault.SCENARIO in {violation.fault for violation in sky.check(EVERY_PART, embedded)}
+        assert sky.Fault.SCENARIO in {violation.fault for violation in sky.check(EVERY_PART, embedded)}
 
 
 @pytest.mark.parametrize("thing", ["map1", None, 3])

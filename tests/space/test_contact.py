@@ -5,16 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import skyverse as sky
 from movers import movers, points, timed
-from skyverse.model.mover import Mover
-from skyverse.model.mover_motions import WaypointMotion
-from skyverse.model.shapes import Sphere
-from skyverse.model.uav import TrackingError
 from skyverse.space.contact import LEAST_STEP, flown_legs, seconds_in_contact
 from skyverse.space.moving_shapes import moving_shapes
 from timed_flights import flown, seconds_inside
 
-EXACT = TrackingError()
+EXACT = sky.TrackingError()
 
 
 def measured(given_movers, corners, speed, acceleration, departs, stays, kept=0.5):
@@ -44,7 +41,9 @@ def test_the_seconds_in_contact_are_those_of_dense_samples(given_movers, corners
 
 def test_a_mover_that_waits_on_the_way_is_met_for_as_long_as_the_flight_is_in_it():
     """At 2 m/s and hardly any time to get there, a ball of 1 m takes 1 s to cross, and half of one from its middle."""
-    ball = Mover(shape=Sphere(centre=(0, 0, 0), radius=1), motion=WaypointMotion(points=((5, 0, 0),), times=(0,)))
+    ball = sky.Mover(
+        shape=sky.Sphere(centre=(0, 0, 0), radius=1), motion=sky.WaypointMotion(points=((5, 0, 0),), times=(0,))
+    )
     line = np.array([(0.0, 0, 0), (10.0, 0, 0)])
     seconds, _ = measured([ball], line, 2.0, 1e6, 0.0, 0.0, kept=0.0)
     assert seconds == pytest.approx(1.0, abs=3 * LEAST_STEP)
@@ -53,8 +52,8 @@ def test_a_mover_that_waits_on_the_way_is_met_for_as_long_as_the_flight_is_in_it
 
 
 def test_a_mover_that_has_passed_before_the_departure_is_not_met():
-    motion = WaypointMotion(points=((5, -5, 0), (5, 5, 0)), times=(0, 5))
-    ball = Mover(shape=Sphere(centre=(0, 0, 0), radius=0.5), motion=motion)
+    motion = sky.WaypointMotion(points=((5, -5, 0), (5, 5, 0)), times=(0, 5))
+    ball = sky.Mover(shape=sky.Sphere(centre=(0, 0, 0), radius=0.5), motion=motion)
     line = np.array([(0.0, 0, 0), (10.0, 0, 0)])
     met, _ = measured([ball], line, 2.0, 1e6, 0.0, 1.0)
     late, _ = measured([ball], line, 2.0, 1e6, 3.0, 1.0)
@@ -65,7 +64,7 @@ def test_a_mover_that_has_passed_before_the_departure_is_not_met():
 def test_a_ball_that_is_grazed_is_met_and_one_that_is_just_missed_is_not():
     line = np.array([(0.0, 0, 0), (10.0, 0, 0)])
     for aside, hit in ((0.999, True), (1.001, False)):
-        motion = WaypointMotion(points=((5, aside, 0),), times=(0,))
-        ball = Mover(shape=Sphere(centre=(0, 0, 0), radius=0.5), motion=motion)
+        motion = sky.WaypointMotion(points=((5, aside, 0),), times=(0,))
+        ball = sky.Mover(shape=sky.Sphere(centre=(0, 0, 0), radius=0.5), motion=motion)
         seconds, _ = measured([ball], line, 2.0, 3.0, 0.0, 1.0)
         assert (seconds > 0) == hit

@@ -222,3 +222,25 @@ def test_the_kernels_say_what_their_plain_python_says(scenario):
 
 def plain(kernel):
     return getattr(kernel, "py_func", kernel)
+
+
+@pytest.mark.parametrize("error", [(0.5, 2.0), (1.7, 0.3), (0.0, 1.0), (1.0, 0.0)])
+def test_the_lattice_stays_where_it_is_and_its_moves_are_free(error):
+    given = sky.Scenario(
+        name="tube",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(20, 20, 12)),
+        obstacles=(sky.Box(min=(3, 3, 0), max=(5, 6, 4)),),
+        clearance=0.4,
+        lattice=sky.Lattice(step=(1, 1, 1)),
+    )
+    tube = sky.World(given, sky.TrackingError(horizontal=error[0], vertical=error[1]))
+    grid, plain = lattice.make_grid(tube, given.lattice), lattice.make_grid(sky.World(given), given.lattice)
+    np.testing.assert_array_equal(grid.origin, plain.origin)
+    np.testing.assert_array_equal(grid.shape, plain.shape)
+    nodes = np.flatnonzero(grid.exits)
+    for m, offset in enumerate(grid.offsets):
+        some = nodes[(grid.exits[nodes] >> m & 1) == 1]
+        assert tube.segments_free(lattice.positions(grid, some), lattice.positions(grid, some + offset)).all()
+    assert not (grid.exits & ~plain.exits).any()
+    free = tube.free(lattice.positions(grid, np.arange(len(grid.exits))))
+    assert free[nodes].all()

@@ -11,7 +11,6 @@ import skyverse as sky
 from of_maps import of_maps
 from skyverse.draw.mission_page import banner
 from skyverse.draw.scene import scene
-from skyverse.model.altitude import AboveGround, AboveSea
 from skyverse.space.mission_cautions import mission_cautions
 
 ORIGIN = sky.Frame(origin=sky.Origin(latitude=46.8, longitude=9.85, altitude=1500))
@@ -121,9 +120,9 @@ def test_what_a_file_gave_nothing_of_stays_with_the_scenario_and_its_missions(tm
     scenario = of_maps(
         "elsewhere",
         zones=[tmp_path / "far.geojson"],
-        ground=AboveSea(1500),
-        uavs=[(46.8, 9.85, AboveGround(60))],
-        targets=[(46.801, 9.85, AboveGround(60)), (46.802, 9.85, AboveGround(60))],
+        ground=sky.AboveSea(1500),
+        uavs=[(46.8, 9.85, sky.AboveGround(60))],
+        targets=[(46.801, 9.85, sky.AboveGround(60)), (46.802, 9.85, sky.AboveGround(60))],
         on_note=notes.append,
     )
     assert [note.file for note in notes if "WARNING" in note.text] == [str(tmp_path / "far.geojson"), ""]

@@ -4,11 +4,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import skyverse as sky
 from movers import depth_at, movers, points, timed
-from skyverse.model.uav import TrackingError
 from skyverse.space.moving_shapes import mover_gaps, moving_shapes
 
-EXACT = TrackingError()
+EXACT = sky.TrackingError()
 
 
 @given(st.lists(movers, min_size=1, max_size=3), points)
@@ -33,7 +33,7 @@ def test_no_gap_falls_faster_than_the_rate(mover, place):
 @given(movers, points, st.floats(0, 1), st.floats(0, 1), st.floats(0, 2 * np.pi), st.floats(-1, 1), st.floats(0, 30))
 @settings(max_examples=200, deadline=None)
 def test_a_gap_with_a_tracking_error_is_kept_wherever_within_it_a_uav_is(mover, place, aside, up, course, z, t):
-    error = TrackingError(horizontal=aside, vertical=up)
+    error = sky.TrackingError(horizontal=aside, vertical=up)
     instants = np.array([t])
     gap = mover_gaps(moving_shapes(timed([mover]), error), instants, np.array([place]))[0, 0]
     strayed = np.add(place, (aside * np.sin(course), aside * np.cos(course), z * up))[None]

@@ -7,7 +7,6 @@ from scipy import ndimage
 import skyverse as sky
 from skyverse.space.regions import Regions
 from skyverse.space.unsafe_points import unsafe_points
-from skyverse.space.world import World
 
 
 def cave(seed, start=None, target=None):
@@ -30,7 +29,7 @@ def cave(seed, start=None, target=None):
 @pytest.mark.parametrize("seed", range(3))
 def test_regions_are_those_of_a_flood_fill(seed):
     scenario = cave(seed)
-    world, middles = World(scenario), np.argwhere(~scenario.obstacles[0].occupied)
+    world, middles = sky.World(scenario), np.argwhere(~scenario.obstacles[0].occupied)
     filled, _ = ndimage.label(~scenario.obstacles[0].occupied)  # faces join voxels: a gap of 1 m is wide enough
     regions = Regions(world, scenario.lattice)
     rng = np.random.default_rng(seed)

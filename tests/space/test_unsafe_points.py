@@ -5,7 +5,6 @@ import pytest
 
 import skyverse as sky
 from skyverse.space.unsafe_points import nearest_free, unsafe_points
-from skyverse.space.world import World
 
 TOWN = sky.Scenario(
     name="town",
@@ -65,7 +64,7 @@ def test_the_roof_is_told_above_the_sea_where_the_frame_is_on_earth():
 @pytest.mark.parametrize("seed", range(5))
 def test_the_nearest_free_place_is_free_and_hardly_any_other_is_nearer(seed):
     rng = np.random.default_rng(seed)
-    world = World(TOWN)
+    world = sky.World(TOWN)
     points = rng.uniform((-3, -3, -3), (23, 23, 13), (200, 3))
     near = rng.normal(size=(4000, 3))
     near *= (rng.uniform(0, 6, 4000) / np.linalg.norm(near, axis=1))[:, None]
@@ -84,7 +83,7 @@ def test_under_the_ground_the_place_above_it_is_told():
     (found,) = unsafe_points(scenario)
     assert "lies -1.4 m above ground, but 1 m are required" in found.reason
     assert found.nearest is not None
-    assert World(scenario).free(found.nearest)[0]
+    assert sky.World(scenario).free(found.nearest)[0]
     assert 2.3 < np.linalg.norm(np.subtract(found.nearest, found.position)) <= 2.41
 
 
@@ -111,7 +110,7 @@ def test_under_a_ceiling_that_follows_the_ground_the_place_below_it_is_told():
     ground = sky.Terrain(origin=(0, 0), step=(10, 10), heights=[[0, 0, 0], [2, 2, 2], [0, 0, 0]])
     low = TOWN.model_copy(update={"terrain": ground, "obstacles": (), "max_height": 5.0})
     (found,) = unsafe_points(with_starts(low, (10, 10, 9)))
-    assert World(low).free(found.nearest)[0]
+    assert sky.World(low).free(found.nearest)[0]
     assert 6.9 < found.nearest[2] <= 7
 
 

@@ -7,12 +7,17 @@ from scipy.interpolate import RegularGridInterpolator
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
 
 
-def depth(scenario, p):
-    """(n, 3) places to (n,) metres inside whatever is deepest there; below zero outside all."""
-    deep = [np.full(len(p), -np.inf), *(inside(shape, scenario.clearance, p) for shape in scenario.obstacles)]
+def depth(scenario, p, margin=0.0):
+    """(n, 3) places to (n,) metres inside whatever is deepest there; below zero outside all.
+
+    A margin is kept beside the clearance.
+    """
+    deep = [np.full(len(p), -np.inf), *(inside(shape, scenario.clearance + margin, p) for shape in scenario.obstacles)]
     if scenario.terrain is not None:
         own = scenario.terrain.clearance
-        deep.append(above(scenario.terrain, p[:, :2]) + (scenario.clearance if own is None else own) - p[:, 2])
+        deep.append(above(scenario.terrain, p[:, :2]) + (scenario.clearance if own is None else own) + margin - p[:, 2])
+    if scenario.max_height is not None:
+        deep.append(p[:, 2] - above(scenario.terrain.lowest_ground, p[:, :2]) - scenario.max_height + margin)
     return np.max(deep, axis=0)
 
 

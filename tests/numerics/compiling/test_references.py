@@ -39,7 +39,8 @@ def test_results_that_hold_references_are_those_that_were_looked_at():
 WIDEN = """
 import numpy as np
 import skyverse as sky
-from skyverse.space.world import World, with_margin
+from skyverse.space.obstacles import with_margin
+from skyverse.space.world import World
 
 scenario = sky.Scenario(
     name="a box and a sphere",
