@@ -8,7 +8,7 @@ import stat
 import pytest
 
 import skyverse as sky
-from skyverse.live import Address, Hello, serve, serve_until_cancelled
+from skyverse.live import Address, Hello, Server, serve
 
 TOKEN = "a word that is long".replace(" ", "-")
 LOCAL = Address("127.0.0.1", 0)
@@ -33,7 +33,7 @@ def served(talk, where=LOCAL, token=None):
     session, found, writers = Session(), [], []
 
     async def run():
-        server = asyncio.create_task(serve_until_cancelled(session, where, token, found.append))
+        server = asyncio.create_task(Server(session, token).serve(where, found.append))
         while not found and not server.done():
             await asyncio.sleep(0.01)
         if server.done():

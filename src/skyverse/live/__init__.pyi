@@ -20,9 +20,9 @@ from .policies.policy import Found as Found
 from .policies.policy import Policy as Policy
 from .policies.policy import Situation as Situation
 from .serve import Address as Address
+from .serve import Server as Server
 from .serve import serve_sockets as serve_sockets
 from .serve import serve_streams as serve_streams
-from .serve import serve_until_cancelled as serve_until_cancelled
 from .session import LiveSession as LiveSession
 from .session import load_kernels as load_kernels
 from .steered_motion import braking_motion as braking_motion

@@ -148,20 +148,13 @@ def serve_sockets(
         If nobody can listen there, or other machines can connect and there is no token.
     """
     try:
-        asyncio.run(serve_until_cancelled(session, where, token, on_listening))
+        asyncio.run(Server(session, token).serve(where, on_listening))
     finally:
         if isinstance(where, Path) and where.is_socket():
             where.unlink(missing_ok=True)
 
 
-async def serve_until_cancelled(
-    session: LiveSession, where: Address | Path, token: str | None, on_listening: OnListening | None
-) -> None:
-    """Answer what clients send; see `serve_sockets`."""
-    await _Server(session, token).serve(where, on_listening)
-
-
-class _Server:
+class Server:
     """A session and its clients."""
 
     def __init__(self, session: LiveSession, token: str | None) -> None:
@@ -170,6 +163,7 @@ class _Server:
         self.clients: set[asyncio.StreamWriter] = set()
 
     async def serve(self, where: Address | Path, on_listening: OnListening | None) -> None:
+        """Answer what clients send until this is cancelled; see `serve_sockets`."""
         try:
             if isinstance(where, Path):
                 with _private_files():
