@@ -83,7 +83,7 @@ def test_long_flights_are_shown_faster(flight):
     assert len(times) == 201
 
 
-def test_the_page_tells_the_verdict_and_shows_planned_and_flown(flight, tmp_path):
+def test_the_page_tells_the_verdict_and_shows_planned_and_flown(flight, tmp_path, refuses):
     sky.write_animation(flight, tmp_path / "page.html")
     text = (tmp_path / "page.html").read_text()
     assert "This flight is safe." in text
@@ -93,10 +93,10 @@ def test_the_page_tells_the_verdict_and_shows_planned_and_flown(flight, tmp_path
     assert roles.count("path") == roles.count("trajectory") == 2
     worst = max(y for trace in data["search"] for y in trace["y"])
     assert worst == pytest.approx(flight.largest, rel=0.1)
-    with pytest.raises(sky.InputError, match="an animation is written as"):
+    with refuses():
         sky.write_animation(flight, tmp_path / "page.avi")
 
 
-def test_figures_have_known_suffixes(flight, tmp_path):
-    with pytest.raises(ValueError, match="not as 'jpg'"):
+def test_figures_have_known_suffixes(flight, tmp_path, refuses):
+    with refuses(ValueError):
         sky.write_instants(flight, tmp_path, suffix="jpg")

@@ -44,10 +44,10 @@ def test_a_stand_in_that_cannot_hold_the_speed_in_the_wind_is_refused(heavy, fly
 
 
 @pytest.mark.parametrize("runs", [None, 2])
-def test_no_mission_is_made_easier_for_a_stand_in(slow, runs):
-    with pytest.raises(sky.InputError, match="expected the vehicle that the mission was planned for, found thesis"):
+def test_no_mission_is_made_easier_for_a_stand_in(slow, runs, refuses):
+    with refuses():
         sky.fly_until_safe(slow, runs=runs)
-    with pytest.raises(sky.InputError, match="found camera in its place"):
+    with refuses():
         sky.fly_until_safe(slow, sky.Conditions(vehicle="camera"), runs=runs)
 
 

@@ -79,10 +79,10 @@ def test_every_motion_that_is_said_to_be_proven_is_proven_by_the_referee(seed):
     assert judged_alone.verdict is sky.Verdict.PROVEN or "ends at" in judged_alone.sentence, judged_alone.sentence
 
 
-def test_an_aeroplane_found_without_a_course_is_refused():
+def test_an_aeroplane_found_without_a_course_is_refused(refuses):
     flight = replanner(field())
     observe(flight, 0.0, 2.0)
-    with pytest.raises(sky.InputError, match=r"states\[0\]: expected the velocity of an aeroplane"):
+    with refuses():
         flight.observe(2.0, states={0: ((100, 200, 40), (0, 0, 3))})
 
 
@@ -124,10 +124,10 @@ def test_multirotors_of_a_mixed_fleet_look_no_farther_ahead_at_movers_than_witho
     assert answers[0].clear_until == answers[1].clear_until == alone.horizon < mixed.horizon
 
 
-def test_an_aeroplane_that_nothing_is_observed_of_circles_on():
+def test_an_aeroplane_that_nothing_is_observed_of_circles_on(refuses):
     flight = replanner(field(sky.Box(min=(330, 0, 0), max=(340, 400, 3))), horizon=5.0)
     flight.observe(0.0, obstacles=[sky.Box(min=(330, 0, 3), max=(340, 400, 120))])
-    with pytest.raises(sky.InputError, match="the clock went ahead"):
+    with refuses():
         flight.observe(199.9)
     (answer,) = flight.observe(200.0)
     assert answer.proven

@@ -50,10 +50,10 @@ def test_a_mover_whose_place_was_seen_empty_is_gone(mission):
     assert flight.arrival(0) is not None
 
 
-def test_only_who_was_seen_can_be_gone_and_may_be_said_to_be_so_again(mission):
+def test_only_who_was_seen_can_be_gone_and_may_be_said_to_be_so_again(mission, refuses):
     flight = sky.Replanner(mission)
     flight.observe(0.0, movers=[cart(20.0), cart(22.0, name="van", top_speed=8.0)])
-    with pytest.raises(sky.InputError, match=r"^gone\[1\]: .*'kart'; did you mean 'cart'\?"):
+    with refuses():
         flight.observe(0.1, gone=["cart", "kart"])
     assert {one.name for one in flight.predicted()} == {"cart", "van"}
     for k in range(1, 60):  # by then the van is forgotten
@@ -71,11 +71,11 @@ def test_a_mover_that_may_be_anywhere_is_forgotten_and_named(mission):
     assert 0.1 * (1 + names.index(("cart",))) > 3.0
 
 
-def test_the_memory_is_at_least_the_horizon(mission):
+def test_the_memory_is_at_least_the_horizon(mission, refuses):
     assert sky.Replanner(mission).memory == 3.0
     plane = sky.Replanner(sky.plan_mission(field()))
     assert plane.memory == plane.horizon > 10.0
-    with pytest.raises(sky.InputError, match=r"^memory: expected seconds, no fewer than the horizon of 4 s"):
+    with refuses():
         sky.Replanner(mission, horizon=4.0, memory=3.9)
 
 
@@ -108,6 +108,6 @@ def test_movers_that_are_kept_in_mind_are_bounded(monkeypatch):
     assert [one.name for one in tracks.predicted(1.0)] == ["cart 3", "cart 4", "cart 5"]
 
 
-def test_too_many_movers_at_once_are_refused(mission):
-    with pytest.raises(sky.InputError, match=r"^movers: expected at most 1,000, found 1,001"):
+def test_too_many_movers_at_once_are_refused(mission, refuses):
+    with refuses():
         sky.Replanner(mission).observe(0.0, movers=[cart(1.0, name=str(k)) for k in range(1001)])

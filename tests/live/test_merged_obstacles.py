@@ -68,14 +68,14 @@ def test_an_obstacle_that_is_reported_anew_is_one(mission):
 
 
 @pytest.mark.parametrize("field", ["obstacles", "zones"])
-def test_obstacles_and_zones_are_bounded_and_one_too_many_changes_nothing(mission, monkeypatch, field):
+def test_obstacles_and_zones_are_bounded_and_one_too_many_changes_nothing(mission, monkeypatch, field, refuses):
     monkeypatch.setattr(observed, f"MAX_{field.upper()}", 3)
     flight = sky.Replanner(mission)
     more = {"max_speed": 3.0} if field == "zones" else {}
     boxes = [sky.Box(min=(x, 8, 0), max=(x + 0.5, 9, 1), **more) for x in range(2, 10)]
     flight.observe(0.0, **{field: boxes[:3]})
     before = flight.scenario
-    with pytest.raises(sky.InputError, match=rf"^{field}: expected at most 3 with those that are known, found 4"):
+    with refuses():
         flight.observe(0.1, **{field: boxes[3:4]})
     flight.observe(0.1, **{field: boxes[:3]})
     assert flight.scenario == before

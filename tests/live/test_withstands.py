@@ -139,15 +139,6 @@ def test_whatever_is_observed_motions_join_keep_limits_and_end_at_rest(sequence)
                 assert faults(live.replanner) == []
 
 
-@pytest.mark.parametrize("place", [(-0.5, 5, 1), (10, 5, 4.3)])
-def test_a_uav_that_hovers_outside_of_the_bounds_is_not_proven(place):
-    flight = started().replanner
-    for t in (0.0, 3.0, 7.0):
-        (replan,) = flight.observe(t, states={0: (place, (0, 0, 0))})
-        assert not replan.proven
-        assert faults(flight) != []
-
-
 WALL_BESIDE = sky.Box(min=(8, 0, 0), max=(9, 4.5, 4))
 
 
