@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import skyverse as sky
-from skyverse.draw.map_figure import INK, logarithmic
+from skyverse.draw import INK, logarithmic
 from skyverse.lab import band, grid
 from skyverse.lab.figures import PLANNER_COLOURS, image, style
 

@@ -4,8 +4,7 @@ import numpy as np
 
 import skyverse as sky
 from browser import opened, until
-from skyverse.draw.page import scene_data
-from skyverse.draw.scene import scene
+from skyverse.draw import scene, scene_data
 
 
 def among_zones():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skyverse.draw.world_traces import touching, united
-from skyverse.model.shapes import Box, Sphere
+import skyverse as sky
+from skyverse.draw import touching, united
 
 
 def enclosed(points, triangles):
@@ -18,25 +18,25 @@ def area(points, triangles):
 
 
 def test_a_party_wall_is_not_drawn():
-    made = united([Box(min=(0, 0, 0), max=(2, 3, 4)), Box(min=(2, 0, 0), max=(5, 3, 4))])
+    made = united([sky.Box(min=(0, 0, 0), max=(2, 3, 4)), sky.Box(min=(2, 0, 0), max=(5, 3, 4))])
     assert enclosed(*made) == pytest.approx(60)
     assert area(*made) == pytest.approx(2 * (15 + 20 + 12))
 
 
 def test_boxes_that_overlap_have_one_surface():
-    boxes = [Box(min=(0, 0, 0), max=(2, 2, 2)), Box(min=(1, 1, 1), max=(3, 3, 3))]
+    boxes = [sky.Box(min=(0, 0, 0), max=(2, 2, 2)), sky.Box(min=(1, 1, 1), max=(3, 3, 3))]
     assert enclosed(*united(boxes)) == pytest.approx(15)
     assert area(*united(boxes)) == pytest.approx(48 - 6)
-    assert enclosed(*united([*boxes, Box(min=(10, 0, 0), max=(11, 1, 1))])) == pytest.approx(16)
+    assert enclosed(*united([*boxes, sky.Box(min=(10, 0, 0), max=(11, 1, 1))])) == pytest.approx(16)
 
 
 def test_only_boxes_that_touch_are_taken_together():
-    boxes = [Box(min=(k, 0, 0), max=(k + 1, 1, 1)) for k in (0, 1, 3, 5.5)]
-    assert touching([Sphere(centre=(0, 0, 0), radius=1), *boxes]) == {1, 2}
+    boxes = [sky.Box(min=(k, 0, 0), max=(k + 1, 1, 1)) for k in (0, 1, 3, 5.5)]
+    assert touching([sky.Sphere(centre=(0, 0, 0), radius=1), *boxes]) == {1, 2}
     assert touching(boxes[1:]) == set()
 
 
 def test_too_many_boxes_stay_apart():
     rng = np.random.default_rng(0)
     corners = rng.uniform(0, 100, (100, 3))
-    assert united([Box(min=tuple(low), max=tuple(low + 1)) for low in corners]) is None
+    assert united([sky.Box(min=tuple(low), max=tuple(low + 1)) for low in corners]) is None

@@ -4,9 +4,8 @@ import struct
 import numpy as np
 import pytest
 
-from skyverse.draw.figures import convergence, instant, paths, trajectories, write_figures
-from skyverse.draw.scene import scene
-from skyverse.errors import InputError
+import skyverse as sky
+from skyverse.draw import convergence, instant, paths, scene, trajectories
 
 ALL = ["paths", "trajectories", "flight-start", "flight-middle", "flight-end", "convergence"]
 
@@ -17,7 +16,7 @@ def lines(figure):
 
 
 def test_all_figures_are_written_as_png(mission, tmp_path):
-    written = write_figures(mission, tmp_path)
+    written = sky.write_figures(mission, tmp_path)
     assert [path.name for path in written] == [f"{name}.png" for name in ALL]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in written)
     for path in written:
@@ -29,12 +28,12 @@ def test_all_figures_are_written_as_png(mission, tmp_path):
 
 
 def test_a_mission_without_flight_and_history_has_one_figure(grounded, tmp_path):
-    assert [path.name for path in write_figures(grounded, tmp_path, suffix=".svg")] == ["paths.svg"]
+    assert [path.name for path in sky.write_figures(grounded, tmp_path, suffix=".svg")] == ["paths.svg"]
     assert "<svg" in (tmp_path / "paths.svg").read_text()
 
 
 def test_names_that_bite_and_findings_are_drawn(troubled, tmp_path):
-    written = write_figures(troubled, tmp_path)
+    written = sky.write_figures(troubled, tmp_path)
     assert [path.stem for path in written] == ALL
     rings = [line for points, line in lines(trajectories(scene(troubled))) if line.get_markersize() == 15]
     assert len(rings) == 1
@@ -42,12 +41,12 @@ def test_names_that_bite_and_findings_are_drawn(troubled, tmp_path):
 
 def test_other_suffixes_are_refused(mission, tmp_path):
     with pytest.raises(ValueError, match=r"\.png"):
-        write_figures(mission, tmp_path, suffix=".bmp")
+        sky.write_figures(mission, tmp_path, suffix=".bmp")
 
 
 def test_a_missing_folder_is_an_error(mission, tmp_path):
-    with pytest.raises(InputError, match="nowhere"):
-        write_figures(mission, tmp_path / "nowhere")
+    with pytest.raises(sky.InputError, match="nowhere"):
+        sky.write_figures(mission, tmp_path / "nowhere")
 
 
 def test_the_map_is_in_true_proportions_and_labelled(mission):

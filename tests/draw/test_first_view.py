@@ -7,17 +7,14 @@ import pytest
 
 import skyverse as sky
 from browser import opened
-from skyverse.draw.drawn_world import FROM_THE_SOUTH, first_view
-from skyverse.draw.page import scene_data
-from skyverse.draw.scene import scene
-from skyverse.model.shapes import Terrain
+from skyverse.draw import FROM_THE_SOUTH, first_view, scene, scene_data
 
 
 def beside_a_ridge(side):
     """A flight along the foot of a ridge from west to east, which stands south of it, north of it, or nowhere."""
     y = np.arange(-500.0, 501.0, 20.0)
     heights = 300.0 * np.exp(-(((y - {"south": -60, "north": 60, "none": 1e9}[side]) / 25.0) ** 2))
-    ground = Terrain(origin=(-500.0, -500.0), step=(20.0, 20.0), heights=np.tile(heights, (51, 1)), clearance=1.0)
+    ground = sky.Terrain(origin=(-500.0, -500.0), step=(20.0, 20.0), heights=np.tile(heights, (51, 1)), clearance=1.0)
     scenario = sky.Scenario.model_validate(
         {
             "name": "ridge",

@@ -13,25 +13,38 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.draw import (
+    KINDS,
+    MAP_MARGIN,
+    MAX_SPACE_HEIGHTS,
+    Relief,
+    along,
+    below,
+    cleared,
+    coarser,
+    contours,
+    faces,
+    flight_table,
+    footprint,
+    legend_entries,
+    page,
+    relief,
+    scenario_scene,
+    scene,
+    scene_data,
+    spacing,
+    span,
+    surface,
+    tinted,
+    trajectories,
+    triangles,
+    turned,
+)
 from skyverse.draw import shape_kinds as kinds_module
-from skyverse.draw.drawn_world import MAP_MARGIN
-from skyverse.draw.figures import trajectories
-from skyverse.draw.map_figure import legend_entries
-from skyverse.draw.map_traces import contours, from_above, spacing
-from skyverse.draw.mission_page import flight_table, page
-from skyverse.draw.page import scene_data
-from skyverse.draw.palette import KINDS
+from skyverse.draw.map_traces import from_above
 from skyverse.draw.profile_traces import from_the_side
-from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
-from skyverse.draw.scene import scenario_scene, scene
-from skyverse.draw.shape_geometry import below, coarser, faces, footprint, span, surface
-from skyverse.draw.triangulation import triangles, turned
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE
-from skyverse.model.frame import Origin
-from skyverse.model.geodesy import to_wgs84
-from skyverse.model.scenario import Bounds
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from towns import buildings, hills, rectangle, town, with_terrain
 
 
@@ -83,11 +96,11 @@ def test_holes_in_rows_and_columns_are_left_out():
 OCCUPIED = np.zeros((4, 3, 2), dtype=bool)
 OCCUPIED[0, 0] = OCCUPIED[1:3, 1, 0] = True
 SHAPES = [
-    (Box(min=(0, 0, 0), max=(2, 3, 4)), 24.0),
-    (Cylinder(centre=(1, 2), radius=3, low=-1, high=2), np.pi * 27),
-    (Sphere(centre=(1, 2, 3), radius=2), 4 / 3 * np.pi * 8),
-    (Prism(vertices=rectangle((3, 4), 8, 6, 0.7), holes=(rectangle((3, 4), 2, 2, 0.2),), low=1, high=3), 88.0),
-    (Voxels(origin=(1, 1, 1), step=(1, 2, 3), occupied=OCCUPIED), 24.0),
+    (sky.Box(min=(0, 0, 0), max=(2, 3, 4)), 24.0),
+    (sky.Cylinder(centre=(1, 2), radius=3, low=-1, high=2), np.pi * 27),
+    (sky.Sphere(centre=(1, 2, 3), radius=2), 4 / 3 * np.pi * 8),
+    (sky.Prism(vertices=rectangle((3, 4), 8, 6, 0.7), holes=(rectangle((3, 4), 2, 2, 0.2),), low=1, high=3), 88.0),
+    (sky.Voxels(origin=(1, 1, 1), step=(1, 2, 3), occupied=OCCUPIED), 24.0),
 ]
 
 
@@ -105,14 +118,14 @@ def test_a_surface_encloses_the_shapes_volume(shape, volume):
 
 def test_voxels_have_faces_only_between_occupied_and_free():
     occupied = np.ones((5, 4, 3), dtype=bool)
-    points, cut = surface(Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied))
+    points, cut = surface(sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied))
     u, v = points[cut[:, 1]] - points[cut[:, 0]], points[cut[:, 2]] - points[cut[:, 0]]
     assert np.linalg.norm(np.cross(u, v), axis=1).sum() / 2 == pytest.approx(2 * (20 + 15 + 12))
 
 
 def test_coarser_voxels_cover_all_that_was_occupied():
     occupied = np.random.default_rng(1).random((17, 9, 8)) < 0.1
-    fine = Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied)
+    fine = sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied)
     coarse = coarser(fine, 300)
     assert len(surface(coarse)[1]) <= 300
     centres = np.argwhere(occupied) + 0.5
@@ -132,7 +145,7 @@ def test_spans_are_what_stands_over_a_place():
 
 # ---- the ground ----
 def test_ground_is_bilinear_in_each_cell():
-    terrain = Terrain(origin=(10, 20), step=(2, 4), heights=[[0, 8], [4, 16]])
+    terrain = sky.Terrain(origin=(10, 20), step=(2, 4), heights=[[0, 8], [4, 16]])
     for u, v in itertools.product((0.0, 0.25, 0.5, 1.0), repeat=2):
         expected = 0 * (1 - u) * (1 - v) + 4 * u * (1 - v) + 8 * (1 - u) * v + 16 * u * v
         assert terrain.height([(10 + 2 * u, 20 + 4 * v)])[0] == pytest.approx(expected)
@@ -140,7 +153,7 @@ def test_ground_is_bilinear_in_each_cell():
 
 def test_a_large_terrain_is_drawn_from_end_to_end_in_few_heights():
     heights = np.add.outer(np.arange(1501.0), 0.1 * np.arange(901.0))
-    terrain = Terrain(origin=(-100, 50), step=(2, 3), heights=heights)
+    terrain = sky.Terrain(origin=(-100, 50), step=(2, 3), heights=heights)
     drawn = relief(terrain, (-100, 50), (2900, 2750))
     assert drawn.z.shape == (MAX_SPACE_HEIGHTS, MAX_SPACE_HEIGHTS)
     np.testing.assert_allclose((drawn.x[0], drawn.x[-1], drawn.y[0], drawn.y[-1]), (-100, 2900, 50, 2750))
@@ -156,17 +169,17 @@ def test_a_small_terrain_is_drawn_height_by_height():
 @given(st.integers(0, 2**32 - 1))
 def test_no_path_above_ground_seems_to_run_below(seed):
     rng = np.random.default_rng(seed)
-    terrain = Terrain(origin=(0, 0), step=(1, 1), heights=rng.uniform(0, 30, (81, 81)))
+    terrain = sky.Terrain(origin=(0, 0), step=(1, 1), heights=rng.uniform(0, 30, (81, 81)))
     places = np.vstack([rng.uniform(0, 80, 2), rng.uniform(0, 80, 2)])
     points = along([np.column_stack([places, np.zeros(2)])], 0.25)
     points[:, 2] = terrain.height(points[:, :2]) + rng.uniform(0, 5, len(points))
     drawn = cleared(relief(terrain, (0, 0), (80, 80), 12), terrain, points)
-    shown = Terrain(origin=(0, 0), step=(drawn.x[1], drawn.y[1]), heights=drawn.z)
+    shown = sky.Terrain(origin=(0, 0), step=(drawn.x[1], drawn.y[1]), heights=drawn.z)
     assert np.all(shown.height(points[:, :2]) <= points[:, 2] + 1e-6)
 
 
 def test_the_map_is_stretched_only_where_the_ground_is_flat():
-    level = Terrain(origin=(0, 0), step=(100, 100), heights=np.zeros((11, 11)))
+    level = sky.Terrain(origin=(0, 0), step=(100, 100), heights=np.zeros((11, 11)))
     assert scene(with_terrain(town(), level)).world.stretch == 1.0
     flat = town()
     low = flat.scenario.bounds.model_copy(update={"max": (1000.0, 1000.0, 165.0)})
@@ -178,7 +191,7 @@ def test_the_map_is_stretched_only_where_the_ground_is_flat():
 
 def test_a_map_ends_where_there_is_nothing_but_air_and_ground():
     mission = town(10, terrain=False)
-    bounds = Bounds(min=(-4000, -3000, 0), max=(5000, 6000, 900))
+    bounds = sky.Bounds(min=(-4000, -3000, 0), max=(5000, 6000, 900))
     wide = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"bounds": bounds}))
     world = scene(wide).world
     margin = MAP_MARGIN * 1000
@@ -192,7 +205,7 @@ def test_a_map_ends_where_there_is_nothing_but_air_and_ground():
 
 def test_level_ground_has_no_contour_lines_and_no_peaks():
     heights = 5 + 0.01 * np.random.default_rng(0).random((101, 101))
-    drawn = scene(with_terrain(town(10), Terrain(origin=(0, 0), step=(10, 10), heights=heights)))
+    drawn = scene(with_terrain(town(10), sky.Terrain(origin=(0, 0), step=(10, 10), heights=heights)))
     (lines,) = (trace for trace in from_above(drawn)["traces"] if trace["meta"]["role"] == "contours")
     assert (lines["visible"], lines["meta"]["step"]) == (False, None)
     assert np.ptp(tinted(drawn.overhead.relief), axis=(0, 1)).max() < 0.02
@@ -201,7 +214,7 @@ def test_level_ground_has_no_contour_lines_and_no_peaks():
 
 
 def test_contour_lines_stand_at_round_altitudes_above_the_sea():
-    origin, x = Origin(latitude=46.8, longitude=9.8, altitude=1503.7), np.linspace(-7000, 7000, 101)
+    origin, x = sky.Origin(latitude=46.8, longitude=9.8, altitude=1503.7), np.linspace(-7000, 7000, 101)
     hill = np.add.outer(x, x) / 100
     above_sea, local = (contours(Relief(x, x, hill), place) for place in (origin, None))
     assert (above_sea["meta"]["above"], local["meta"]["above"]) == (" above sea level", "")
@@ -214,7 +227,10 @@ def test_contour_lines_stand_at_round_altitudes_above_the_sea():
 # ---- kinds ----
 def test_what_city_models_hold_has_colours_of_its_own():
     found = kinds_module.shapes_by_kind(
-        [Box(min=(k, 0, 0), max=(k + 1, 1, 1), kind=kind) for k, kind in enumerate(sorted(set(KIND_OF_TYPE.values())))],
+        [
+            sky.Box(min=(k, 0, 0), max=(k + 1, 1, 1), kind=kind)
+            for k, kind in enumerate(sorted(set(KIND_OF_TYPE.values())))
+        ],
         (),
         (),
     )
@@ -227,18 +243,18 @@ def test_what_city_models_hold_has_colours_of_its_own():
 @pytest.mark.parametrize("kind", ["no-fly zone", "office space", "building"])
 def test_airspace_is_seen_through_and_what_is_solid_is_not(kind):
     found = kinds_module.shapes_by_kind(
-        [Box(min=(0, 0, 0), max=(1, 1, 1), kind=kind, solid=solid) for solid in (True, False)], (), ()
+        [sky.Box(min=(0, 0, 0), max=(1, 1, 1), kind=kind, solid=solid) for solid in (True, False)], (), ()
     )
     assert sorted((one.solid, one.count) for one in found) == [(False, 1), (True, 1)]
 
 
 def test_the_legend_of_a_page_and_of_a_figure_names_the_speed_limits_of_zones():
-    slow = Box(min=(10, 0, 0), max=(20, 30, 30), max_speed=3)
-    school = Box(min=(30, 0, 0), max=(40, 30, 30), max_speed=2.5, kind="school", risk=0.1)
-    risky = Box(min=(50, 0, 0), max=(60, 30, 30), risk=0.2)
+    slow = sky.Box(min=(10, 0, 0), max=(20, 30, 30), max_speed=3)
+    school = sky.Box(min=(30, 0, 0), max=(40, 30, 30), max_speed=2.5, kind="school", risk=0.1)
+    risky = sky.Box(min=(50, 0, 0), max=(60, 30, 30), risk=0.2)
     scenario = sky.Scenario(
         name="limits",
-        bounds=Bounds(min=(0, 0, 0), max=(100, 60, 30)),
+        bounds=sky.Bounds(min=(0, 0, 0), max=(100, 60, 30)),
         zones=(slow, slow.model_copy(update={"min": (70, 0, 0), "max": (80, 30, 30)}), school, risky),
         clearance=1,
         lattice=sky.Lattice(step=(2, 2, 2)),
@@ -273,7 +289,7 @@ def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():
 
 def test_too_many_shapes_are_told_and_those_near_the_paths_stay(monkeypatch):
     monkeypatch.setattr(kinds_module, "MAX_TRIANGLES", 400)
-    near = Prism(vertices=rectangle((5, 5), 4, 4, 0.3), low=0, high=5, kind="building")
+    near = sky.Prism(vertices=rectangle((5, 5), 4, 4, 0.3), low=0, high=5, kind="building")
     found = kinds_module.shapes_by_kind((*buildings(100), near), (), [np.array([(0.0, 0.0, 5.0), (10.0, 10.0, 5.0)])])
     (kind,) = found
     assert near in kind.shapes
@@ -307,9 +323,9 @@ def test_a_city_of_boxes_without_names_is_opaque_and_has_a_map():
 def test_what_is_higher_than_the_picture_has_a_roof_where_it_is_cut_off():
     ring = ((0, 0), (5, 0), (5, 5))
     tall = (
-        Box(min=(0, 0, 0), max=(10, 10, 90)),
-        Cylinder(centre=(30, 30), radius=5, low=0, high=70),
-        Prism(vertices=ring, low=2, high=61),
+        sky.Box(min=(0, 0, 0), max=(10, 10, 90)),
+        sky.Cylinder(centre=(30, 30), radius=5, low=0, high=70),
+        sky.Prism(vertices=ring, low=2, high=61),
     )
     for shape in tall:
         points, triangle = surface(below(shape, 60.0))
@@ -317,7 +333,7 @@ def test_what_is_higher_than_the_picture_has_a_roof_where_it_is_cut_off():
         assert set(edges.values()) == {2}  # closed
         assert points[:, 2].max() == 60
         assert points[:, 2].min() == surface(shape)[0][:, 2].min()
-    for kept in (tall[0], Box(min=(0, 0, 95), max=(10, 10, 99)), Sphere(centre=(0, 0, 60), radius=9)):
+    for kept in (tall[0], sky.Box(min=(0, 0, 95), max=(10, 10, 99)), sky.Sphere(centre=(0, 0, 60), radius=9)):
         assert below(kept, 90.0) is kept
     city = sky.random_downtown(40, seed=1)
     mission = sky.plan_mission(city, sky.ThetaStar())
@@ -388,7 +404,7 @@ def test_the_map_knows_latitude_and_longitude():
     degrees = np.array(from_above(drawn)["degrees"])
     low, high = drawn.world.low, drawn.world.high
     up = drawn.overhead.relief.z.mean()
-    corner = to_wgs84(mission.scenario.frame.origin, [(high[0], low[1], up)])[0]
+    corner = sky.to_wgs84(mission.scenario.frame.origin, [(high[0], low[1], up)])[0]
     np.testing.assert_allclose(degrees[-1, 0], corner[:2], atol=1e-9)
     assert from_above(scene(town(origin=False)))["degrees"] is None
 

@@ -10,14 +10,11 @@ import pytest
 
 import skyverse as sky
 from browser import opened, until
+from skyverse.draw import duct, page, scene, scene_data
 from skyverse.draw.map_traces import from_above
-from skyverse.draw.margin_traces import duct, told
-from skyverse.draw.mission_page import page
-from skyverse.draw.page import scene_data
+from skyverse.draw.margin_traces import told
 from skyverse.draw.profile_traces import from_the_side
-from skyverse.draw.scene import scene
 from skyverse.draw.scene_traces import in_space
-from skyverse.draw.write_page import write_html
 from towns import hills
 
 ERROR = {"horizontal": 1.0, "vertical": 2.0}
@@ -182,7 +179,7 @@ ROLE = "document.getElementById('space').data.find((trace) => trace.meta.role ==
 
 def test_margins_are_drawn_and_switched_off_in_a_browser(planned, tmp_path, tab):
     target = tmp_path / "page.html"
-    write_html(planned, target)
+    sky.write_html(planned, target)
     opened(tab, target)
     ceiling, separation = ROLE.format("ceiling"), ROLE.format("separation")
     assert tab.evaluate(f"Math.min(...{ceiling}.z.map((z, k) => z))") > 0

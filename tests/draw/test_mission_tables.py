@@ -10,8 +10,7 @@ import pytest
 import skyverse as sky
 from browser import opened
 from skyverse.cli.report import report
-from skyverse.draw.mission_page import flight_table, mission_tiles, page, search_table, total_cost_sentence
-from skyverse.draw.scene import scene
+from skyverse.draw import flight_table, mission_tiles, page, scene, search_table, total_cost_sentence
 from skyverse.model.flight_table import flight_columns, search_columns
 from skyverse.space.nearest_obstacle import nearest_obstacle
 

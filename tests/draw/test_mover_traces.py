@@ -6,9 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.draw.mover_shapes import grown, levels_over
-from skyverse.draw.page import scene_data
-from skyverse.draw.scene import scene
+from skyverse.draw import grown, scene, scene_data, span
 
 
 def among_movers():
@@ -67,7 +65,7 @@ def test_the_side_of_a_mover_is_where_its_shape_is(which, more, bearing, aside):
     """Levels over a place are where a vertical line enters and leaves the shape, found from the shape's definition."""
     mover = among_movers().movers[which]
     shape, east, north = grown(mover, more), aside * np.cos(bearing), aside * np.sin(bearing)
-    low, high = levels_over(shape, east, north)
+    low, high = span(shape, np.array([(east, north)]))[0]
     z = np.linspace(-3, 3, 4001)
     if which == 0:
         inside = (abs(east) <= 1 + more) & (abs(north) <= 0.5 + more) & (abs(z) <= 0.2 + more)

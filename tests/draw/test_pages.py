@@ -8,13 +8,7 @@ import pytest
 
 import skyverse as sky
 from browser import new_tab, opened, until
-from skyverse.draw.mission_page import banner, footer, page
-from skyverse.draw.page import slider_step
-from skyverse.draw.page_parts import number
-from skyverse.draw.scene import scene
-from skyverse.draw.write_page import write_html
-from skyverse.errors import InputError
-from skyverse.model.geodesy import to_wgs84
+from skyverse.draw import banner, footer, number, page, scene, slider_step
 from towns import town
 
 VOID = {"meta", "link", "input", "br", "img"}
@@ -136,10 +130,10 @@ def test_the_slider_steps_are_round(makespan, step):
 
 
 def test_a_missing_folder_is_an_error_and_leaves_nothing(mission, tmp_path):
-    with pytest.raises(InputError, match="nowhere"):
-        write_html(mission, tmp_path / "nowhere" / "page.html")
-    write_html(mission, tmp_path / "page.html")
-    write_html(mission, tmp_path / "page.html")
+    with pytest.raises(sky.InputError, match="nowhere"):
+        sky.write_html(mission, tmp_path / "nowhere" / "page.html")
+    sky.write_html(mission, tmp_path / "page.html")
+    sky.write_html(mission, tmp_path / "page.html")
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
 
 
@@ -147,7 +141,7 @@ def test_a_missing_folder_is_an_error_and_leaves_nothing(mission, tmp_path):
 def opened_page(tab, mission, folder):
     """Write a mission's page and open it; return where it is."""
     target = folder / "page.html"
-    write_html(mission, target)
+    sky.write_html(mission, target)
     opened(tab, target)
     return target
 
@@ -204,7 +198,7 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     told = tab.evaluate(READOUT)
     x, y, latitude, longitude, height = (float(word) for word in re.findall(r"\d+\.?\d*", told.replace(",", "")))
     np.testing.assert_allclose((x, y), (250, 750), atol=5)  # a pixel is some metres wide
-    there = to_wgs84(mission.scenario.frame.origin, [(x, y, mission.scenario.terrain.height((x, y)))])[0]
+    there = sky.to_wgs84(mission.scenario.frame.origin, [(x, y, mission.scenario.terrain.height((x, y)))])[0]
     np.testing.assert_allclose((latitude, longitude), there[:2], atol=2e-5)
     assert told.endswith(" m above sea level")
     assert height == pytest.approx(there[2], abs=1.5)
@@ -252,7 +246,7 @@ def test_plotly_still_has_the_private_interfaces_that_the_page_uses(town_tab):
 def test_without_plotlys_private_interfaces_the_page_is_drawn_without_marks_on_the_map(tmp_path, tab):
     mission = town(5)
     target = tmp_path / "page.html"
-    write_html(mission, target)
+    sky.write_html(mission, target)
     text = target.read_text("utf-8")
     target.write_text(text.replace("return { plane, space,", "return { plane: () => null, space: () => null,"), "utf-8")
     opened(tab, target)

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.image import imread
 
 import skyverse as sky
-from skyverse.draw.notebooks import as_html
+from skyverse.draw import as_html
 
 
 def pictured(html):
@@ -140,7 +140,7 @@ def test_nothing_is_drawn_before_it_is_wanted_and_pyplot_keeps_no_figure():
     code = """
 import sys
 import skyverse as sky
-from skyverse.draw.notebooks import as_html
+from skyverse.draw import as_html
 scenario = sky.read("map1")
 assert "matplotlib" not in sys.modules
 assert sky.plot(scenario)._repr_png_()

@@ -9,9 +9,7 @@ import pytest
 import skyverse as sky
 from browser import opened, until
 from replanned import BALL, hall
-from skyverse.draw.replanned_film import TICKS, replanned_frames, still
-from skyverse.draw.replanned_page import replanned_page
-from skyverse.draw.replanned_scene import ReplannedScene
+from skyverse.draw import TICKS, ReplannedScene, replanned_frames, replanned_page, still
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 

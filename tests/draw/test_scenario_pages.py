@@ -8,10 +8,8 @@ import pytest
 
 import skyverse as sky
 from browser import opened
-from skyverse.draw.page import scene_data, told_frame
-from skyverse.draw.scene import scenario_scene
+from skyverse.draw import scenario_page, scenario_scene, scene_data, told_frame
 from skyverse.draw.scene_traces import in_space
-from skyverse.draw.write_page import scenario_page
 from towns import town
 
 ROOM = sky.Scenario(

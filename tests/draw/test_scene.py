@@ -9,14 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.draw.palette import TRACKS
-from skyverse.draw.scene import scene
-from skyverse.draw.scene_traces import in_space, of_search
-from skyverse.draw.shape_geometry import surface
-from skyverse.draw.track import few, sample
-from skyverse.model.result import Status
-from skyverse.model.shapes import Cylinder, Prism
-from skyverse.model.trajectory import Trajectory
+import skyverse as sky
+from skyverse.draw import TRACKS, few, of_search, sample, scene, surface
+from skyverse.draw.scene_traces import in_space
 
 
 def columns(trace, names):
@@ -94,7 +89,7 @@ def test_trouble_is_told(troubled):
     assert [finding.severity for finding in drawn.findings] == ["warning", "error"]
     assert drawn.findings[0].uavs == (troubled.scenario.uavs[0].name, troubled.scenario.uavs[1].name)
     assert len(drawn.notes) == 3
-    assert drawn.notes[0].endswith(f": {Status.NO_PATH.sentence.text}; give lattice step for it")
+    assert drawn.notes[0].endswith(f": {sky.Status.NO_PATH.sentence.text}; give lattice step for it")
 
 
 def test_a_path_without_trajectory_is_complete_where_nobody_flies(grounded):
@@ -111,7 +106,7 @@ def test_a_missing_trajectory_is_noted_where_others_fly(mission):
 
 
 def test_missions_that_only_the_referee_can_judge_are_still_drawn(mission):
-    broken = Trajectory(np.array([0.0, np.nan]), np.zeros((1, 6, 3)))
+    broken = sky.Trajectory(np.array([0.0, np.nan]), np.zeros((1, 6, 3)))
     drawn = scene(dataclasses.replace(mission, assignment=(7, 1), results=(None,), trajectories=(broken,)))
     assert [track.target for track in drawn.tracks] == [None, (2, 12, 4)]
     assert all(len(track.times) == 0 for track in drawn.tracks)
@@ -124,8 +119,8 @@ def test_every_uav_of_a_swarm_looks_different(swarm):
 
 
 def test_brisk_pieces_get_more_samples():
-    slow = Trajectory(np.array([0.0, 10.0]), np.array([[[0.0, 0, 0], [1.0, 0, 0]]]))
-    brisk = Trajectory(np.array([0.0, 10.0]), np.array([[[0.0, 0, 0], [0.0, 0, 0], [1.0, 0, 0]]]))
+    slow = sky.Trajectory(np.array([0.0, 10.0]), np.array([[[0.0, 0, 0], [1.0, 0, 0]]]))
+    brisk = sky.Trajectory(np.array([0.0, 10.0]), np.array([[[0.0, 0, 0], [0.0, 0, 0], [1.0, 0, 0]]]))
     assert len(sample(slow, 0.01)[0]) == 3
     assert len(sample(brisk, 0.01)[0]) > 40
 
@@ -158,9 +153,9 @@ def test_the_optimum_is_a_dashed_line(mission):
 def test_zones_are_closed_surfaces_of_the_area_that_they_have(mission):
     comb = ((0, 0), (10, 0), (10, 8), (8, 8), (8, 2), (6, 2), (6, 8), (0, 8))
     zones = (
-        Cylinder(centre=(1, 2), radius=2, low=1, high=4, risk=1),
-        Prism(vertices=comb, low=0, high=2, risk=1),
-        Prism(vertices=comb[::-1], low=0, high=2, risk=1),
+        sky.Cylinder(centre=(1, 2), radius=2, low=1, high=4, risk=1),
+        sky.Prism(vertices=comb, low=0, high=2, risk=1),
+        sky.Prism(vertices=comb[::-1], low=0, high=2, risk=1),
     )
     for zone, area in zip(zones, (math.pi * 4, 68.0, 68.0), strict=True):
         points, faces = surface(zone)

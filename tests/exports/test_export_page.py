@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.draw.mission_page import banner
+from skyverse.draw import banner
 from skyverse.exports import flight_verdicts
 from skyverse.model.frame import Origin
 from skyverse.model.shapes import Terrain

@@ -8,9 +8,7 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.draw import animation
-from skyverse.draw.animation import instants
-from skyverse.draw.scene import flight_scene
+from skyverse.draw import animation, flight_scene, instants
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason='pip install "skyverse[flight]"')

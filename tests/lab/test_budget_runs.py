@@ -3,13 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyverse.lab import Row, Rows, runs_at_budget
-from skyverse.model.result import no_history
+from skyverse.lab import Rows, runs_at_budget
+from studies import ROW
 
-ROW = Row(
-    *("map1", "mvo", "10 paths", 0, "complete", True, 300.0, 300.0, 0.0, 0.0, None, None),
-    *(10, 900, 12, 3, 0.01, "MaxPaths", "", "MVO()", "skyverse", no_history()),
-)
+ROW = replace(ROW, budget="10 paths", cost=300.0, bound=None)
 RUNS = [
     ROW,
     replace(ROW, seed=1, cost=250.0, success=False),

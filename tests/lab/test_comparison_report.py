@@ -6,10 +6,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from skyverse.errors import InputError
+import skyverse as sky
 from skyverse.lab import (
     Figure,
-    Row,
     Rows,
     SectionHeading,
     Table,
@@ -20,34 +19,8 @@ from skyverse.lab import (
     markdown,
     write_report,
 )
-from skyverse.model.result import History, no_history
-
-ROW = Row(
-    scenario="map1",
-    planner="mvo",
-    budget="1000 paths",
-    seed=0,
-    status="complete",
-    success=True,
-    cost=270.0,
-    fuel=270.0,
-    divergence=0.0,
-    end=0.0,
-    bound=265.0,
-    gap=270 / 265 - 1,
-    generated_paths=1000,
-    generated_nodes=90_000,
-    evaluations=1100,
-    iterations=40,
-    seconds=0.02,
-    stopped_by="MaxPaths",
-    verdict="",
-    settings="MVO()",
-    versions="skyverse 0.1.0",
-    history=History(
-        np.array([900.0, 300.0, 270.0]), *np.array([[1, 500, 1000], [100, 45_000, 90_000], [2, 550, 1100]])
-    ),
-)
+from skyverse.model.result import no_history
+from studies import ROW
 
 
 def run(scenario="map1", planner="mvo", seed=0, cost=270.0, **other):
@@ -327,5 +300,5 @@ def test_numbers_of_the_tables_are_read_back_from_csv(tmp_path):
 
 
 def test_no_runs_are_one_sentence(tmp_path):
-    with Rows(tmp_path / "rows.db") as rows, pytest.raises(InputError, match=r"rows\.db: expected finished runs"):
+    with Rows(tmp_path / "rows.db") as rows, pytest.raises(sky.InputError, match=r"rows\.db: expected finished runs"):
         comparison_report(rows)

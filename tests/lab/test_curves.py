@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import skyverse as sky
 from skyverse.lab import band, best_so_far, expected_run_length, grid, profile, ratios, run_lengths, spread
-from skyverse.model.result import History
 
 INF = np.inf
 number = st.one_of(st.floats(1, 10).map(lambda x: round(x, 1)), st.just(INF))
@@ -14,7 +14,7 @@ steps = st.lists(st.tuples(st.integers(0, 30), st.one_of(st.just(INF), st.intege
 def history(rows):
     rows = sorted(rows, key=lambda row: row[0])
     effort = np.array([row[0] for row in rows], np.int64)
-    return History(np.array([row[1] for row in rows], np.float64), effort, 7 * effort, 2 * effort)
+    return sky.History(np.array([row[1] for row in rows], np.float64), effort, 7 * effort, 2 * effort)
 
 
 @settings(deadline=None)

@@ -3,8 +3,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+import skyverse as sky
 from skyverse.lab import band, figures, grid, profile, ranking
-from skyverse.model.result import History
 
 RNG = np.random.default_rng(11)
 INF = np.inf
@@ -14,7 +14,7 @@ def histories(worst, runs=9):
     effort = np.arange(1, 500, 20)
     for _ in range(runs):
         cost = 265 + worst * np.exp(-effort / 100) + RNG.exponential(5)
-        yield History(cost, effort, 90 * effort, 2 * effort)
+        yield sky.History(cost, effort, 90 * effort, 2 * effort)
 
 
 def bands(count):

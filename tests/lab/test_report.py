@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
-from skyverse.errors import InputError
+import skyverse as sky
 from skyverse.lab import (
     Figure,
     Printed,
@@ -56,7 +56,7 @@ class Reader(HTMLParser):
 
 
 def drawing():
-    from skyverse.draw.map_figure import blank
+    from skyverse.draw import blank
 
     figure = blank(3, 2)
     axes = figure.subplots()
@@ -188,7 +188,7 @@ def test_unknown_formats_and_bad_figure_names_are_refused(blocks, settings, tmp_
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"file.*cannot be made"):
+    with pytest.raises(sky.InputError, match=r"file.*cannot be made"):
         write_report_files(EVERYTHING, tmp_path / "file" / "folder")
 
 

@@ -10,30 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skyverse import History, InputError
-from skyverse.lab import COLUMN_TYPES, Row, Rows, plan_job
-from studies import job
-
-ROW = Row(
-    *("map1", "mvo", "10 paths", 0),
-    status="complete",
-    success=True,
-    cost=3.0,
-    fuel=2.0,
-    divergence=1.0,
-    end=0.0,
-    bound=2.0,
-    gap=0.5,
-    generated_paths=10,
-    generated_nodes=100,
-    evaluations=11,
-    iterations=1,
-    seconds=0.25,
-    stopped_by="MaxPaths",
-    verdict="",
-    settings="MVO()",
-    versions="skyverse",
-    history=History(np.array([np.inf, 3.0]), *(np.array([1, 10]) for _ in range(3))),
-)
+from skyverse.lab import COLUMN_TYPES, Rows, plan_job
+from studies import ROW, job
 
 
 @pytest.fixture
@@ -100,7 +78,7 @@ def test_columns_are_arrays_of_their_type_and_none_is_nan(rows):
 def test_a_run_is_added_once(rows):
     rows.add(ROW, "k")
     for row, key in ((ROW, "k"), (replace(ROW, seed=1), "k"), (ROW, "other")):
-        with pytest.raises(InputError, match="map1, mvo, 10 paths, seed"):
+        with pytest.raises(InputError, match="map1, mvo, 1000 paths, seed"):
             rows.add(row, key)
     assert len(rows) == 1
 

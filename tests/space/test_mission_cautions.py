@@ -9,8 +9,7 @@ import pytest
 
 import skyverse as sky
 from of_maps import of_maps
-from skyverse.draw.mission_page import banner
-from skyverse.draw.scene import scene
+from skyverse.draw import banner, scene
 from skyverse.space.mission_cautions import mission_cautions
 
 ORIGIN = sky.Frame(origin=sky.Origin(latitude=46.8, longitude=9.85, altitude=1500))

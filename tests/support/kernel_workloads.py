@@ -7,7 +7,7 @@ import numpy as np
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.draw.triangulation import triangles
+from skyverse.draw import triangles
 from skyverse.flight import commands_to, simulate, vehicle_of
 from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import skyverse as sky
-from skyverse.lab import Case, Job
+from skyverse.lab import Case, Job, Row
 from skyverse.planners.base import Planner, provenance
 from skyverse.planners.results import SearchRecord, lattice_result
 
@@ -20,6 +20,17 @@ ROOM = sky.Scenario(
     uavs=(sky.UAV(start=(0, 0, 0)),),
     targets=(sky.Target(position=(4, 4, 4)),),
 )
+
+
+HISTORY = sky.History(
+    np.array([900.0, 300.0, 270.0]), *np.array([[1, 500, 1000], [100, 45_000, 90_000], [2, 550, 1100]])
+)
+ROW = Row(
+    *("map1", "mvo", "1000 paths", 0, "complete", True),
+    *(270.0, 270.0, 0.0, 0.0, 265.0, 270 / 265 - 1),
+    *(1000, 90_000, 1100, 40, 0.02, "MaxPaths", "", "MVO()", "skyverse 0.1.0", HISTORY),
+)
+"""One run on Map 1: its labels, status, costs, bound, effort, and what the referee says."""
 
 
 def job(planner=None, seed=0, label="planner", scenario=ROOM, stop=None, budget="30 paths", case="room"):

@@ -1,1 +1,5 @@
-"""Pictures of a mission: first as data (`scene`), then as a page (`html`) and as figures (`figures`)."""
+"""Pages, figures and films of scenarios, missions and flights: what is drawn is a scene, which is data first."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

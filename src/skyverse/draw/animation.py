@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from skyverse.atomic import whole_file, write_text
 from skyverse.draw.figures import Line, fleet_figure, write_stills
 from skyverse.draw.map_figure import INK, ends, legend, line, map_figure, uav
-from skyverse.draw.replanned_film import replanned_frames, still
+from skyverse.draw.replanned_film import film_frames, replanned_frames, still
 from skyverse.draw.replanned_scene import ReplannedScene
-from skyverse.draw.scene import Scene, flight_scene
+from skyverse.draw.scenes import Scene, flight_scene
 from skyverse.draw.track import DrawnTrack
 from skyverse.errors import InputError
 from skyverse.model.flight_record import Flight
@@ -103,7 +103,7 @@ def instants(drawn: Scene) -> tuple[list[float], int]:
 
 
 def frames(drawn: Scene) -> Iterator[Frame]:
-    """Yield the frames of a film, (height, width, 3) with even height and width: moving marks over one still map."""
+    """Return the frames of the film of a flight: moving marks over one still map; see `film_frames`."""
     times, speed = instants(drawn)
     fast = "" if speed == 1 else f", {speed} times as fast"
     figure, axes = map_figure(drawn, f"as planned (thin) and flown (thick){fast}")
@@ -111,31 +111,22 @@ def frames(drawn: Scene) -> Iterator[Frame]:
         line(axes, track, track.path, width=0.9, alpha=0.6)
         ends(axes, track)
     legend(figure, drawn)
-    figure.set_dpi(_FILM_DOTS)
-    figure.set_size_inches(*(2 * np.ceil(size * _FILM_DOTS / 2) / _FILM_DOTS for size in figure.get_size_inches()))
-    canvas: Any = figure.canvas
-    canvas.draw()
-    still = canvas.copy_from_bbox(figure.bbox)
-    moving = []
+    trails, marks = [], []
     for track in drawn.tracks:
         line(axes, track, np.array([track.start] * 2), width=2.6)
-        trail = axes.lines[-1]
+        trails.append(axes.lines[-1])
         uav(axes, track, np.array(track.start))
-        moving.append((track, trail, axes.lines[-1]))
+        marks.append(axes.lines[-1])
     below = 1 - 0.52 / figure.get_figheight()  # inches below the title
     clock = figure.text(0.03, below, "", fontsize=13, color=INK, va="top", family="monospace")
-    last = drawn.makespan or 0.0
-    for t in times:
-        canvas.restore_region(still)
-        for track, trail, mark in moving:
+
+    def show(t: float) -> None:
+        for track, trail, mark in zip(drawn.tracks, trails, marks, strict=True):
             trail.set_data_3d(*track.flown(t).T)
             mark.set_data_3d(*track.at(t)[:, None])
-            axes.draw_artist(trail)
-        for _, _, mark in moving:
-            axes.draw_artist(mark)
-        clock.set_text(f"{t:6.2f} s / {last:.2f} s")
-        figure.draw_artist(clock)
-        yield np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+        clock.set_text(f"{t:6.2f} s / {drawn.makespan or 0.0:.2f} s")
+
+    return film_frames(figure, [*trails, *marks, clock], show, times, _FILM_DOTS)
 
 
 def _film(flight: Flight | ReplannedFlight) -> Iterator[Frame]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.relief import Relief, along, cleared, relief
+from skyverse.draw.ground_relief import Relief, along, cleared, relief
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind, shapes_by_kind
 from skyverse.draw.track import DrawnTrack
 from skyverse.model.geodesy import to_wgs84

@@ -23,7 +23,7 @@ from skyverse.draw.map_figure import (
     ring,
     uav,
 )
-from skyverse.draw.scene import MissionScene, Scene, SceneFinding, scenario_scene, scene
+from skyverse.draw.scenes import MissionScene, Scene, SceneFinding, scenario_scene, scene
 from skyverse.draw.track import DrawnTrack
 from skyverse.errors import InputError, path_of, require_kind
 from skyverse.model.mission import Mission

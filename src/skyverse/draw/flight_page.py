@@ -8,20 +8,21 @@ from typing import Any
 import numpy as np
 
 from skyverse.draw.margin_traces import told
-from skyverse.draw.page import filled, scene_data
-from skyverse.draw.page_parts import (
+from skyverse.draw.plotly_values import Trace, flat, plain, trace
+from skyverse.draw.scenes import SAMPLE_STRIDE, MissionScene, flight_scene
+from skyverse.draw.template import (
     MAX_SHOWN_FINDINGS,
     MINUS,
     NO_VALUE,
     card,
     facts_list,
+    filled,
     finding_line,
+    scene_data,
     table,
     tiles,
     uav_row,
 )
-from skyverse.draw.plotly_values import Trace, flat, plain, trace
-from skyverse.draw.scene import SAMPLE_STRIDE, MissionScene, flight_scene
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.short_lines import told_metres
 
@@ -58,12 +59,9 @@ def flight_page(flight: Flight) -> str:
         "still": "This mission has no trajectories; the paths are shown as planned.",
         "lines": f"Thick lines: as flown; thin lines: as planned. {told(drawn)}",
         "chart": "Tracking error",
-        "axis": "",
         "curves": "Distance of each UAV from its trajectory, over time",
-        "dashed": "",
         "numbers": "As flown",
         "table": _table(flight, drawn),
-        "details": "",
         "footer": _footer(flight),
     }
     return filled(parts, scene_data(drawn) | {"search": tracking_errors(flight, drawn), "words": FLIGHT_WORDS})

@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.draw.ground_relief import along, cleared, relief, tinted
 from skyverse.draw.palette import FINDINGS, LIGHT
-from skyverse.draw.relief import along, cleared, relief, tinted
-from skyverse.draw.scene import Scene, SceneFinding
+from skyverse.draw.scenes import Scene, SceneFinding
 from skyverse.draw.shape_geometry import DrawnShape, brightness, faces, outline, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.draw.track import DrawnTrack, Point
@@ -28,9 +30,20 @@ MAX_MAP_WIDTH, MAX_MAP_HEIGHT = 9.4, 7.5
 
 def blank(width: float, height: float) -> "Figure":
     """Return an empty figure that needs no display; `width` and `height` are in inches."""
-    from skyverse.draw.shown_figure import ShownFigure
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
 
-    return ShownFigure(figsize=(width, height))
+    figure = Figure(figsize=(width, height))
+    FigureCanvasAgg(figure)
+    vars(figure)["_repr_png_"] = partial(png, figure)  # what notebooks show also without pyplot, which would keep it
+    return figure
+
+
+def png(figure: "Figure") -> bytes:
+    """Return a figure as the bytes of a PNG file, as large as notebooks show it."""
+    file = BytesIO()
+    figure.savefig(file, format="png", facecolor="white")
+    return file.getvalue()
 
 
 def map_figure(drawn: Scene, heading: str) -> tuple["Figure", Any]:

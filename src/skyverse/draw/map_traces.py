@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.draw.ground_relief import Relief, tinted
 from skyverse.draw.margin_traces import MIN_DEVIATION, landings_on_map
 from skyverse.draw.mover_traces import ways_on_map
 from skyverse.draw.palette import FINDINGS
-from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, round_step, trace
-from skyverse.draw.relief import Relief, tinted
-from skyverse.draw.scene import Scene
+from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, area, columns, packed, plain, round_step, trace
+from skyverse.draw.scenes import Scene
 from skyverse.draw.shape_geometry import footprint
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import DrawnTrack, few
@@ -111,8 +111,7 @@ def spacing(range_: float) -> float:
 def kind(kind: ShapeKind, number: int) -> Trace:
     """Return the footprints of a kind as one filled line, in which holes run clockwise."""
     rings = [ring for shape in kind.shapes for ring in footprint(shape, kind.sides)]
-    meta = {"role": "kind", "kind": number}
-    return trace("scatter", "lines", plain(kind.name), _xy(closed(rings)), None, meta, fill="toself")
+    return area(plain(kind.name), closed(rings), {"role": "kind", "kind": number})
 
 
 def _zone_names(scene: Scene) -> list[Trace]:
@@ -124,7 +123,7 @@ def _zone_names(scene: Scene) -> list[Trace]:
     low, high = (np.array(side[:2]) for side in (scenario.bounds.min, scenario.bounds.max))
     boxes = [np.clip(np.array(extent(zone))[:, :2], low, high) for zone in zones]
     words, font = [plain(zone.name or "") for zone in zones], {"size": 11}
-    points, role = _xy(np.array([box.mean(axis=0) for box in boxes])), {"role": "names"}
+    points, role = columns(np.array([box.mean(axis=0) for box in boxes]), "xy", packed), {"role": "names"}
     return [trace("scatter", "text", "Names of zones", points, None, role, text=words, textfont=font)]
 
 
@@ -152,9 +151,9 @@ def _tube(track: DrawnTrack, number: int) -> list[Trace]:
     cap = np.column_stack([np.sin(turn), np.cos(turn)])  # ahead, to the left
     caps = [line[k] + way * cap[:, :1] * aside * ahead[k] + way * cap[:, 1:] * left[k] for k, way in ((-1, 1), (0, -1))]
     ring = np.concatenate([line + left, caps[0], (line - left)[::-1], caps[1]])
-    role = {"role": "tube", "uav": number}
-    style = {"fill": "toself", "fillcolor": f"{track.colour}38", "line": {"width": 0}}
-    return [trace("scatter", "lines", f"{plain(track.name)}: tracking error", _xy(closed([ring])), None, role, **style)]
+    style = {"fillcolor": f"{track.colour}38", "line": {"width": 0}}
+    named = f"{plain(track.name)}: tracking error"
+    return [area(named, closed([ring]), {"role": "tube", "uav": number}, **style)]
 
 
 def _track(scene: Scene, number: int) -> list[Trace]:
@@ -162,12 +161,12 @@ def _track(scene: Scene, number: int) -> list[Trace]:
     flies = len(track.times) > 0
     line = {"color": track.colour, "width": 1.2 if flies else 3}
     role = {"role": "path", "uav": number}
-    planned = trace("scatter", "lines", f"{name}: path", _xy(track.path), None, role, line=line)
+    planned = trace("scatter", "lines", f"{name}: path", columns(track.path, "xy", packed), None, role, line=line)
     line = {"color": track.colour, "width": 3, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]}
     timed = {"customdata": packed(np.column_stack([track.times, track.positions[:, 2]])), "line": line}
     hover = "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE_ON_MAP
     role = {"role": "trajectory", "uav": number}
-    return [planned, trace("scatter", "lines", name, _xy(track.positions), hover, role, **timed)]
+    return [planned, trace("scatter", "lines", name, columns(track.positions, "xy", packed), hover, role, **timed)]
 
 
 def _ends(scene: Scene) -> Trace:
@@ -181,7 +180,7 @@ def _ends(scene: Scene) -> Trace:
     marks += [
         (place, "diamond-open", scene.spare_colour, f"{name}{scene.spare_note}") for name, place in scene.spare_targets
     ]
-    points = _xy(np.array([mark[0][:2] for mark in marks], dtype=np.float64).reshape(-1, 2))
+    points = columns(np.array([mark[0][:2] for mark in marks], dtype=np.float64).reshape(-1, 2), "xy", packed)
     symbols, colours = [mark[1] for mark in marks], [mark[2] for mark in marks]
     marker = {"symbol": symbols, "color": colours, "size": 11, "line": {"width": 1.5}}
     words, hover = [plain(mark[3]) for mark in marks], "%{text}<br>" + _PLACE_ON_MAP
@@ -191,13 +190,9 @@ def _ends(scene: Scene) -> Trace:
 def _findings(scene: Scene) -> Trace:
     placed = [finding for finding in scene.findings if finding.position is not None]
     places = [finding.position[:2] for finding in placed if finding.position is not None]
-    points = _xy(np.array(places, dtype=np.float64).reshape(-1, 2))
+    points = columns(np.array(places, dtype=np.float64).reshape(-1, 2), "xy", packed)
     words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
     colours = [FINDINGS[finding.severity] for finding in placed]
     marker = {"symbol": "circle-open", "size": 18, "color": colours, "line": {"width": 2}}
     hover = "%{text}<extra></extra>"
     return trace("scatter", "markers", "Found wrong", points, hover, {"role": "finding"}, text=words, marker=marker)
-
-
-def _xy(points: Floats) -> Trace:
-    return {"x": packed(points[:, 0]), "y": packed(points[:, 1])}

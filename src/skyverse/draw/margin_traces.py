@@ -6,8 +6,8 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.draw.mover_traces import ways_and_edges, when_they_are_drawn
-from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
-from skyverse.draw.scene import LandingPlace, Scene
+from skyverse.draw.plotly_values import NOWHERE, Trace, columns, mesh, packed, plain, trace
+from skyverse.draw.scenes import LandingPlace, Scene
 from skyverse.draw.shape_geometry import surface
 from skyverse.draw.track import DrawnTrack, few
 from skyverse.model.shapes import Cylinder
@@ -29,7 +29,7 @@ def tube(track: DrawnTrack, number: int, tolerance: float) -> list[Trace]:
     line = line[few(line, max(tolerance, MIN_DEVIATION * min(reach for reach in (aside, up) if reach)))]
     points, triangles = duct(line, aside, up)
     named = f"{plain(track.name)}: tracking error"
-    return [_mesh(named, points, triangles, track.colour, {"role": "tube", "uav": number})]
+    return [mesh(named, points, triangles, {"role": "tube", "uav": number}, color=track.colour)]
 
 
 def duct(line: Floats, aside: float, up: float) -> tuple[Floats, Ints]:
@@ -68,20 +68,8 @@ def pads(scene: Scene) -> list[Trace]:
         track = scene.tracks[uav]
         points, triangles = surface(Cylinder(centre=(x, y), radius=radius, low=z, high=top), PAD_SIDES)
         named = f"{plain(track.name)}: pad at its {end}"
-        made.append(_mesh(named, points, triangles, track.colour, {"role": "pad", "uav": uav}))
+        made.append(mesh(named, points, triangles, {"role": "pad", "uav": uav}, color=track.colour))
     return made
-
-
-def _mesh(name: str, points: Floats, triangles: Ints, colour: str, meta: Trace) -> Trace:
-    return {
-        "type": "mesh3d",
-        "name": name,
-        **{axis: packed(points[:, column]) for column, axis in enumerate("xyz")},
-        **{axis: packed(triangles[:, column]) for column, axis in enumerate("ijk")},
-        "color": colour,
-        "hoverinfo": "skip",
-        "meta": meta,
-    }
 
 
 def told(scene: Scene) -> str:
@@ -97,8 +85,7 @@ def separations(scene: Scene) -> list[Trace]:
     """Return the line of the rings of half the separation around the UAVs, which the page fills in as they move."""
     if not any(aside for aside, _ in scene.separations):
         return []
-    nowhere = {"x": [None], "y": [None], "z": [None]}
-    return [trace("scatter3d", "lines", "Separation", nowhere, None, {"role": "separation"}, line={"width": 2})]
+    return [trace("scatter3d", "lines", "Separation", NOWHERE, None, {"role": "separation"}, line={"width": 2})]
 
 
 def ceiling(scene: Scene) -> list[Trace]:
@@ -120,37 +107,36 @@ def ceiling(scene: Scene) -> list[Trace]:
 def landings_in_space(scene: Scene) -> list[Trace]:
     """Return, for each UAV, the descents to its landing places, marked where they begin."""
     made = []
-    for number, track, own, feet in _landings(scene):
+    for track, own, feet, named in _landings(scene):
         tops = np.column_stack([feet[:, :2], [place.level for place in own]])
         line = np.stack([feet, tops, np.full_like(feet, np.nan)], axis=1).reshape(-1, 3)
-        points = {axis: flat(line[:, column]) for column, axis in enumerate("xyz")}
-        words = [plain(place.words) for place in own for _ in range(3)]
+        named["text"] = [word for word in named["text"] for _ in range(3)]
         sizes = [size for _ in own for size in (0, 6, 0)]
         marker = {"symbol": "square", "color": track.colour, "size": sizes, "opacity": 1}
-        role, name = {"role": "landing", "uav": number}, f"{plain(track.name)}: where it may land"
         style = {"color": track.colour, "width": 2, "dash": "dot"}
-        hover = "%{text}<extra></extra>"
-        both = {"text": words, "marker": marker, "line": style}
-        made.append(trace("scatter3d", "lines+markers", name, points, hover, role, **both))
+        made.append(
+            {"type": "scatter3d", "mode": "lines+markers", **columns(line), "marker": marker, "line": style, **named}
+        )
     return made
 
 
 def landings_on_map(scene: Scene) -> list[Trace]:
     """Return, for each UAV, its landing places on the map."""
     made = []
-    for number, track, own, feet in _landings(scene):
-        points = {"x": packed(feet[:, 0]), "y": packed(feet[:, 1])}
+    for track, _, feet, named in _landings(scene):
         marker = {"symbol": "square-open", "color": track.colour, "size": 13, "line": {"width": 2.5}}
-        words = [plain(place.words) for place in own]
-        role, name = {"role": "landing", "uav": number}, f"{plain(track.name)}: where it may land"
-        hover = "%{text}<extra></extra>"
-        made.append(trace("scatter", "markers", name, points, hover, role, text=words, marker=marker))
+        made.append({"type": "scatter", "mode": "markers", **columns(feet, "xy", packed), "marker": marker, **named})
     return made
 
 
-def _landings(scene: Scene) -> Iterator[tuple[int, DrawnTrack, list[LandingPlace], Floats]]:
-    """Yield the number and track of each UAV that has landing places, these places, and their positions (k, 3)."""
+def _landings(scene: Scene) -> Iterator[tuple[DrawnTrack, list[LandingPlace], Floats, Trace]]:
+    """Yield of each UAV that has landing places its track, these places, their positions (k, 3), and their names."""
     for number, track in enumerate(scene.tracks):
         own = [place for place in scene.landings if place.uav == number]
         if own:
-            yield number, track, own, np.array([place.position for place in own], dtype=np.float64)
+            named: Trace = {
+                "name": f"{plain(track.name)}: where it may land",
+                "text": [plain(place.words) for place in own],
+            }
+            named |= {"hovertemplate": "%{text}<extra></extra>", "meta": {"role": "landing", "uav": number}}
+            yield track, own, np.array([place.position for place in own], dtype=np.float64), named

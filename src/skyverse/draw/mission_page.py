@@ -4,11 +4,21 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from skyverse.draw.margin_traces import told
-from skyverse.draw.page import filled, scene_data
-from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, NO_VALUE, card, facts_list, finding_line, table, tiles, uav_row
-from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
+from skyverse.draw.scenes import MissionScene
 from skyverse.draw.shape_geometry import below
+from skyverse.draw.template import (
+    MAX_SHOWN_FINDINGS,
+    NO_VALUE,
+    card,
+    facts_list,
+    filled,
+    finding_line,
+    scene_data,
+    table,
+    tiles,
+    uav_row,
+)
 from skyverse.errors import in_words
 from skyverse.model.caution import stands_out, urgency
 from skyverse.model.flight_table import (

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.mover_shapes import edges_of, ring_of
-from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
-from skyverse.draw.scene import Scene
-from skyverse.draw.shape_geometry import outline
+from skyverse.draw.plotly_values import NOWHERE, Trace, columns, flat, packed, plain, trace
+from skyverse.draw.scenes import Scene
+from skyverse.draw.shape_geometry import footprint, grown, outline
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Voxels, Zone
 from skyverse.model.temporary_zones import temporary_zones
@@ -27,11 +26,10 @@ def movers_in_space(scene: Scene) -> list[Trace]:
     if not movers:
         return []
     ways = _ways(scene)
-    way = trace("scatter3d", "lines", "Movers' ways", _xyz(ways), None, {"role": "way"}, line={"width": 1.5})
-    nowhere = {"x": [None], "y": [None], "z": [None]}
-    edges = trace("scatter3d", "lines", "Movers", nowhere, None, {"role": "mover"}, line={"width": 3})
+    way = trace("scatter3d", "lines", "Movers' ways", columns(ways), None, {"role": "way"}, line={"width": 1.5})
+    edges = trace("scatter3d", "lines", "Movers", NOWHERE, None, {"role": "mover"}, line={"width": 3})
     names = [plain(mover.name) for mover in movers] if len(movers) <= MAX_NAMED_MOVERS else []
-    first = _xyz(np.array([mover.at(0.0)[0] for mover in movers[: len(names)]]).reshape(-1, 3))
+    first = columns(np.array([mover.at(0.0)[0] for mover in movers[: len(names)]]).reshape(-1, 3))
     named = trace("scatter3d", "text", "Movers' names", first, None, {"role": "mover-name"}, text=names)
     return [way, edges, *([named] if names else [])]
 
@@ -41,7 +39,7 @@ def ways_on_map(scene: Scene) -> list[Trace]:
     if not scene.scenario.movers:
         return []
     ways = _ways(scene)
-    points = {"x": packed(ways[:, 0]), "y": packed(ways[:, 1])}
+    points = columns(ways, "xy", packed)
     return [trace("scatter", "lines", "Movers' ways", points, None, {"role": "way"}, line={"width": 1.2})]
 
 
@@ -54,7 +52,9 @@ def mover_motions(scene: Scene) -> list[dict[str, Any]]:
     instants = _instants(scene)
     drawn = []
     for number, mover in enumerate(scene.scenario.movers):
-        edges, ring = edges_of(mover, 0.0), ring_of(mover, 0.0)
+        (edges, ring), (far, wide) = (
+            (outline(shape), footprint(shape)[0]) for shape in (grown(mover, 0.0), grown(mover, 1.0))
+        )
         drawn.append(
             {
                 "name": mover.name if number < MAX_NAMED_MOVERS >= len(scene.scenario.movers) else "",
@@ -62,9 +62,9 @@ def mover_motions(scene: Scene) -> list[dict[str, Any]]:
                 "positions": [flat(column) for column in mover.at(instants).T],
                 "doubt": flat(mover.doubt.at(instants)),
                 "edges": [flat(column) for column in edges.T],
-                "outwards": [flat(column) for column in (edges_of(mover, 1.0) - edges).T],
+                "outwards": [flat(column) for column in (far - edges).T],
                 "ring": [flat(column) for column in ring.T],
-                "ring_outwards": [flat(column) for column in (ring_of(mover, 1.0) - ring).T],
+                "ring_outwards": [flat(column) for column in (wide - ring).T],
             }
         )
     return drawn
@@ -88,16 +88,11 @@ def _ways(scene: Scene) -> Floats:
     return np.vstack([row for mover in scene.scenario.movers for row in (mover.at(_instants(scene)), gap)])
 
 
-def _xyz(points: Floats) -> Trace:
-    return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}
-
-
 def active_zones_in_space(scene: Scene) -> list[Trace]:
     """Return the line of the edges of active zones, which the page fills in as time passes."""
     if not temporary_zones(scene.scenario):
         return []
-    nowhere = {"x": [None], "y": [None], "z": [None]}
-    return [trace("scatter3d", "lines", "Active zones", nowhere, None, {"role": "active"}, line={"width": 4})]
+    return [trace("scatter3d", "lines", "Active zones", NOWHERE, None, {"role": "active"}, line={"width": 4})]
 
 
 def active_zones(scene: Scene) -> list[dict[str, Any]]:

@@ -27,10 +27,10 @@ def as_html(shown: "Scenario | Mission | Result | Trajectory") -> str:
     The picture is a PNG inside the text: it looks the same in every notebook, in what is exported from it, and where
     the notebook is not trusted. The interactive page of `write_html` has plotly inside, and is twenty times as large.
     """
+    from skyverse.draw.map_figure import png
     from skyverse.draw.mission_page import flight_table
     from skyverse.draw.plot import plot
-    from skyverse.draw.scene import scene
-    from skyverse.draw.shown_figure import png
+    from skyverse.draw.scenes import scene
     from skyverse.model.mission import Mission
 
     picture = b64encode(png(plot(shown))).decode("ascii")

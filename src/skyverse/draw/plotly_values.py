@@ -2,10 +2,13 @@
 
 import base64
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+
+from skyverse._typing import Floats, Ints
 
 Trace = dict[str, Any]
 
@@ -23,6 +26,10 @@ def flat(values: ArrayLike) -> list[float | None]:
     """Return numbers for JSON, rounded to 4 decimals; numbers that are not finite become ``None``."""
     rounded = np.round(np.asarray(values, dtype=np.float64), 4).tolist()
     return [value if math.isfinite(value) else None for value in rounded]
+
+
+NOWHERE: Trace = {"x": [None], "y": [None], "z": [None]}
+"""The points of a trace in space that the page fills in."""
 
 
 def packed(values: ArrayLike) -> Trace:
@@ -43,3 +50,19 @@ def round_step(least: float) -> float:
 def plain(text: str) -> str:
     """Return `text` without characters that plotly reads as markup."""
     return text.translate({60: 0x2039, 62: 0x203A})  # < and > become single guillemets
+
+
+def columns(points: NDArray[Any], names: str = "xyz", form: Callable[[ArrayLike], Any] = flat) -> Trace:
+    """Return the columns of points, (n, k), by name, as numbers or packed."""
+    return {name: form(points[:, column]) for column, name in enumerate(names)}
+
+
+def mesh(name: str, points: Floats, triangles: Ints, meta: Trace, /, **more: Any) -> Trace:
+    """Return a surface of points, (n, 3), and triangles, (m, 3)."""
+    faces = columns(points, form=packed) | columns(triangles, "ijk", packed)
+    return {"type": "mesh3d", "name": name, **faces, "hoverinfo": "skip", **more, "meta": meta}
+
+
+def area(name: str, line: Floats, meta: Trace, /, **more: Any) -> Trace:
+    """Return what a line, (n, 2) with gaps of nan, encloses."""
+    return trace("scatter", "lines", name, columns(line, "xy", packed), None, meta, fill="toself", **more)

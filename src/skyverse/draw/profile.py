@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.draw.mover_shapes import grown, levels_over, ring_of
-from skyverse.draw.relief import along
-from skyverse.draw.shape_geometry import span
+from skyverse.draw.ground_relief import along
+from skyverse.draw.shape_geometry import footprint, grown, span
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import DrawnTrack
 from skyverse.model.mover import Mover
@@ -125,9 +124,9 @@ def _movers(distance: Floats, times: Floats, points: Floats, movers: Sequence[Mo
     for mover in movers:
         places, doubt = mover.at(times), mover.doubt.at(times)
         levels, aside = np.full((len(points), 2), np.nan), (points - places)[:, :2]
-        reaches = np.linalg.norm(ring_of(mover, float(doubt.max())), axis=1).max()
+        reaches = np.linalg.norm(footprint(grown(mover, float(doubt.max())))[0], axis=1).max()
         for k in np.flatnonzero(np.linalg.norm(aside, axis=1) <= reaches).tolist():
-            levels[k] = levels_over(grown(mover, float(doubt[k])), *aside[k].tolist())
+            levels[k] = span(grown(mover, float(doubt[k])), aside[k : k + 1])[0]
         levels += places[:, 2:]
         yield from (Crossing(-1, mover.name, distance[run], levels[run]) for run in _runs(levels))
 

@@ -8,9 +8,9 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.map_traces import MAX_NAMES, closed
 from skyverse.draw.margin_traces import MIN_DEVIATION
-from skyverse.draw.plotly_values import Trace, packed, plain, round_step, trace
+from skyverse.draw.plotly_values import Trace, area, columns, packed, plain, round_step, trace
 from skyverse.draw.profile import Crossing, Profile
-from skyverse.draw.scene import Scene
+from skyverse.draw.scenes import Scene
 from skyverse.draw.track import DrawnTrack, few
 
 SECONDS_TOLD = 6
@@ -39,7 +39,7 @@ def of(track: DrawnTrack, profile: Profile, uav: int, scene: Scene) -> dict[str,
     margin = 0.06 * (high - low) or 1.0
     floor, top = low - margin, high + margin
     kinds = range(len(scene.world.kinds))
-    traces = [area for kind in kinds if (area := _crossings(profile, scene, kind, floor, top)) is not None]
+    traces = [one for kind in kinds if (one := _crossings(profile, scene, kind, floor, top)) is not None]
     if profile.ground is not None:
         traces += _ground(profile, floor)
     if profile.band is not None:
@@ -80,21 +80,21 @@ def _tube(track: DrawnTrack) -> list[Trace]:
     line = _nominal(track)
     s, z = line[few(line, MIN_DEVIATION / 5 * up)].T
     band = np.column_stack([np.r_[s, s[::-1]], np.r_[z + up, z[::-1] - up]])
-    return [_area(f"Tracking error, {up:g} m", closed([band]), {"role": "tube", "colour": track.colour})]
+    return [area(f"Tracking error, {up:g} m", closed([band]), {"role": "tube", "colour": track.colour})]
 
 
 def _crossings(profile: Profile, scene: Scene, number: int, floor: float, top: float) -> Trace | None:
     found = [crossing for crossing in profile.crossings if crossing.kind == number]
     if not found:
         return None
-    return _area(plain(scene.world.kinds[number].name), _filled(found, floor, top), {"role": "kind", "kind": number})
+    return area(plain(scene.world.kinds[number].name), _filled(found, floor, top), {"role": "kind", "kind": number})
 
 
 def _movers(profile: Profile, floor: float, top: float) -> list[Trace]:
     """Return what a UAV passes of movers, each as it is when the UAV is there."""
     if not profile.movers:
         return []
-    return [_area("Movers as they are passed", _filled(profile.movers, floor, top), {"role": "mover"})]
+    return [area("Movers as they are passed", _filled(profile.movers, floor, top), {"role": "mover"})]
 
 
 def _names(profile: Profile, scene: Scene, floor: float, top: float) -> list[Trace]:
@@ -128,8 +128,8 @@ def _ground(profile: Profile, floor: float) -> list[Trace]:
     below = np.column_stack([np.r_[s, s[-1], s[0]], np.r_[z, floor, floor]])
     band = np.column_stack([np.r_[s, s[::-1]], np.r_[z, z[::-1] + profile.clearance]])
     return [
-        _area(f"Clearance, {profile.clearance:g} m above ground", closed([band]), {"role": "clearance"}),
-        _area("Ground", closed([below]), {"role": "ground"}),
+        area(f"Clearance, {profile.clearance:g} m above ground", closed([band]), {"role": "clearance"}),
+        area("Ground", closed([below]), {"role": "ground"}),
     ]
 
 
@@ -171,12 +171,6 @@ def _nominal(track: DrawnTrack) -> Floats:
 
 def _planned(track: DrawnTrack) -> Trace:
     """Return the line of a flight as it was planned, beside which it is drawn as flown."""
-    line = _nominal(track)
-    points = {"x": packed(line[:, 0]), "y": packed(line[:, 1])}
+    points = columns(_nominal(track), "xy", packed)
     style = {"color": track.colour, "width": 1, "dash": "dash"}
     return trace("scatter", "lines", f"{plain(track.name)}, as planned", points, None, {"role": "planned"}, line=style)
-
-
-def _area(name: str, line: Floats, meta: Trace) -> Trace:
-    points = {"x": packed(line[:, 0]), "y": packed(line[:, 1])}
-    return trace("scatter", "lines", name, points, None, meta, fill="toself")

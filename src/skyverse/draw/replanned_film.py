@@ -1,26 +1,20 @@
-"""Films and figures of replanned flights: from above, from the side, and every replan on a time line."""
+"""Films and figures of replanned flights: from above, from the side, and every replan on a time line.
 
-from collections.abc import Iterator, Sequence
+The world and what was planned stand still, and all else moves.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.draw.map_figure import INK, SOFT, blank, plain
-from skyverse.draw.moving_view import (
-    COMMITTED,
-    FLOWN,
-    PLANNED,
-    UNSEEN,
-    WAY_OUT,
-    MovingView,
-    OrthographicView,
-    doubt_style,
-    mover_style,
-    range_style,
-)
+from skyverse._typing import Floats
+from skyverse.draw.map_figure import INK, SOFT, blank, colour, plain
 from skyverse.draw.palette import FINDINGS, LIGHT
 from skyverse.draw.replanned_scene import ReplannedScene
+from skyverse.draw.shape_geometry import DrawnShape, grown, surface
+from skyverse.model.shapes import Voxels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,6 +31,33 @@ TICKS = {"kept": LIGHT["box"], "replaced": LIGHT["accent"], "no way out": FINDIN
 """The colours of answers on the time line."""
 
 
+AHEAD = (1.0, 0.66, 0.33)
+"""Shares of the horizon at which predicted movers are drawn, the farthest first."""
+FLOWN: dict[str, Any] = {"linewidth": 2.6}
+COMMITTED: dict[str, Any] = {"color": INK, "linewidth": 2.2}
+WAY_OUT: dict[str, Any] = {**COMMITTED, "linestyle": (0, (1.6, 1.2))}
+PLANNED: dict[str, Any] = {"color": SOFT, "linewidth": 0.9, "linestyle": (0, (1, 2))}
+UNSEEN: dict[str, Any] = {"facecolor": "none", "edgecolor": LIGHT["edge"], "linestyle": ":"}
+SEEN: dict[str, Any] = {"facecolor": LIGHT["zone"], "edgecolor": LIGHT["zone"], "linestyle": "-", "alpha": 0.75}
+"""How things are drawn, in the views and in the legend."""
+_CIRCLE = np.column_stack([np.cos(np.linspace(0, 2 * np.pi, 65)), np.sin(np.linspace(0, 2 * np.pi, 65))])
+
+
+def mover_style(strength: float = 0.85) -> dict[str, Any]:
+    """Return how movers are drawn."""
+    return {"facecolor": clear(LIGHT["mover"], strength), "edgecolor": "white", "linewidth": 0.8}
+
+
+def doubt_style() -> dict[str, Any]:
+    """Return how it is drawn where movers may be."""
+    return {"facecolor": clear(LIGHT["mover"], 0.07), "edgecolor": clear(LIGHT["mover"], 0.28), "linewidth": 0.6}
+
+
+def range_style() -> dict[str, Any]:
+    """Return how the range of sensors is drawn."""
+    return {"facecolor": clear(LIGHT["accent"], 0.05), "edgecolor": clear(LIGHT["accent"], 0.6), "linewidth": 0.9}
+
+
 def still(drawn: ReplannedScene, t: float) -> "Figure":
     """Return the figure of a replanned flight at `t` seconds."""
     picture = _Picture(drawn, "")
@@ -47,32 +68,36 @@ def still(drawn: ReplannedScene, t: float) -> "Figure":
 def replanned_frames(
     drawn: ReplannedScene, times: Sequence[float], speed: int, dots: int
 ) -> Iterator[NDArray[np.uint8]]:
-    """Yield the frames of a film, (height, width, 3) with even height and width.
+    """Return the frames of the film of a replanned flight, which is `speed` times as fast; see `film_frames`."""
+    picture = _Picture(drawn, "" if speed == 1 else f", {speed} times as fast")
+    return film_frames(picture.figure, picture.moving, picture.show, times, dots)
+
+
+def film_frames(
+    figure: "Figure", moving: Sequence[Any], show: Callable[[float], None], times: Sequence[float], dots: int
+) -> Iterator[NDArray[np.uint8]]:
+    """Yield frames, (height, width, 3) with even height and width, in which artists move over a still picture.
 
     Parameters
     ----------
-    drawn
-        What is shown.
+    figure, moving
+        The picture, and the artists in it that `show` moves to where they are at an instant.
     times
         Seconds into the mission.
-    speed
-        How many times as fast as the flight the film is.
     dots
         Pixels to an inch.
     """
-    picture = _Picture(drawn, "" if speed == 1 else f", {speed} times as fast")
-    figure = picture.figure
     figure.set_dpi(dots)
     figure.set_size_inches(*(2 * np.ceil(size * dots / 2) / dots for size in figure.get_size_inches()))
     canvas: Any = figure.canvas
-    for artist in picture.moving:
+    for artist in moving:
         artist.set_animated(True)
     canvas.draw()
     background = canvas.copy_from_bbox(figure.bbox)
     for t in times:
         canvas.restore_region(background)
-        picture.show(t)
-        for artist in picture.moving:
+        show(t)
+        for artist in moving:
             (artist.axes or figure).draw_artist(artist)
         yield np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
 
@@ -97,13 +122,12 @@ class _Picture:
 
         self._line = axes(LEGEND, line)
         below, above = axes(LEGEND + line + AXIS, side), axes(LEGEND + line + AXIS + side + GAP, tall)
-        plan = OrthographicView(above, right, up, low, high)
-        from_side = OrthographicView(below, right, (0, 0, 1), low, high)
+        plan, from_side = MovingView(above, right, up, drawn, 0.85), MovingView(below, right, (0, 0, 1), drawn, 0.4)
         plan.label(1 - along, upright=True)
         from_side.label(2, upright=True)
         from_side.label(along, upright=False)
         above.tick_params(labelbottom=False)
-        self._views = MovingView(plan, drawn, 0.85), MovingView(from_side, drawn, 0.4)
+        self._views = plan, from_side
         place: dict[str, Any] = {"x": left / WIDTH, "color": INK, "va": "top"}
         title = f"{plain(drawn.scene.scenario.name)}, replanned in flight{fast}"
         self.figure.text(**place, y=1 - 0.24 / total, s=title, fontsize=14)
@@ -173,3 +197,154 @@ class _Picture:
             return ""
         answers = self._drawn.flight.steps[k].answers
         return next((answer for answer in answers if not answer.proven), answers[0]).sentence
+
+
+class MovingView:
+    """A view of a replanned flight along an axis.
+
+    Parameters
+    ----------
+    axes
+        Those of matplotlib that it is drawn in.
+    right, up
+        (3,) unit vectors: what points to the right, and up, in the picture.
+    drawn
+        What is drawn.
+    strength
+        How opaque movers are, from 0 to 1: from the side they may hide the flight.
+
+    Attributes
+    ----------
+    artists
+        Those of matplotlib that move, from the back to the front.
+    """
+
+    def __init__(
+        self, axes: Any, right: Sequence[float], up: Sequence[float], drawn: ReplannedScene, strength: float
+    ) -> None:
+        self.axes, self._drawn = axes, drawn
+        self._onto = np.array([right, up], dtype=np.float64)
+        self.artists: list[Any] = []
+        tracks, movers = drawn.scene.tracks, drawn.scene.scenario.movers
+        self._dress()
+        self._stand_still()
+        self._walls = [[self._polygon(zorder=2) for _ in self._outlines(wall)] for wall in drawn.unknown]
+        ranged = tracks if drawn.flight.sensor.range else ()
+        self._ranges = [self._polygon(**range_style(), zorder=2) for _ in ranged]
+        self._doubt = [[self._polygon(**doubt_style(), zorder=3) for _ in movers] for _ in AHEAD]
+        self._bodies = [self._polygon(**mover_style(strength), zorder=5) for _ in movers]
+        self._trails = [self._line(color=track.colour, **FLOWN, zorder=6) for track in tracks]
+        self._ways = [self._line(**COMMITTED, zorder=7) for _ in tracks]
+        self._outs = [self._line(**WAY_OUT, zorder=7) for _ in tracks]
+        mark: dict[str, Any] = {"marker": "o", "ms": 10, "mec": "white", "mew": 1.2, "zorder": 9}
+        self._marks = [self._line(color=track.colour, **mark) for track in tracks]
+
+    def _seen(self, points: Floats) -> Floats:
+        """Return points (n, 3) as they are seen, (n, 2)."""
+        return np.asarray(points) @ self._onto.T
+
+    def _outline(self, points: Floats) -> Floats:
+        """Return the outline of a convex body that has its corners among points (n, 3), (m, 2)."""
+        from scipy.spatial import ConvexHull
+
+        seen = self._seen(points)
+        return np.asarray(seen[ConvexHull(seen).vertices])
+
+    def _outlines(self, shape: DrawnShape) -> list[Floats]:
+        """Return the outline of a shape, as if it were convex; voxels, which have no single one, are left out."""
+        return [] if isinstance(shape, Voxels) else [self._outline(surface(shape)[0])]
+
+    def label(self, axis: int, upright: bool) -> None:
+        """Label the upright or the level axis of the picture, along which x, y or z is shown, upwards or downwards."""
+        letter, soft = f"{'xyz'[axis]} (m)", LIGHT["soft"]
+        if upright:
+            self.axes.set_ylabel(letter, color=soft, fontsize=9, labelpad=2)
+        else:
+            self.axes.set_xlabel(letter, color=soft, fontsize=9, labelpad=1)
+        if upright and self._onto[1, axis] < 0:
+            self.axes.yaxis.set_major_formatter(lambda value, _: f"{-value + 0.0:g}")
+
+    def _dress(self) -> None:
+        axes, world = self.axes, self._drawn.scene.world
+        corners = self._seen(np.array([world.low, world.high], dtype=np.float64))
+        (left, bottom), (far, top) = corners.min(axis=0), corners.max(axis=0)
+        axes.set_xlim(left, far)
+        axes.set_ylim(bottom, top)
+        axes.set_facecolor(LIGHT["card"])
+        for side in axes.spines.values():
+            side.set_color(LIGHT["line"])
+        axes.grid(color=LIGHT["grid"], linewidth=0.6)
+        axes.set_axisbelow(True)
+        axes.tick_params(labelsize=8.5, labelcolor=LIGHT["soft"], color=LIGHT["line"])
+
+    def _stand_still(self) -> None:
+        """Draw the known world, and what was planned."""
+        from matplotlib.collections import PolyCollection
+
+        axes = self.axes
+        for kind in self._drawn.scene.world.kinds:
+            bodies = [body for shape in kind.shapes for body in self._outlines(shape)]
+            tone, strength = colour(kind), 0.55 if kind.hard else 0.2
+            style: dict[str, Any] = {"linewidths": 0.8, "linestyles": "-" if kind.hard else "--", "zorder": 1}
+            axes.add_collection(PolyCollection(bodies, facecolors=clear(tone, strength), edgecolors=tone, **style))
+        for track, (_, planned) in zip(self._drawn.scene.tracks, self._drawn.planned, strict=True):
+            axes.plot(*self._seen(planned).T, **PLANNED, zorder=2)
+            begin = self._seen(np.array([track.start]))[0]
+            axes.plot(*begin, "o", color="white", mec=track.colour, ms=6, zorder=4)
+            if track.target is not None:
+                axes.plot(
+                    *self._seen(np.array([track.target]))[0], "D", color=track.colour, mec="white", ms=7, zorder=4
+                )
+
+    def _polygon(self, **style: Any) -> Any:
+        from matplotlib.patches import Polygon
+
+        artist = self.axes.add_patch(Polygon(np.zeros((3, 2)), closed=True, **style))
+        self.artists.append(artist)
+        return artist
+
+    def _line(self, **style: Any) -> Any:
+        (artist,) = self.axes.plot([], [], **style)
+        self.artists.append(artist)
+        return artist
+
+    def show(self, t: float) -> None:
+        """Move all that moves to where it is at `t` seconds."""
+        self._show_movers(t)
+        drawn = self._drawn
+        for wall, artists, when in zip(drawn.unknown, self._walls, drawn.seen, strict=True):
+            for body, artist in zip(self._outlines(wall), artists, strict=True):
+                artist.set_xy(body)
+                artist.set(**(SEEN if when is not None and when <= t else UNSEEN))
+        for uav, track in enumerate(drawn.scene.tracks):
+            place, way = self._seen(track.at(t)[None]), drawn.way(uav, t)
+            if self._ranges:
+                self._ranges[uav].set_xy(place + (drawn.flight.sensor.range or 0.0) * _CIRCLE)
+            ahead, out = (np.empty((0, 3)), np.empty((0, 3))) if way is None else way.ahead(t)
+            lines = (self._trails, track.flown(t)), (self._ways, ahead), (self._outs, out)
+            for artists, points in lines:
+                artists[uav].set_data(*self._seen(points).T)
+            self._marks[uav].set_data(*place.T)
+
+    def _show_movers(self, t: float) -> None:
+        """Move the movers to where they truly are, and their doubt to where they are held to be."""
+        drawn = self._drawn
+        movers = drawn.scene.scenario.movers
+        for mover, artist in zip(movers, self._bodies, strict=True):
+            artist.set_xy(self._outline(surface(grown(mover, 0.0))[0] + mover.at([t])[0]))
+        for share, artists in zip(AHEAD, self._doubt, strict=True):
+            held = {
+                mover.name: (place, doubt) for mover, place, doubt in drawn.predicted(t, share * drawn.flight.horizon)
+            }
+            for mover, artist in zip(movers, artists, strict=True):
+                artist.set_visible(mover.name in held)
+                if mover.name in held:
+                    place, doubt = held[mover.name]
+                    artist.set_xy(self._outline(surface(grown(mover, doubt))[0] + place))
+
+
+def clear(tone: str, strength: float) -> tuple[float, float, float, float]:
+    """Return a colour that lets through what is behind it."""
+    from matplotlib.colors import to_rgba
+
+    return to_rgba(tone, strength)

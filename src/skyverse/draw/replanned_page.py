@@ -5,23 +5,23 @@ from typing import Any
 
 import numpy as np
 
-from skyverse._typing import Floats
 from skyverse.draw.flight_page import FLIGHT_WORDS, metres, tracking_errors
 from skyverse.draw.margin_traces import told
-from skyverse.draw.page import filled, scene_data
-from skyverse.draw.page_parts import (
+from skyverse.draw.plotly_values import NOWHERE, Trace, columns, flat, mesh, plain, trace
+from skyverse.draw.replanned_scene import CommittedWay, ReplannedScene
+from skyverse.draw.shape_geometry import DrawnShape, footprint, outline, surface
+from skyverse.draw.template import (
     MAX_SHOWN_FINDINGS,
     NO_VALUE,
     card,
     facts_list,
+    filled,
     finding_line,
+    scene_data,
     table,
     tiles,
     uav_row,
 )
-from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
-from skyverse.draw.replanned_scene import CommittedWay, ReplannedScene
-from skyverse.draw.shape_geometry import DrawnShape, footprint, outline, surface
 from skyverse.model.replanned_flight import Prediction, ReplannedFlight
 from skyverse.model.shapes import Voxels
 from skyverse.model.verdict import Verdict
@@ -54,12 +54,9 @@ def replanned_page(flight: ReplannedFlight) -> str:
         "lines": "Coloured: flown so far; grey, dotted: as planned. Ahead of a UAV: the way that it is committed to, "
         f"and, dotted, its way out, on which it brakes to rest. {told(scene)}",
         "chart": "Tracking error",
-        "axis": "",
         "curves": "Distance of each UAV from what was commanded, over time",
-        "dashed": "",
         "numbers": "As flown",
         "table": _table(drawn),
-        "details": "",
         "footer": _footer(flight),
     }
     data: dict[str, Any] = scene_data(scene)
@@ -147,24 +144,15 @@ LETTERS = {"kept": "k", "replaced": "r", "no way out": "n"}
 
 def replanned_in_space(drawn: ReplannedScene) -> list[Trace]:
     """Return the traces of what was planned and unknown, and empty ones that the page fills in."""
-    nowhere = {"x": [None], "y": [None], "z": [None]}
     planned = [
-        trace(
-            "scatter3d",
-            "lines",
-            f"{plain(name)}: as planned",
-            _xyz(line),
-            None,
-            {"role": "planned", "uav": uav},
-            line={},
-        )
+        trace("scatter3d", "lines", f"{plain(name)}: as planned", columns(line), None, role, line={})
         for uav, (name, line) in enumerate(drawn.planned)
-        if len(line)
+        if len(line) and (role := {"role": "planned", "uav": uav})
     ]
     unknown = [each for wall, when in zip(drawn.unknown, drawn.seen, strict=True) for each in _unknown(wall, when)]
     names = {"doubt": "Where movers may be", "committed": "Committed way", "out": "Way out"}
     names |= {"sensor": "Sensor range"} if drawn.flight.sensor.range else {}
-    moving = [trace("scatter3d", "lines", name, nowhere, None, {"role": role}, line={}) for role, name in names.items()]
+    moving = [trace("scatter3d", "lines", name, NOWHERE, None, {"role": role}, line={}) for role, name in names.items()]
     return [*planned, *unknown, *moving]
 
 
@@ -191,17 +179,10 @@ def replans_data(drawn: ReplannedScene) -> dict[str, Any]:
 def _unknown(wall: DrawnShape, when: float | None) -> list[Trace]:
     """Return the edges of an obstacle that nobody knew of, and its faces, which are shown once it is seen."""
     corners, triangles = surface(wall)
-    faces = {
-        "type": "mesh3d",
-        "name": "Unknown obstacle",
-        **{axis: packed(corners[:, k]) for k, axis in enumerate("xyz")},
-        **{axis: packed(triangles[:, k]) for k, axis in enumerate("ijk")},
-        "hoverinfo": "skip",
-        "meta": {"role": "unknown", "seen": when},
-    }
+    faces = mesh("Unknown obstacle", corners, triangles, {"role": "unknown", "seen": when})
     if isinstance(wall, Voxels):
         return [faces]
-    edges = trace("scatter3d", "lines", "Unknown obstacle", _xyz(outline(wall)), None, {"role": "ghost"}, line={})
+    edges = trace("scatter3d", "lines", "Unknown obstacle", columns(outline(wall)), None, {"role": "ghost"}, line={})
     return [edges, faces]
 
 
@@ -221,7 +202,3 @@ def _way(way: CommittedWay) -> dict[str, Any]:
         "times": flat(way.times[kept]),
         "positions": [flat(column) for column in way.places[kept].T],
     }
-
-
-def _xyz(points: Floats) -> Trace:
-    return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}

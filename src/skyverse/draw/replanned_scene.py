@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.scene import MissionScene, flight_scene, scene
+from skyverse.draw.scenes import MissionScene, flight_scene, scene
 from skyverse.draw.shape_geometry import DrawnShape
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import derived

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from skyverse._typing import Floats
 from skyverse.draw.margin_traces import ceiling, landings_in_space, pads, separations, tube
 from skyverse.draw.mover_traces import active_zones_in_space, movers_in_space
 from skyverse.draw.palette import FINDINGS
-from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
-from skyverse.draw.scene import MissionScene, Scene
+from skyverse.draw.plotly_values import NOWHERE, PLOTLY_DASHES, Trace, columns, flat, plain, trace
+from skyverse.draw.scenes import MissionScene, Scene
 from skyverse.draw.track import DrawnTrack, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
 from skyverse.model.result import Result
@@ -30,10 +29,6 @@ def shortened(name: str) -> str:
     return name if len(name) <= 20 else f"{name[:19]}…"
 
 
-def _xyz(points: Floats) -> Trace:
-    return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}
-
-
 def of_track(track: DrawnTrack, number: int, tolerance: float) -> list[Trace]:
     """Return one UAV's path, its trajectory accurate to `tolerance` metres, and the marks of its start and target."""
     name, place = plain(track.name), "%{text}<br>" + _PLACE_IN_SPACE
@@ -41,23 +36,23 @@ def of_track(track: DrawnTrack, number: int, tolerance: float) -> list[Trace]:
     thin = {"color": track.colour, "width": 1.5 if len(track.times) else 4}
     thick = {"color": track.colour, "width": 5, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]}
     role = {"role": "path", "uav": number}
-    path = trace("scatter3d", "lines", f"{name}: path", _xyz(track.path), None, role, line=thin)
+    path = trace("scatter3d", "lines", f"{name}: path", columns(track.path), None, role, line=thin)
     timed = {"customdata": flat(track.times[kept]), "line": thick}
     hover = "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE_IN_SPACE
-    role, points = {"role": "trajectory", "uav": number}, _xyz(track.positions[kept])
+    role, points = {"role": "trajectory", "uav": number}, columns(track.positions[kept])
     trajectory = trace("scatter3d", "lines", f"{name}: trajectory", points, hover, role, **timed)
     ends, words, symbols = [track.start], [f"{name}: start"], ["circle"]
     if track.target is not None:
         ends, symbols = [track.start, track.target], ["circle", "diamond"]
         words.append(f"{name}: target {plain(track.target_name or '')}")
     marker = {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1}
-    role, points = {"role": "ends", "uav": number}, _xyz(np.array(ends, dtype=np.float64))
+    role, points = {"role": "ends", "uav": number}, columns(np.array(ends, dtype=np.float64))
     name = f"{name}: start and target"
     return [path, trajectory, trace("scatter3d", "markers", name, points, place, role, text=words, marker=marker)]
 
 
 def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, role: str) -> Trace:
-    places = _xyz(np.array(list(points), dtype=np.float64).reshape(-1, 3))
+    places = columns(np.array(list(points), dtype=np.float64).reshape(-1, 3))
     hover = "%{text}<extra></extra>"
     return trace("scatter3d", "markers", name, places, hover, {"role": role}, text=words, marker=marker)
 
@@ -79,9 +74,8 @@ def _apart(scene: Scene) -> bool:
 
 def fleet(scene: Scene) -> list[Trace]:
     """Return the trail of the fleet, which is empty at first, and the UAVs at their first instant."""
-    nowhere = {"x": [None], "y": [None], "z": [None]}
     line: Trace = {"width": 9, "color": []}
-    trail = trace("scatter3d", "lines", "Trail", nowhere, None, {"role": "trail"}, line=line)
+    trail = trace("scatter3d", "lines", "Trail", NOWHERE, None, {"role": "trail"}, line=line)
     names = [plain(shortened(track.name)) for track in scene.tracks]
     marker = {
         "color": [track.colour for track in scene.tracks],

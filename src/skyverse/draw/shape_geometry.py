@@ -1,4 +1,4 @@
-"""The geometry of shapes for pictures: triangulated surfaces, faces, edges, footprints, and vertical spans."""
+"""The geometry of shapes for pictures: surfaces, faces, edges, footprints, vertical spans, and movers grown."""
 
 from collections.abc import Sequence
 
@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.draw.triangulation import joined, triangles, turned
+from skyverse.model.mover import Ellipsoid, Mover
 from skyverse.model.quantities import derived
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
-DrawnShape = Box | Cylinder | Sphere | Prism | Voxels
+DrawnShape = Box | Cylinder | Sphere | Prism | Voxels | Ellipsoid
 
 CIRCLE_SIDES = 48
 """The number of sides of the polygon that stands for a circle."""
@@ -34,7 +35,8 @@ def footprint(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:
         (x, y, _), (far_x, far_y, _) = shape.min, shape.max
         return [np.array([(x, y), (far_x, y), (far_x, far_y), (x, far_y)])]
     turn = 2 * np.pi * np.arange(sides) / sides
-    return [np.array(shape.centre[:2]) + shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])]
+    reach = shape.semi_axis_xy if isinstance(shape, Ellipsoid) else shape.radius
+    return [np.array(shape.centre[:2]) + reach * np.column_stack([np.cos(turn), np.sin(turn)])]
 
 
 def below(shape: DrawnShape, top: float) -> DrawnShape:
@@ -50,7 +52,7 @@ def surface(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> tuple[Floats, Ints]
     """Return the points, (n, 3), of a shape's closed surface and its triangles, (m, 3), as indices of points."""
     if isinstance(shape, Box):
         return _corners(shape), _FACES
-    if isinstance(shape, Sphere):
+    if isinstance(shape, Sphere | Ellipsoid):
         return _ball(shape, sides)
     if isinstance(shape, Voxels):
         quads = skin(shape)
@@ -91,11 +93,11 @@ def outline(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> Floats:
         return np.vstack([_corners(shape)[_STROKE], _GAP])
     if isinstance(shape, Voxels):
         return np.empty((0, 3))
-    if isinstance(shape, Sphere):
+    if isinstance(shape, Sphere | Ellipsoid):
         turn = 2 * np.pi * np.arange(sides + 1) / sides
-        flat = shape.radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-        strokes = [stroke for circle in (flat, flat[:, [0, 2, 1]]) for stroke in (circle + shape.centre, _GAP)]
-        return np.vstack(strokes)
+        flat = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+        circles = (_semi_axes(shape) * circle + shape.centre for circle in (flat, flat[:, [0, 2, 1]]))
+        return np.vstack([stroke for circle in circles for stroke in (circle, _GAP)])
     rings = footprint(shape, sides)
     points, n = _levels(rings, shape), sum(map(len, rings))
     strokes, first = [], 0
@@ -130,10 +132,11 @@ def span(shape: DrawnShape, places: Floats) -> Floats:
         levels[near[some]] = low[2] + shape.step[2] * np.column_stack([first, last])[some]
     else:
         squared = np.sum((at - np.array(shape.centre[:2])) ** 2, axis=1)
-        inside = squared <= shape.radius**2
+        reach, up = (shape.radius, 0.0) if isinstance(shape, Cylinder) else _semi_axes(shape)[1:]
+        inside = squared <= reach**2
         levels[near[inside]] = low[2], high[2]
-        if isinstance(shape, Sphere):
-            half = np.sqrt(shape.radius**2 - squared[inside])
+        if not isinstance(shape, Cylinder):
+            half = up / reach * np.sqrt(reach**2 - squared[inside])
             levels[near[inside]] = shape.centre[2] + np.column_stack([-half, half])
     return levels
 
@@ -147,6 +150,25 @@ def coarser(voxels: Voxels, most: int) -> Voxels:
         step = tuple(2 * side for side in voxels.step)
         voxels = derived(voxels, step=step, occupied=eight)
     return voxels
+
+
+def grown(mover: Mover, more: float) -> Box | Cylinder | Sphere | Ellipsoid:
+    """Return a mover's shape, grown by some metres as by its doubt; an ellipsoid keeps its proportions."""
+    shape = mover.shape
+    match shape:
+        case Box():
+            low, high = np.array(shape.min) - more, np.array(shape.max) + more
+            return Box(min=tuple(low.tolist()), max=tuple(high.tolist()))
+        case Cylinder():
+            update = {"radius": shape.radius + more, "low": shape.low - more, "high": shape.high + more}
+            return derived(shape, **update)
+        case Sphere():
+            return derived(shape, radius=shape.radius + more)
+        case Ellipsoid():
+            larger = 1.0 + more / min(shape.semi_axis_xy, shape.semi_axis_z)
+            axes = {name: larger * getattr(shape, name) for name in ("semi_axis_xy", "semi_axis_z")}
+            return derived(shape, **axes)
+    raise TypeError(f"a mover cannot be a {type(shape).__name__}")
 
 
 _GAP = np.full((1, 3), np.nan)
@@ -179,11 +201,17 @@ def _covered(rings: Sequence[Floats], places: Floats) -> NDArray[np.bool_]:
     return odd
 
 
-def _ball(sphere: Sphere, sides: int) -> tuple[Floats, Ints]:
+def _semi_axes(ball: Sphere | Ellipsoid) -> Floats:
+    if isinstance(ball, Sphere):
+        return np.full(3, ball.radius)
+    return np.array([ball.semi_axis_xy, ball.semi_axis_xy, ball.semi_axis_z])
+
+
+def _ball(ball: Sphere | Ellipsoid, sides: int) -> tuple[Floats, Ints]:
     belts = sides // 2
     turn, tilt = np.meshgrid(2 * np.pi * np.arange(sides) / sides, np.pi * (np.arange(1, belts) / belts - 0.5))
     unit = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=-1).reshape(-1, 3)
-    points = np.vstack([unit, [[0, 0, -1], [0, 0, 1]]]) * sphere.radius + np.array(sphere.centre)
+    points = np.vstack([unit, [[0, 0, -1], [0, 0, 1]]]) * _semi_axes(ball) + np.array(ball.centre)
     i = np.arange(sides)
     j = np.roll(i, -1)
     cut = [(np.column_stack([j, i, np.full(sides, len(unit))]))]

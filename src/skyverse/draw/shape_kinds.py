@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.draw.palette import KINDS, OTHER_KINDS
 from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, skin
+from skyverse.model.mover import Ellipsoid
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels, told_spans
 
@@ -143,7 +144,7 @@ def _triangles(shape: DrawnShape, sides: int) -> int:
             return 12
         case Cylinder():
             return 4 * sides - 4
-        case Sphere():
+        case Sphere() | Ellipsoid():
             return sides * (sides - 2)
         case Prism():
             corners = len(shape.vertices) + sum(map(len, shape.holes))

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.draw.ground_relief import relit
 from skyverse.draw.palette import GROUND
-from skyverse.draw.plotly_values import Trace, packed, plain, trace
-from skyverse.draw.relief import relit
-from skyverse.draw.scene import Scene
+from skyverse.draw.plotly_values import Trace, columns, mesh, packed, plain, trace
+from skyverse.draw.scenes import Scene
 from skyverse.draw.shape_geometry import below, brightness, outline, skin, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.model.shapes import Box, Voxels
@@ -52,16 +52,8 @@ def kind(kind: ShapeKind, number: int, top: float) -> Trace:
         "cmin": 0,
         "cmax": 1,
     }
-    return {
-        "type": "mesh3d",
-        "name": plain(kind.name),
-        **_xyz(corners),
-        **{axis: packed(triangles[:, column]) for column, axis in enumerate("ijk")},
-        **(shaded | {"showscale": False} if kind.solid else {}),
-        "flatshading": True,
-        "hoverinfo": "skip",
-        "meta": {"role": "kind", "kind": number},
-    }
+    shading = shaded | {"showscale": False} if kind.solid else {}
+    return mesh(plain(kind.name), corners, triangles, {"role": "kind", "kind": number}, flatshading=True, **shading)
 
 
 def _normals(triangles: Floats) -> Floats:
@@ -103,11 +95,7 @@ def bounds(scene: Scene) -> Trace:
 
 
 def _line(name: str, points: Floats, meta: Trace) -> Trace:
-    return trace("scatter3d", "lines", name, _xyz(points), None, meta)
-
-
-def _xyz(points: Floats) -> Trace:
-    return {axis: packed(points[:, column]) for column, axis in enumerate("xyz")}
+    return trace("scatter3d", "lines", name, columns(points, form=packed), None, meta)
 
 
 MAX_BOXES = 2_000

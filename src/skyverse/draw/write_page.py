@@ -10,18 +10,19 @@ import numpy as np
 from skyverse._version import __version__
 from skyverse.atomic import write_text
 from skyverse.draw.mission_page import page
-from skyverse.draw.page import filled, scene_data
-from skyverse.draw.page_parts import (
+from skyverse.draw.scenes import Scene, scenario_scene, scene
+from skyverse.draw.template import (
     MAX_SHOWN_FINDINGS,
     card,
     facts_list,
+    filled,
     finding_line,
     number,
+    scene_data,
     table,
     tiles,
     uav_row,
 )
-from skyverse.draw.scene import Scene, scenario_scene, scene
 from skyverse.draw.track import Point
 from skyverse.errors import require_kind
 from skyverse.model.geodesy import to_wgs84
@@ -63,7 +64,6 @@ def scenario_page(drawn: Scene) -> str:
         "space": "Space",
         "still": "Nothing is planned yet.",
         "lines": "Rings mark starts and targets that are not safe." if drawn.findings else "",
-        **dict.fromkeys(("chart", "axis", "curves", "dashed", "details"), ""),
         "numbers": "Starts and targets",
         "table": _table(drawn),
         "footer": _footer(scenario),

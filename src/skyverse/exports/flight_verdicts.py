@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from skyverse.atomic import write_text
-from skyverse.draw.mission_page import page
-from skyverse.draw.scene import LandingPlace, scene
+from skyverse.draw import LandingPlace, page, scene
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import origin_of
 from skyverse.exports.mavlink_formats import End

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.shape_geometry import footprint
+from skyverse.draw import footprint
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of, targets_on_globe
 from skyverse.exports.sampled_formats import EPOCH, SampledTrajectory, clock
 from skyverse.model.geodesy import to_wgs84

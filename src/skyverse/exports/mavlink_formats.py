@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.shape_geometry import footprint
+from skyverse.draw import footprint
 from skyverse.exports.autopilots import corner_acceptance, stop_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, logarithmic, plain
-from skyverse.draw.palette import TRACKS
+from skyverse.draw import INK, TRACKS, blank, logarithmic
+from skyverse.draw.map_figure import GRID, LINE_STYLES, SOFT, plain
 from skyverse.lab.curves import Band
 from skyverse.lab.report import one_line
 from skyverse.lab.statistics import Ranking, quantile

@@ -1,13 +1,17 @@
 """The charts of the reproduction: lines over iterations or populations, and groups of bars."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyverse.draw.map_figure import INK, SOFT, blank, logarithmic
+from skyverse.draw import INK, blank, logarithmic
+from skyverse.draw.map_figure import SOFT
 from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
+from skyverse.mission.plan_mission import Assignment
+from skyverse.reproduction.cells import FORMS, CellRuns, Size, grid
+from skyverse.reproduction.published import METHODS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +30,28 @@ class ChartSeries:
     x: Sequence[float]
     y: Sequence[float]
     error: Sequence[float] | None = None
+
+
+def method_series(
+    cells: CellRuns,
+    scenarios: Sequence[str],
+    sizes: Sequence[Size],
+    x: Sequence[float] = (),
+    *,
+    column: str = "cost",
+    thesis: Mapping[str, tuple[Sequence[float], Sequence[float] | None]] = {},
+    assignment: Assignment = "path-cost",
+) -> list[ChartSeries]:
+    """Return each method's series: the thesis's where given, and mean costs or medians of a column in each form."""
+    found = []
+    for method in METHODS:
+        if method in thesis:
+            found.append(ChartSeries(method, "thesis", x, *thesis[method]))
+        for form in FORMS:
+            some = grid(scenarios, sizes, [method], [form], assignment=assignment)
+            values = cells.means(some) if column == "cost" else (cells.medians(column, some), None)
+            found.append(ChartSeries(method, form, x, *values))
+    return found
 
 
 def lines(series: Sequence[ChartSeries], x: str, y: str, *, bound: float | None = None, log: bool = False) -> "Figure":

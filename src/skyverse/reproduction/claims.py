@@ -1,42 +1,31 @@
 """The claims of the thesis, and the page that judges them."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from itertools import product
 
-from skyverse.lab.job import Job
-from skyverse.lab.report import Block, SectionHeading, Table, Text
-from skyverse.reproduction import cost_claims, effort_claims, fleets, parameter_claims
-from skyverse.reproduction.cell_runs import (
-    EQUAL_EFFORTS,
-    FORMS,
-    CellRuns,
-    ThesisPart,
-    all_methods,
-    case,
-    cell,
-    exact_searches,
-    without_obstacles,
-)
+from skyverse.lab import SectionHeading, Table, Text
+from skyverse.lab.report import Block
+from skyverse.reproduction import judges, work_claims
+from skyverse.reproduction.cells import EQUAL_EFFORTS, FORMS, CellRuns, ThesisPart, exact, grid
 from skyverse.reproduction.claim_verdict import SAME_WITHIN, ClaimVerdict, Finding
-from skyverse.reproduction.convergence import up_to
-from skyverse.reproduction.cost_claims import (
+from skyverse.reproduction.convergence import LAST
+from skyverse.reproduction.judges import (
     ALIKE_WITHIN,
     EQUAL,
-    LAST,
+    SWEPT_ITERATIONS,
+    SWEPT_POPULATIONS,
+    Judge,
+    after,
     gso_settles_faster,
     munkres_lowers,
     order,
-    order_after,
+    populations,
+    spreads,
 )
-from skyverse.reproduction.effort_claims import WORK_SIZES
-from skyverse.reproduction.parameter_claims import SWEPT_ITERATIONS, SWEPT_POPULATIONS, populations
-from skyverse.reproduction.published import CASES, FLEET_RUNS, METHODS, THESIS_MAPS
-
-CLAIMED_ITERATIONS = (1, 2, 5, 10, 15, 30, 40, 50)
-"""The numbers of iterations after which claims compare costs, with a population of 25."""
+from skyverse.reproduction.published import CASES, FLEET_RUNS, THESIS_MAPS
+from skyverse.reproduction.work import FLEET_SCENARIOS
+from skyverse.reproduction.work_claims import ABOUT_HALF, EQUAL_PATHS, MUCH_LESS, WORK_SIZES
 
 
 @dataclass(frozen=True)
@@ -45,93 +34,95 @@ class Claim:
 
     text: str
     where: str
-    judge: Callable[[CellRuns, str], Finding]
+    judge: Judge
     measure: str = "cost"
 
 
 _MVO_FIRST = (("MVO", "GSO"), ("MVO", "BBO"))
 _GSO_FIRST = (("GSO", "MVO"), ("GSO", "BBO"))
+_BBO_FIRST = (("BBO", "GSO"), ("BBO", "MVO"))
 _BBO_LAST = (("MVO", "BBO"), ("GSO", "BBO"))
-_MVO_THEN_BBO = (("MVO", "BBO"),)
-_NOT_LOWER, _HIGHER = (-ALIKE_WITHIN, math.inf), (ALIKE_WITHIN, math.inf)
+_MVO_THEN_BBO, _MVO_THEN_GSO = (("MVO", "BBO"),), (("MVO", "GSO"),)
 _FEW = "On the most complex map MVO is best already after few iterations (the text says Map 2; Map 3 is judged)."
+_HALF = f"Asked: {1 + ABOUT_HALF[0]:.2f} to {1 + ABOUT_HALF[1]:.2f} of GSO's {{unit}}, as the published times."
+_MUCH = "Much less is taken to mean at least 20 % less. {runs} runs a cell at equal iterations."
+_half = order(_MVO_THEN_GSO, equal=EQUAL_PATHS, column="work", asked=ABOUT_HALF, told=_HALF)
+_bbo_fastest = order(_BBO_FIRST, equal=EQUAL_PATHS, column="work")
+_much_less = order(
+    _MVO_THEN_GSO, sizes=WORK_SIZES, equal=EQUAL_PATHS, column="work", asked=MUCH_LESS, few=True, told=_MUCH
+)
+_alike = order(
+    _MVO_THEN_GSO,
+    sizes=[LAST],
+    asked=(-ALIKE_WITHIN, ALIKE_WITHIN),
+    told=f"Alike is taken to mean within {ALIKE_WITHIN:.0%}.",
+)
+_mvo_spreads_least = spreads(_MVO_FIRST, ("map2", "map3"), CASES[:1], " In Table 4.3 itself GSO has 22.2, MVO 27.8.")
+_bbo_spreads_most = spreads((("GSO", "BBO"), ("MVO", "BBO")), THESIS_MAPS, CASES)
 
 CLAIMS = (
-    Claim("On Map 1 MVO finds the lowest mean best cost.", "4.1.1.1", partial(order, _MVO_FIRST, ("map1",))),
-    Claim("On Map 3 MVO finds the lowest mean best cost.", "4.1.1.1", partial(order, _MVO_FIRST, ("map3",))),
-    Claim("On Map 2 GSO finds the lowest mean best cost.", "4.1.1.1", partial(order, _GSO_FIRST, ("map2",))),
-    Claim("MVO takes about half of GSO's time.", "4.1.1.1", effort_claims.half_the_time, "nodes"),
-    Claim("BBO is the fastest of the three.", "4.1.1.1, 4.2", effort_claims.bbo_is_fastest, "nodes"),
-    Claim("BBO is trapped: its best costs are the worst.", "4.1.1.1, 4.2", partial(order, _BBO_LAST, THESIS_MAPS)),
-    Claim("The spread falls from the first case to the second.", "4.1.1.1", cost_claims.spread_falls, "spread"),
-    Claim("In the first case MVO's is least on Maps 2 and 3.", "4.1.1.1", cost_claims.mvo_spreads_least, "spread"),
-    Claim("BBO has the largest spread.", "4.1.1.1", cost_claims.bbo_spreads_most, "spread"),
-    Claim("The spread falls faster for GSO than for MVO.", "4.1.1.2", partial(gso_settles_faster, ("MVO",)), "spread"),
+    Claim("On Map 1 MVO finds the lowest mean best cost.", "4.1.1.1", order(_MVO_FIRST, ["map1"])),
+    Claim("On Map 3 MVO finds the lowest mean best cost.", "4.1.1.1", order(_MVO_FIRST, ["map3"])),
+    Claim("On Map 2 GSO finds the lowest mean best cost.", "4.1.1.1", order(_GSO_FIRST, ["map2"])),
+    Claim("MVO takes about half of GSO's time.", "4.1.1.1", _half, "nodes"),
+    Claim("BBO is the fastest of the three.", "4.1.1.1, 4.2", _bbo_fastest, "nodes"),
+    Claim("BBO is trapped: its best costs are the worst.", "4.1.1.1, 4.2", order(_BBO_LAST)),
+    Claim("The spread falls from the first case to the second.", "4.1.1.1", judges.spread_falls, "spread"),
+    Claim("In the first case MVO's is least on Maps 2 and 3.", "4.1.1.1", _mvo_spreads_least, "spread"),
+    Claim("BBO has the largest spread.", "4.1.1.1", _bbo_spreads_most, "spread"),
+    Claim("The spread falls faster for GSO than for MVO.", "4.1.1.2", gso_settles_faster("MVO"), "spread"),
+    Claim("At 30 iterations MVO has converged furthest.", "4.1.1.2", order(_MVO_FIRST, sizes=after(30))),
+    Claim(_FEW, "4.1.1.2", order(_MVO_FIRST, ["map3"], after(5, 10, 15))),
+    Claim("MVO starts out worse than GSO, but catches up.", "4.1.3", judges.mvo_catches_up),
+    Claim("After 50 iterations MVO is better than BBO.", "4.2", order(_MVO_THEN_BBO, sizes=after(50))),
+    Claim("After 50 iterations MVO and GSO are almost alike.", "4.1.3, 4.2", _alike),
+    Claim("The best cost falls steeply at first, and hardly at last.", "4.1.3", judges.flattens),
+    Claim("In most cases MVO is best and fastest.", "abstract", work_claims.best_and_fastest, "cost, nodes"),
+    Claim("MVO is much faster than GSO with any population.", "4.2", _much_less, "nodes"),
+    Claim("MVO's lead in time grows with the map's complexity.", "4.1.3", work_claims.lead_grows, "nodes"),
+    Claim("Munkres lowers the cost of five UAVs on Map 3.", "4.1.2.1", munkres_lowers("MVO")),
+    Claim("The time is close to linear in the number of UAVs.", "4.1.2.2", work_claims.linear_in_fleet, "nodes"),
+    Claim("MVO's complexity is polynomial.", "4.1.3", work_claims.polynomial, "nodes"),
+    Claim("MVO generates optimal paths.", "4.2", judges.optimal),
     Claim(
-        "At 30 iterations MVO has converged furthest.", "4.1.1.2", partial(order_after, _MVO_FIRST, (30,), THESIS_MAPS)
+        "Meta-heuristics find the best paths in less time than A*.", "1", work_claims.beat_exact_search, "cost, nodes"
     ),
-    Claim(_FEW, "4.1.1.2", partial(order_after, _MVO_FIRST, (5, 10, 15), ("map3",))),
-    Claim("MVO starts out worse than GSO, but catches up.", "4.1.3", cost_claims.mvo_catches_up),
+    Claim("The effect of Munkres is the same for GSO and BBO.", "4.1.2.1", munkres_lowers("GSO", "BBO")),
+    Claim("Algorithm 2 gives better paths than Algorithm 1.", "3.3", judges.guided_paths_are_better),
+    Claim("GSO's spread improves most of the three.", "4.1.1.1", gso_settles_faster("MVO", "BBO"), "spread"),
     Claim(
-        "After 50 iterations MVO is better than BBO.", "4.2", partial(order_after, _MVO_THEN_BBO, (50,), THESIS_MAPS)
+        "A very large population only takes more time.", "4.1.4.1", populations((160, 40), (-ALIKE_WITHIN, math.inf))
     ),
-    Claim("After 50 iterations MVO and GSO are almost alike.", "4.1.3, 4.2", cost_claims.alike_in_the_end),
-    Claim("The best cost falls steeply at first, and hardly at last.", "4.1.3", cost_claims.flattens),
-    Claim("In most cases MVO is best and fastest.", "abstract", effort_claims.best_and_fastest, "cost, nodes"),
-    Claim("MVO is much faster than GSO with any population.", "4.2", effort_claims.less_time_than_gso, "nodes"),
-    Claim("MVO's lead in time grows with the map's complexity.", "4.1.3", effort_claims.lead_grows, "nodes"),
-    Claim("Munkres lowers the cost of five UAVs on Map 3.", "4.1.2.1", partial(munkres_lowers, ("MVO",))),
-    Claim("The time is close to linear in the number of UAVs.", "4.1.2.2", effort_claims.linear_in_fleet, "nodes"),
-    Claim("MVO's complexity is polynomial.", "4.1.3", effort_claims.polynomial, "nodes"),
-    Claim("MVO generates optimal paths.", "4.2", cost_claims.optimal),
-    Claim(
-        "Meta-heuristics find the best paths in less time than A*.",
-        "1",
-        parameter_claims.beat_exact_search,
-        "cost, nodes",
-    ),
-    Claim("The effect of Munkres is the same for GSO and BBO.", "4.1.2.1", partial(munkres_lowers, ("GSO", "BBO"))),
-    Claim("Algorithm 2 gives better paths than Algorithm 1.", "3.3", parameter_claims.guided_paths_are_better),
-    Claim(
-        "GSO's spread improves most of the three.",
-        "4.1.1.1",
-        partial(gso_settles_faster, ("MVO", "BBO")),
-        "spread",
-    ),
-    Claim("A very large population only takes more time.", "4.1.4.1", partial(populations, (160, 40), _NOT_LOWER)),
-    Claim("Too small a population hardly finds good paths.", "4.1.4.1", partial(populations, (5, 40), _HIGHER)),
-    Claim("Obstacles take more iterations.", "4.1.4.2", parameter_claims.obstacles_take_iterations, "iterations"),
-    Claim("The trajectory generator removes unwanted turns.", "4.1.4.3", parameter_claims.turns_are_removed, "turns"),
+    Claim("Too small a population hardly finds good paths.", "4.1.4.1", populations((5, 40), (ALIKE_WITHIN, math.inf))),
+    Claim("Obstacles take more iterations.", "4.1.4.2", judges.obstacles_take_iterations, "iterations"),
+    Claim("The trajectory generator removes unwanted turns.", "4.1.4.3", judges.turns_are_removed, "turns"),
 )
+_CELLS = (
+    *grid(THESIS_MAPS, [CASES[0], *EQUAL]),
+    *grid(THESIS_MAPS, after(1, 2, 5, 10, 15, 30, 40, 50), ["MVO"]),
+    *grid(THESIS_MAPS, [LAST]),
+    *map(exact, THESIS_MAPS),
+)
+_FEW_CELLS = (
+    *grid(FLEET_SCENARIOS.values(), assignment="euclidean"),
+    *grid(THESIS_MAPS, WORK_SIZES, ["MVO", "GSO"]),
+    *grid(THESIS_MAPS, CASES[:1], ["MVO uniform"]),
+    *grid(THESIS_MAPS, [(population, SWEPT_ITERATIONS) for population in SWEPT_POPULATIONS], ["MVO"]),
+    *grid(THESIS_MAPS, [LAST], ["MVO"], bare=True),
+    *grid(["table-4.8"], CASES[1:], assignment="identity"),
+    *grid(["table-4.8"], CASES[1:], assignment="euclidean"),
+)
+"""The cells by which claims are judged: with all seeds, and with few."""
 
 
 def parts() -> list[ThesisPart]:
     """Return the page of claims."""
+    return [ThesisPart("claims", page, _CELLS, _FEW_CELLS, _timed)]
+
+
+def _timed(cells: CellRuns) -> list[Block]:
     on_time = [(number, claim.text, claim.judge) for number, claim in enumerate(CLAIMS, 1) if "nodes" in claim.measure]
-    return [ThesisPart("claims", claimed_jobs, page, partial(effort_claims.timed_blocks, on_time, claimed_jobs))]
-
-
-def claimed_jobs(seeds: Sequence[int]) -> Iterable[Job]:
-    """Yield the runs that the claims need."""
-    maps, few = [case(name) for name in THESIS_MAPS], seeds[:FLEET_RUNS]
-    yield from all_methods(maps, [CASES[0], *EQUAL], seeds)
-    for given in maps:
-        yield from up_to(given, CLAIMED_ITERATIONS, seeds)
-        yield from exact_searches(given, seeds)
-    for part in fleets.parts():
-        if part.name == "table-4.10":
-            yield from part.jobs(few)
-    for form in FORMS:
-        for given in maps:
-            for method, size in product(("MVO", "GSO"), WORK_SIZES):
-                yield from cell(given, method, form, *size, few)
-            yield from cell(given, "MVO uniform", form, *CASES[0], few)
-            for population in SWEPT_POPULATIONS:
-                yield from cell(given, "MVO", form, population, SWEPT_ITERATIONS, few)
-        for name in THESIS_MAPS:
-            yield from cell(without_obstacles(name), "MVO", form, *LAST, few)
-        for method, given in product(METHODS, (fleets.coordinated("identity"), fleets.coordinated("euclidean"))):
-            yield from cell(given, method, form, *CASES[1], few)
+    return work_claims.timed_blocks(on_time, (*_CELLS, *_FEW_CELLS), cells.seeds)
 
 
 def judge_all(cells: CellRuns) -> list[list[Finding]]:

@@ -1,51 +1,37 @@
 """Tables 4.2 to 4.4 and Figures 4.10 to 4.13: best costs and times of two cases on three maps."""
 
-from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import product
 
 import numpy as np
 
-from skyverse.lab.job import Job
-from skyverse.lab.report import Block, Cell, Figure, Table, Text
-from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, Sample, holm, sample
-from skyverse.reproduction.cell_runs import (
-    FORMS,
-    CellRuns,
-    ThesisPart,
-    all_methods,
-    case,
-    cell,
-    mean,
-    optimum,
-    restarts,
-)
-from skyverse.reproduction.charts import ChartSeries, bars
-from skyverse.reproduction.claim_verdict import (
-    SAME_WITHIN,
-    deviations_differ,
-    mean_difference,
-)
-from skyverse.reproduction.published import CASES, CELL_RUNS, COSTS, METHODS, THESIS_MAPS
+from skyverse.lab import SIGNIFICANCE_LEVEL, Figure, Sample, Table, Text, holm, sample
+from skyverse.lab.report import Block
+from skyverse.lab.report import Cell as Printable
+from skyverse.reproduction.cells import FORMS, Cell, CellRuns, ThesisPart, grid, restart
+from skyverse.reproduction.charts import bars, method_series
+from skyverse.reproduction.claim_verdict import SAME_WITHIN, deviations_differ, mean_difference
+from skyverse.reproduction.published import CASES, CELL_RUNS, COSTS, MAP_TITLES, METHODS, THESIS_MAPS
 
-MAP_TITLES = {"map1": "Map 1", "map2": "Map 2", "map3": "Map 3"}
 _ROW_HEAD = "method, population x iterations"
+_ACCEPTANCE = ("MVO", "MVO greedy", "BBO", "BBO greedy")
 
 
 def parts() -> list[ThesisPart]:
     """Return the tables and figures of this page of the thesis."""
-    tables = [
-        ThesisPart(f"table-4.{k}", partial(_jobs, (name,), CASES), partial(_table, name, k), partial(_times, name, k))
-        for k, name in enumerate(THESIS_MAPS, 2)
+    made = [
+        ThesisPart("cells", _agreement, grid(THESIS_MAPS)),
+        ThesisPart("acceptance", _acceptance, grid(THESIS_MAPS, methods=_ACCEPTANCE, forms=FORMS[1:])),
     ]
-    wanted = [partial(_jobs, THESIS_MAPS, (which,)) for which in CASES]
-    costs = [ThesisPart(f"fig-4.{10 + k}", wanted[k], partial(_cost_bars, 10 + k, CASES[k])) for k in (0, 1)]
-    efforts = [
-        ThesisPart(f"fig-4.{12 + k}", wanted[k], partial(_bars, 12 + k, CASES[k]), partial(_bars_s, 12 + k, CASES[k]))
-        for k in (0, 1)
-    ]
-    cells = ThesisPart("cells", partial(_jobs, THESIS_MAPS, CASES), _agreement)
-    return [*tables, cells, ThesisPart("acceptance", _acceptance_jobs, _acceptance), *costs, *efforts]
+    for k, name in enumerate(THESIS_MAPS, 2):
+        wanted = [*grid([name]), restart(name)]
+        made.append(ThesisPart(f"table-4.{k}", partial(_table, name, k), wanted, (), partial(_times, name, k)))
+    for k, which in enumerate(CASES, 10):
+        wanted = grid(THESIS_MAPS, [which])
+        counted, timed = (partial(_bars, k + 2, which, column) for column in ("generated_nodes", "seconds"))
+        made.append(ThesisPart(f"fig-4.{k}", partial(_cost_bars, k, which), wanted))
+        made.append(ThesisPart(f"fig-4.{k + 2}", counted, wanted, (), timed))
+    return made
 
 
 def _agreement(cells: CellRuns) -> list[Block]:
@@ -53,7 +39,7 @@ def _agreement(cells: CellRuns) -> list[Block]:
     told, away, means, spreads, same, described = [], [], [], [], [], []
     for name, size, method in product(THESIS_MAPS, CASES, METHODS):
         theirs = _published(name, method, *size)
-        ours, said = (sample(cells.values("cost", case(name), method, form, *size)) for form in FORMS)
+        ours, said = (sample(cells.values("cost", Cell(name, method, form, *size))) for form in FORMS)
         found = mean_difference(ours, theirs)
         means.append(found.p)
         same.append(found.equivalent(SAME_WITHIN * theirs.mean))
@@ -92,7 +78,7 @@ def _what_times_follow(cells: CellRuns) -> str:
     seconds = np.array([COSTS[name, method, *size].seconds for name, method, size in where])
     told = []
     for column in ("generated_paths", "generated_nodes"):
-        work = [cells.values(column, case(name), method, FORMS[0], *size).mean() for name, method, size in where]
+        work = [cells.values(column, Cell(name, method, FORMS[0], *size)).mean() for name, method, size in where]
         through_zero = np.multiply(work, np.sum(work * seconds) / np.sum(np.square(work)))
         proportional = 1 - np.sum((seconds - through_zero) ** 2) / np.sum((seconds - seconds.mean()) ** 2)
         line = linregress(work, seconds)
@@ -109,11 +95,11 @@ def _what_times_follow(cells: CellRuns) -> str:
 
 def _acceptance(cells: CellRuns) -> list[Block]:
     """Compare MVO and BBO as described, which keep every change, with the same that keep none for the worse."""
-    names, records = ["MVO", "MVO greedy", "BBO", "BBO greedy"], []
+    records = []
     for name, size in product(THESIS_MAPS, CASES):
-        found = [cells.values("cost", case(name), method, FORMS[1], *size) for method in names]
-        record: dict[str, Cell] = {"map": MAP_TITLES[name], "population x iterations": "{} x {}".format(*size)}
-        record |= {method: str(mean(costs)) for method, costs in zip(names, found, strict=True)}
+        found = [cells.values("cost", Cell(name, method, FORMS[1], *size)) for method in _ACCEPTANCE]
+        record: dict[str, Printable] = {"map": MAP_TITLES[name], "population x iterations": "{} x {}".format(*size)}
+        record |= {method: str(sample(costs)) for method, costs in zip(_ACCEPTANCE, found, strict=True)}
         between = mean_difference(sample(found[3]), sample(found[0]))
         low, high = (end / found[0].mean() for end in between.interval)
         record["BBO greedy against MVO"] = f"{low:+.1%} to {high:+.1%}"
@@ -131,50 +117,32 @@ def _acceptance(cells: CellRuns) -> list[Block]:
     ]
 
 
-def difference(cells: CellRuns, name: str, method: str, population: int, iterations: int) -> float:
-    """Return the difference of our mean, as run, from the published one, in standard errors of the difference."""
-    ours = sample(cells.values("cost", case(name), method, FORMS[0], population, iterations))
-    found = mean_difference(ours, _published(name, method, population, iterations))
-    return found.value / found.error
-
-
 def _published(name: str, method: str, population: int, iterations: int) -> Sample:
     theirs = COSTS[name, method, population, iterations]
     return Sample(theirs.mean, theirs.deviation, CELL_RUNS)
 
 
-def _jobs(maps: Sequence[str], cases: Sequence[tuple[int, int]], seeds: Sequence[int]) -> Iterable[Job]:
-    for name in maps:
-        yield from all_methods([case(name)], cases, seeds)
-        yield from restarts(case(name), seeds)
-
-
-def _acceptance_jobs(seeds: Sequence[int]) -> Iterable[Job]:
-    for name, method, size in product(THESIS_MAPS, ("MVO", "MVO greedy", "BBO", "BBO greedy"), CASES):
-        yield from cell(case(name), method, FORMS[1], *size, seeds)
-
-
 def _table(name: str, k: int, cells: CellRuns) -> list[Block]:
-    given = case(name)
     costs, efforts = [], []
     for which, method in product(CASES, METHODS):
         published = COSTS[name, method, *which]
         found, paths, nodes, success = (
-            [cells.values(column, given, method, form, *which) for form in FORMS]
+            [cells.values(column, Cell(name, method, form, *which)) for form in FORMS]
             for column in ("cost", "generated_paths", "generated_nodes", "success")
         )
-        restart = [cells.restart(given, float(count.mean())) for count in paths]
+        baseline = [str(sample(cells.restart(name, float(count.mean())))) for count in paths]
+        away = mean_difference(sample(found[0]), _published(name, method, *which))
         row = "{}, {} x {}".format(method, *which)
         costs.append(
             {
                 _ROW_HEAD: row,
                 "thesis": f"{published.mean:g} ± {published.deviation / np.sqrt(CELL_RUNS):.1f}",
-                "as run": str(mean(found[0])),
-                "difference": f"{difference(cells, name, method, *which):+.1f}",
-                "restart, effort as run": str(mean(restart[0])),
-                "as described": str(mean(found[1])),
-                "restart, effort as described": str(mean(restart[1])),
-                "exact": f"{optimum(given):g}",
+                "as run": str(sample(found[0])),
+                "difference": f"{away.value / away.error:+.1f}",
+                "restart, effort as run": baseline[0],
+                "as described": str(sample(found[1])),
+                "restart, effort as described": baseline[1],
+                "exact": f"{cells.optimum(name):g}",
             }
         )
         spreads = [f"{values.std(ddof=1):.1f}" for values in found]
@@ -203,43 +171,28 @@ def _table(name: str, k: int, cells: CellRuns) -> list[Block]:
 def _times(name: str, k: int, cells: CellRuns) -> list[Block]:
     rows = []
     for which, method in product(CASES, METHODS):
-        millis = [f"{1000 * cells.medians('seconds', [case(name)], method, form, [which])[0]:.1f}" for form in FORMS]
-        rows.append(["{}, {} x {}".format(method, *which), f"{COSTS[name, method, *which].seconds:g}", *millis])
+        millis = cells.medians("milliseconds", [Cell(name, method, form, *which) for form in FORMS])
+        theirs = f"{COSTS[name, method, *which].seconds:g}"
+        rows.append(["{}, {} x {}".format(method, *which), theirs, *(f"{one:.1f}" for one in millis)])
     head = [_ROW_HEAD, "thesis, s", "as run, ms", "as described, ms"]
     return [Table(head, rows, f"**Table 4.{k}**: time of a run on {MAP_TITLES[name]} (ours: the median).")]
 
 
 def _cost_bars(k: int, which: tuple[int, int], cells: CellRuns) -> list[Block]:
-    cases = [case(name) for name in THESIS_MAPS]
-    series = []
-    for method in METHODS:
-        published = [COSTS[name, method, *which] for name in THESIS_MAPS]
-        errors = [p.deviation / float(np.sqrt(CELL_RUNS)) for p in published]
-        series.append(ChartSeries(method, "thesis", [], [p.mean for p in published], errors))
-        series += [ChartSeries(method, form, [], *cells.means(cases, method, form, [which])) for form in FORMS]
-    bounds = [optimum(given) for given in cases]
+    published = {method: [_published(name, method, *which) for name in THESIS_MAPS] for method in METHODS}
+    thesis = {method: ([one.mean for one in some], [one.error for one in some]) for method, some in published.items()}
+    series = method_series(cells, THESIS_MAPS, [which], thesis=thesis)
+    bounds = [cells.optimum(name) for name in THESIS_MAPS]
     text = f"**Figure 4.{k}**: mean best cost, {which[0]} x {which[1]}, with its standard error."
     names = list(MAP_TITLES.values())
     return [Figure(f"fig-4.{k}", text, lambda: bars(names, series, "mean best cost", bounds=bounds))]
 
 
-def _bars(k: int, which: tuple[int, int], cells: CellRuns) -> list[Block]:
-    text = (
-        f"**Figure 4.{k}**, counted: generated nodes of a run, {which[0]} x {which[1]}; measured times stand "
-        "on their own page."
-    )
-    return [_effort_bars(f"fig-4.{k}", text, which, cells, "generated_nodes", "generated nodes of a run")]
-
-
-def _bars_s(k: int, which: tuple[int, int], cells: CellRuns) -> list[Block]:
-    text = f"**Figure 4.{k}**: median time of a run, {which[0]} x {which[1]} (the thesis took 4 to 28 s)."
-    return [_effort_bars(f"fig-4.{k}-seconds", text, which, cells, "seconds", "seconds")]
-
-
-def _effort_bars(name: str, text: str, which: tuple[int, int], cells: CellRuns, column: str, y: str) -> Figure:
-    cases = [case(name) for name in THESIS_MAPS]
-    series = [
-        ChartSeries(method, form, [], cells.medians(column, cases, method, form, [which]))
-        for method, form in product(METHODS, FORMS)
-    ]
-    return Figure(name, text, lambda: bars(list(MAP_TITLES.values()), series, y))
+def _bars(k: int, which: tuple[int, int], column: str, cells: CellRuns) -> list[Block]:
+    series, size = method_series(cells, THESIS_MAPS, [which], column=column), f"a run, {which[0]} x {which[1]}"
+    if column == "seconds":
+        name, y, text = f"fig-4.{k}-seconds", "seconds", f": median time of {size} (the thesis took 4 to 28 s)."
+    else:
+        name, y = f"fig-4.{k}", "generated nodes of a run"
+        text = f", counted: generated nodes of {size}; measured times stand on their own page."
+    return [Figure(name, f"**Figure 4.{k}**{text}", lambda: bars(list(MAP_TITLES.values()), series, y))]

@@ -3,7 +3,8 @@
 from typing import NamedTuple
 
 METHODS = ("BBO", "GSO", "MVO")
-THESIS_MAPS = ("map1", "map2", "map3")
+MAP_TITLES = {"map1": "Map 1", "map2": "Map 2", "map3": "Map 3"}
+THESIS_MAPS = tuple(MAP_TITLES)
 CASES = ((20, 25), (25, 40))
 """Population and iterations of the two cases of Tables 4.2 to 4.4 and 4.10."""
 CELL_RUNS = 20

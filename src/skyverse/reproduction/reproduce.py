@@ -6,23 +6,16 @@ from pathlib import Path
 
 from skyverse._version import __version__
 from skyverse.errors import InputError
-from skyverse.lab.job import Job
-from skyverse.lab.report import Block, Report, SectionHeading, Text
-from skyverse.lab.report_files import write_report_files
-from skyverse.lab.rows import Rows
-from skyverse.lab.running import OnRun, run_jobs
-from skyverse.reproduction import claims, convergence, costs, fleets, flight_figures, populations
-from skyverse.reproduction.cell_runs import CellRuns, ThesisPart
+from skyverse.lab import Job, OnRun, Report, Rows, SectionHeading, Text, run_jobs, write_report_files
+from skyverse.lab.report import Block
+from skyverse.reproduction import claims, convergence, costs, flights, work
+from skyverse.reproduction.cells import CellRuns, ThesisPart, jobs_of
 from skyverse.reproduction.claim_verdict import ClaimVerdict
 
 MAX_RUNS = 10_000
 MAX_SETS = 100
 
-THESIS_PARTS = {
-    part.name: part
-    for page in (flight_figures, costs, convergence, populations, fleets, claims)
-    for part in page.parts()
-}
+THESIS_PARTS = {part.name: part for page in (flights, costs, convergence, work, claims) for part in page.parts()}
 """All parts by name: ``fig-4.1`` ... ``fig-4.31``, ``table-4.2`` ... ``table-4.7``, ``table-4.10``, ``claims``."""
 
 _SECTIONS = (
@@ -59,9 +52,7 @@ def named(names: Sequence[str]) -> list[ThesisPart]:
 
 def jobs(parts: Sequence[ThesisPart], seeds: Sequence[int]) -> list[Job]:
     """Return the runs that these parts need, each once, scenario by scenario."""
-    found = {job.run: job for part in parts for job in part.jobs(seeds)}
-    places = {label: place for place, label in enumerate(dict.fromkeys(job.case.label for job in found.values()))}
-    return sorted(found.values(), key=lambda job: places[job.case.label])
+    return jobs_of(cell for part in parts for cell in part.wanted(seeds))
 
 
 def reproduce(

@@ -2,21 +2,16 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
 
-from skyverse.lab.job import Job
-from skyverse.lab.report import Block, SectionHeading, Table, Text
-from skyverse.lab.rows import Rows
-from skyverse.lab.running import run_jobs
-from skyverse.lab.statistics import sample
+from skyverse.lab import Rows, SectionHeading, Table, Text, run_jobs, sample
+from skyverse.lab.report import Block
 from skyverse.mission.assignment import assign, straight_line
-from skyverse.reproduction.cell_runs import FORMS, CellRuns, all_methods, case
+from skyverse.reproduction.cells import EXACT, FORMS, Cell, CellRuns, exact, grid, jobs_of
 from skyverse.reproduction.claim_verdict import (
-    LOWER,
     ClaimVerdict,
     Comparison,
     Evidence,
@@ -27,42 +22,24 @@ from skyverse.reproduction.claim_verdict import (
     mean_difference,
     verdict,
 )
-from skyverse.reproduction.cost_claims import EQUAL, LAST, Size, compared
-from skyverse.reproduction.costs import MAP_TITLES
-from skyverse.reproduction.fleets import FLEET_SCENARIOS
-from skyverse.reproduction.published import (
-    CASES,
-    COSTS,
-    FLEET_RUNS,
-    FLEETS,
-    METHODS,
-    POPULATIONS,
-    THESIS_MAPS,
-)
+from skyverse.reproduction.convergence import LAST
+from skyverse.reproduction.judges import ALIKE_WITHIN, EQUAL, Judge, compared, contrast
+from skyverse.reproduction.published import CASES, COSTS, FLEETS, MAP_TITLES, METHODS, POPULATIONS, THESIS_MAPS
+from skyverse.reproduction.work import FLEET_SCENARIOS
 
-EQUAL_PATHS = EQUAL[:1]
-"""The equal effort at which generated nodes are compared."""
 ABOUT_HALF = (-0.6, -0.35)
 """The range of the thesis's own times of MVO, as differences from GSO's: 0.40 to 0.65 of them."""
 MUCH_LESS = (-math.inf, -0.2)
 NEAR_LINE = 0.1
 """Fleets' means that deviate from a straight line by at most this share lie on it."""
+EQUAL_PATHS = EQUAL[:1]
+"""The equal effort at which work is compared."""
 WORK_SIZES = tuple((population, iterations) for population in POPULATIONS for _, iterations in CASES)
 """The populations and iterations of Tables 4.6 and 4.7."""
-
-
-def half_the_time(cells: CellRuns, form: str) -> Finding:
-    """Judge whether MVO's work is about half of GSO's, at equal iterations and at equal paths."""
-    pair, (low, high) = ("MVO", "GSO"), ABOUT_HALF
-    told = f"Asked: {1 + low:.2f} to {1 + high:.2f} of GSO's {cells.unit}, as the published times."
-    published, equal = (_work(cells, form, [pair], sizes, ABOUT_HALF) for sizes in (CASES, EQUAL_PATHS))
-    return judged(published, equal, told)
-
-
-def bbo_is_fastest(cells: CellRuns, form: str) -> Finding:
-    """Judge whether BBO works least, at equal iterations and at equal paths."""
-    pairs = [("BBO", rival) for rival in ("GSO", "MVO")]
-    return judged(_work(cells, form, pairs, CASES), _work(cells, form, pairs, EQUAL_PATHS))
+TIMED_RUNS = 10
+MUNKRES_SECONDS = (0.01, 1.0)
+"""What is of the order of 0.1 s."""
+_REPEATS = 200
 
 
 def best_and_fastest(cells: CellRuns, form: str) -> Finding:
@@ -71,10 +48,14 @@ def best_and_fastest(cells: CellRuns, form: str) -> Finding:
     verdicts = []
     for name in THESIS_MAPS:
         found = [
-            replace(
-                compared(cells, form, ("MVO", rival), name, LAST, column=column), where=f"{MAP_TITLES[name]}, {what}"
+            contrast(
+                cells,
+                f"{MAP_TITLES[name]}, {what}",
+                ("MVO", rival),
+                grid([name], [LAST], ("MVO", rival), [form]),
+                column=column,
             )
-            for (what, column), rival in product((("cost", "cost"), (cells.unit, cells.work)), ("GSO", "BBO"))
+            for (what, column), rival in product((("cost", "cost"), (cells.unit, "work")), ("GSO", "BBO"))
         ]
         verdicts.append(verdict([one.evidence() for one in found]))
         rows += found
@@ -87,22 +68,14 @@ def best_and_fastest(cells: CellRuns, form: str) -> Finding:
     )
 
 
-def less_time_than_gso(cells: CellRuns, form: str) -> Finding:
-    """Judge whether MVO works at least 20 % less than GSO with every population."""
-    few, pairs = cells.first(FLEET_RUNS), [("MVO", "GSO")]
-    told = f"Much less is taken to mean at least 20 % less. {few.runs} runs a cell at equal iterations."
-    equal = _work(cells, form, pairs, EQUAL_PATHS, MUCH_LESS)
-    return judged(_work(few, form, pairs, WORK_SIZES, MUCH_LESS), equal, told)
-
-
 def lead_grows(cells: CellRuns, form: str) -> Finding:
     """Judge whether GSO's work lies farther above MVO's on Map 3, with the most obstacles, than on Map 1."""
     told, evidence = [], []
     for size in CASES:
         lead = []
         for name in ("map1", "map3"):
-            gso, mvo = (sample(cells.values(cells.work, case(name), m, form, *size)) for m in ("GSO", "MVO"))
-            lead.append(mean_difference(gso, mvo))
+            both = (sample(cells.values("work", cell)) for cell in grid([name], [size], ("GSO", "MVO"), [form]))
+            lead.append(mean_difference(*both))
         grown = MeanDifference(
             lead[1].value - lead[0].value, math.hypot(lead[0].error, lead[1].error), min(d.freedom for d in lead)
         )
@@ -114,7 +87,7 @@ def lead_grows(cells: CellRuns, form: str) -> Finding:
             "{} x {}: ".format(*size) + f"{counted(lead[0].value)} on Map 1 (8 obstacles), "
             f"{counted(lead[1].value)} on Map 3 (14); published {seconds[0]:.2f} and {seconds[1]:.2f} s"
         )
-    at_equal = _work(cells, form, [("MVO", "GSO")], EQUAL_PATHS)
+    at_equal = [compared(cells, form, ("MVO", "GSO"), name, EQUAL_PATHS[0], column="work") for name in THESIS_MAPS]
     equal = [Evidence(1.0, min(1.0, 2 * one.difference.above(0.0))) for one in at_equal]
     return Finding(
         verdict(evidence, equal),
@@ -127,12 +100,12 @@ def linear_in_fleet(cells: CellRuns, form: str) -> Finding:
     """Judge how far the mean work for fleets lies from a straight line over the number of UAVs."""
     from scipy.stats import linregress
 
-    few, off, fits = cells.first(FLEET_RUNS), [], []
-    given = [case(FLEET_SCENARIOS[uavs], "euclidean") for uavs in FLEETS]
+    few, off, fits = cells.first(), [], []
     for which, method in product(CASES, METHODS):
-        nodes = np.array([few.values(few.work, fleet, method, form, *which).mean() for fleet in given])
-        line = linregress(FLEETS, nodes)
-        off.append(float(np.max(np.abs(nodes / (line.intercept + line.slope * np.array(FLEETS)) - 1))))
+        fleets = grid(FLEET_SCENARIOS.values(), [which], [method], [form], assignment="euclidean")
+        work = np.array([few.values("work", cell).mean() for cell in fleets])
+        line = linregress(FLEETS, work)
+        off.append(float(np.max(np.abs(work / (line.intercept + line.slope * np.array(FLEETS)) - 1))))
         fits.append(line.rvalue**2)
     return Finding(
         ClaimVerdict.AS_PUBLISHED if max(off) <= NEAR_LINE else ClaimVerdict.OPEN,
@@ -147,10 +120,10 @@ def polynomial(cells: CellRuns, form: str) -> Finding:
     """Say what the runs show of complexity: the work is linear in population times iterations."""
     from scipy.stats import linregress
 
-    few, sizes, fits = cells.first(FLEET_RUNS), [n * t for n, t in WORK_SIZES], []
+    few, sizes, fits = cells.first(), [n * t for n, t in WORK_SIZES], []
     for name in THESIS_MAPS:
-        nodes = [few.values(few.work, case(name), "MVO", form, *size).mean() for size in WORK_SIZES]
-        fits.append(linregress(sizes, nodes).rvalue ** 2)
+        work = [few.values("work", cell).mean() for cell in grid([name], WORK_SIZES, ["MVO"], [form])]
+        fits.append(linregress(sizes, work).rvalue ** 2)
     return Finding(
         ClaimVerdict.OPEN,
         "No experiment of the thesis varies the size of the problem. What can be told: MVO's generated nodes are "
@@ -158,36 +131,30 @@ def polynomial(cells: CellRuns, form: str) -> Finding:
     )
 
 
-def _work(
-    cells: CellRuns,
-    form: str,
-    pairs: Sequence[tuple[str, str]],
-    sizes: Sequence[Size],
-    asked: tuple[float, float] = LOWER,
-) -> list[Comparison]:
-    return [
-        compared(cells, form, pair, name, size, asked, cells.work)
-        for pair, name, size in product(pairs, THESIS_MAPS, sizes)
+def beat_exact_search(cells: CellRuns, form: str) -> Finding:
+    """Judge whether the three methods come within `ALIKE_WITHIN` of A*'s paths with fewer nodes than A* generates."""
+    found = [
+        contrast(
+            cells,
+            f"{MAP_TITLES[name]}, 25 x 40, {unit}",
+            (method, EXACT),
+            [Cell(name, method, form, *CASES[1]), exact(name)],
+            (-math.inf, most),
+            what,
+        )
+        for name, method in product(THESIS_MAPS, METHODS)
+        for what, unit, most in (("cost", "cost", ALIKE_WITHIN), ("work", cells.unit, 0.0))
     ]
+    told = f"Asked: a mean cost at most {ALIKE_WITHIN:.0%} above A*'s, whose path is optimal, with fewer {cells.unit}."
+    return judged(found, text=told)
 
 
-TIMED_RUNS = 10
-MUNKRES_SECONDS = (0.01, 1.0)
-"""What is of the order of 0.1 s."""
-_REPEATS = 200
-
-Judge = Callable[[CellRuns, str], Finding]
-
-
-def timed_blocks(
-    claims: Sequence[tuple[int, str, Judge]], jobs: Callable[[Sequence[int]], Iterable[Job]], cells: CellRuns
-) -> list[Block]:
+def timed_blocks(claims: Sequence[tuple[int, str, Judge]], wanted: Sequence[Cell], seeds: Sequence[int]) -> list[Block]:
     """Make the runs of the claims once more, one after another, and judge those on time by their seconds."""
-    seeds = cells.seeds[:TIMED_RUNS]
+    seeds = seeds[:TIMED_RUNS]
     with Rows(":memory:") as rows:
         for seed in (seeds[-1] + 1, *seeds):  # the first loads every kernel
-            maps = all_methods(map(case, THESIS_MAPS), CASES, [seed])
-            run_jobs({job.run: job for job in (*jobs([seed]), *maps)}.values(), rows)
+            run_jobs(jobs_of((cell, [seed]) for cell in (*wanted, *grid(THESIS_MAPS))), rows)
         timed = CellRuns(rows, seeds, work="milliseconds")
         judged = [(f"Claim {number}", text, [judge(timed, form) for form in FORMS]) for number, text, judge in claims]
     judged.append(("Munkres", "Munkres's algorithm takes about 0.1 s for five UAVs.", [_munkres()] * len(FORMS)))
@@ -209,7 +176,7 @@ def timed_blocks(
 
 def _munkres() -> Finding:
     """Time the assignment of Table 4.8's fleet on straight lines."""
-    scenario, spent = case("table-4.8").scenario, []
+    scenario, spent = exact("table-4.8").make_case().scenario, []
     starts, ends = [uav.start for uav in scenario.uavs], [target.position for target in scenario.targets]
     for _ in range(_REPEATS):
         start = time.perf_counter()

@@ -1,7 +1,10 @@
 """The web page that shows a scene: its template filled, with all scripts, styles and data inside."""
 
 import json
+import math
 import re
+from collections.abc import Iterable, Sequence
+from html import escape
 from importlib.resources import files
 from typing import Any
 
@@ -11,11 +14,14 @@ from skyverse.draw.mover_traces import active_zones, mover_motions
 from skyverse.draw.palette import style_sheet
 from skyverse.draw.plotly_values import flat, round_step
 from skyverse.draw.profile_traces import from_the_side
-from skyverse.draw.scene import Scene
 from skyverse.draw.scene_traces import in_space
+from skyverse.draw.scenes import Scene, SceneFinding
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
 from skyverse.model.frame import Origin
 
+MAX_SHOWN_FINDINGS = 200
+NO_VALUE = "\N{EN DASH}"
+MINUS = "\N{MINUS SIGN}"
 SLIDER_STEPS = 250
 _SCRIPTS = ("plotly_internals.js", "motion.js", "margins.js", "maps.js", "replans.js", "page.js")
 _MAPS = """
@@ -34,7 +40,7 @@ _MAPS = """
 
 
 def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
-    """Return the page with these parts, in HTML, whose scripts draw the data."""
+    """Return the page with these parts, in HTML, whose scripts draw the data; what is not given is left empty."""
     from plotly.offline import get_plotlyjs
 
     here = files("skyverse.draw")
@@ -48,7 +54,7 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
         "plotly": get_plotlyjs(),
     }
     template = here.joinpath("page.html").read_text("utf-8")
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts.get(found[1], ""), template)
 
 
 def _layout(drawn: dict[str, Any]) -> str:
@@ -122,3 +128,60 @@ def scene_data(scene: Scene) -> dict[str, Any]:
 def slider_step(makespan: float) -> float:
     """Return the slider's step: a round number of seconds that divides the flight into about `SLIDER_STEPS` steps."""
     return float(f"{round_step(makespan / SLIDER_STEPS):.3g}") if makespan > 0 else 1.0
+
+
+# ---- pieces of a page: numbers, tiles, tables, cards and facts ----
+def number(value: float | None, decimals: int = 2) -> str:
+    """Return a number with separated thousands; a dash for ``None`` and nan."""
+    if value is None or math.isnan(value):
+        return NO_VALUE
+    if math.isinf(value):
+        return "∞" if value > 0 else f"{MINUS}∞"
+    return f"{value:,.{decimals}f}".replace("-", MINUS)
+
+
+def tiles(shown: Iterable[tuple[str, str, str]]) -> str:
+    """Return tiles, each with a name, a value and a note below it."""
+    return "".join(f"<div><dt>{name}</dt><dd>{value}<small>{note}</small></dd></div>" for name, value, note in shown)
+
+
+def table(caption: str, heads: Sequence[tuple[str, str]], rows: Iterable[str], *, text_columns: int) -> str:
+    """Return a table of `rows`; each of `heads` is a column's name and its tooltip, the first columns are text."""
+    head = ""
+    for column, (name, title) in enumerate(heads):
+        kind = ' class="text"' if column < text_columns else ""
+        tooltip = f' title="{title}"' if title else ""
+        head += f'<th scope="col"{kind}{tooltip}>{name}</th>'
+    said = f"<caption>{caption}</caption>" if caption else ""
+    return f"{said}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
+
+
+def uav_row(name: str, colour: str, texts: Iterable[str], cells: Iterable[str]) -> str:
+    """Return a UAV's row of a table: its name with its colour, then `texts` and `cells`, both in HTML."""
+    columns = [f'<td class="text">{text}</td>' for text in texts] + [f"<td>{cell}</td>" for cell in cells]
+    return f'<tr><th scope="row"><i style="background:{colour}"></i>{escape(name)}</th>{"".join(columns)}</tr>'
+
+
+def card(tone: str, sign: str, heading: str, body: str) -> str:
+    """Return a card above the picture: tone ``good``, ``warn``, ``bad`` or ``note``; heading and body in HTML."""
+    return (
+        f'<section class="verdict {tone}"><span class="sign" aria-hidden="true">{sign}</span>'
+        f"<div><h2>{heading}</h2>{body}</div></section>"
+    )
+
+
+def finding_line(finding: SceneFinding) -> str:
+    """Return one finding as a list item, with a button that shows the scene at its time."""
+    parts = [f'<span class="kind">{escape(finding.kind)}</span>']
+    if finding.uavs:
+        parts.append(f"<b>{escape(', '.join(finding.uavs))}</b>")
+    parts.append(escape(finding.message))
+    if finding.time is not None and math.isfinite(finding.time):
+        t = finding.time
+        parts.append(f'<button type="button" class="jump" data-time="{t:.6g}">show t = {t:.2f} s</button>')
+    return f'<li class="{finding.severity}">{" ".join(parts)}</li>'
+
+
+def facts_list(facts: dict[str, str]) -> str:
+    """Return named facts for the foot of the page."""
+    return "".join(f"<div><dt>{name}</dt><dd>{escape(fact)}</dd></div>" for name, fact in facts.items())
