@@ -18,8 +18,8 @@ REFUSED = [
     (["--replan", "--sensor-error", "nan"], "--sensor-error: expected a finite number, found nan"),
     (["--replan", "--sensor-delay", "0.1"], "--sensor-delay: expected less than the replanner's lead, 0.1 s"),
     (["--replan", "--sensor-rate", "500"], "--sensor-rate: expected at most 100 observations a second, found 500"),
-    (["--replan", "--lead", "0"], "--lead: expected more than 0 seconds, but it is 0.0"),
-    (["--replan", "--longest", "-1"], "--longest: expected seconds from 0 on, found -1.0"),
+    (["--replan", "--lead", "0"], "--lead: expected seconds from 0.001 to 600, found 0.0"),
+    (["--replan", "--longest", "-1"], "--longest: expected seconds from 0.001 on, found -1.0"),
     (["--replan", "--truth", "missing.yaml"], "missing.yaml: no such file"),
     (["--replan", "--truth", "other.yaml"], "--truth: names must differ, but 'cart' stands 2 times"),
 ]

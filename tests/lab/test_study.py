@@ -191,7 +191,7 @@ def test_a_study_of_flights_is_written_and_read_again(tmp_path):
         ({"policies": ["waits"]}, "policies[0]: there is no policy 'waits'; there are default, known-beforehand"),
         ({"policies": [{"policy": "wait", "paths": 3}]}, "policies[0]: there is no setting 'paths'; Wait has none"),
         ({"policies": [{"policy": "from-scratch", "planner": "mvoo"}]}, "policies[0]: there is no planner 'mvoo'"),
-        ({"policies": [{"policy": "from-scratch", "paths": 0}]}, "policies[0]: paths is a whole number"),
+        ({"policies": [{"policy": "from-scratch", "paths": 0}]}, "policies[0]: paths: expected a whole number"),
         ({"policies": ["wait", "wait"]}, "labels of policies must differ, but 'wait' stands 2 times"),
         ({"policies": []}, "policies"),
         ({"movers": ["birds"]}, "movers[0].kind"),

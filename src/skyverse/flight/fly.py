@@ -11,7 +11,7 @@ from typing import overload
 import numpy as np
 
 from skyverse._typing import Ints
-from skyverse.errors import InputError, require_kind, require_number
+from skyverse.errors import InputError, require_kind, require_number, require_whole
 from skyverse.flight.commands import Commands, commands_to
 from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.runs import (
@@ -122,8 +122,8 @@ def fly(
     conditions = Conditions() if conditions is None else conditions
     require_kind(conditions, Conditions, "conditions")
     for name, value in (("runs", runs), ("workers", workers)):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_RUNS):
-            raise InputError(f"expected a whole number from 1 to {MAX_RUNS}, found {value!r}", field=name)
+        if value is not None:
+            require_whole(value, name, 1, MAX_RUNS)
     if runs is None:
         return _fly_once(mission, conditions, margin, rng, workers or 1, on_progress)
     if margin is not None:

@@ -18,7 +18,7 @@ from skyverse.flight.fly import chosen_vehicle
 from skyverse.flight.judge import approaches, measure, passings, strayed, too_near
 from skyverse.flight.simulator import ControlledUAV, Samples, require_simulator, samples
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
-from skyverse.live.closed_loop import FleetSensors, Observation
+from skyverse.live.closed_loop import LEAST_FLIGHT, FleetSensors, Observation
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.model.conditions import Conditions, Sensor
@@ -276,9 +276,7 @@ def fly_replanned(
     margin = scenario.clearance / 2 if margin is None else margin
     longest = 2.0 * mission.makespan + 60.0 if longest is None else longest
     require_number(margin, "margin", "metres", 0.0)
-    require_number(longest, "longest", "seconds", 0.0)
-    if longest == 0:
-        raise InputError("expected seconds above 0, found 0", field="longest")
+    require_number(longest, "longest", "seconds", LEAST_FLIGHT)
     _refuse_what_is_not_flown(replanner, sensor)
     generator, seed = seeded(rng)
     require_simulator()

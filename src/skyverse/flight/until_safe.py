@@ -6,7 +6,7 @@ from functools import partial
 from typing import overload
 
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
-from skyverse.errors import InputError, require_kind
+from skyverse.errors import InputError, require_kind, require_whole
 from skyverse.flight.fly import OnFlown, fly, fly_runs
 from skyverse.flight.judge import planned_close
 from skyverse.flight.vehicle import refuse_stand_in
@@ -181,8 +181,8 @@ def fly_until_safe(
     InputError
         As for `fly`, if `rounds` is not a whole number from 1 on, or if the vehicle is not the planned one.
     """
-    if rounds is not None and (isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1):
-        raise InputError(f"expected a whole number from 1 on, found {rounds!r}", field="rounds")
+    if rounds is not None:
+        require_whole(rounds, "rounds", 1)
     require_kind(mission, Mission, "mission")
     conditions = Conditions() if conditions is None else conditions
     require_kind(conditions, Conditions, "conditions")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, require_kind
+from skyverse.errors import InputError, require_kind, require_number
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.live.tracks import Sighting
@@ -26,6 +26,8 @@ from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
 
+LEAST_FLIGHT = 1e-3
+"""Seconds into the mission up to which one is flown at least."""
 LEAST_TOP_SPEED = 1e-3
 """M/s: the least top speed that a sighting may state."""
 
@@ -220,8 +222,7 @@ def fly_closed_loop(
     require_kind(replanner, Replanner, "replanner")
     require_kind(truth, Scenario, "truth")
     require_kind(sensor, Sensor, "sensor")
-    if not isinstance(longest, int | float) or not 0.0 < longest < MAX_INSTANT:
-        raise InputError(f"expected seconds above 0, found {longest!r}", field="longest")
+    require_number(longest, "longest", "seconds", LEAST_FLIGHT, MAX_INSTANT)
     uavs = range(len(replanner.mission.scenario.uavs))
     sensors = FleetSensors(replanner, truth, sensor, seeded(rng)[0])
     for k in range(int(longest * sensor.rate) + 1):

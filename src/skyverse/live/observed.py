@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, is_number
-from skyverse.model.quantities import MAX_INSTANT, derived
+from skyverse.errors import InputError
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
 from skyverse.model.uav import TrackingError
@@ -27,13 +27,6 @@ OFF_COURSE = 0.01
 """Metres beyond its tracking error from where it should be, at which a UAV counts as off its course."""
 MAX_OBSTACLES, MAX_ZONES = 10_000, 1_000
 """How many obstacles and zones there may be with those that are seen."""
-
-
-def require_seconds(name: str, value: object, least: float, most: float = MAX_INSTANT) -> None:
-    """Raise `InputError` if a setting is not a number of seconds above a least one, and at most some."""
-    if not is_number(value) or not least < float(value) <= most:
-        at_most = f", and at most {most:g}" if is_number(value) and float(value) > most else ""
-        raise InputError(f"expected more than {least:g} seconds{at_most}, but it is {value!r}", field=name)
 
 
 def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int) -> dict[int, Floats]:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, is_number, require_kind
+from skyverse.errors import InputError, require_kind, require_number, require_whole
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
-from skyverse.live.observed import checked_states, require_seconds, strays, with_seen, with_targets
+from skyverse.live.observed import checked_states, strays, with_seen, with_targets
 from skyverse.live.pilot import SPARE, Pilot
 from skyverse.live.policies import policy_of
 from skyverse.live.policies.policy import Found, Policy, Situation, all_about
@@ -29,6 +29,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 from skyverse.model.short_lines import told_metres, told_point
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.planners.base import Seed, seeded
 from skyverse.problem import Airspace
@@ -38,6 +39,8 @@ LONGEST_LEAP = 5.0
 """Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
 LEAST_MEMORY = 3.0
 """Seconds for which a mover stays that is not seen again, by default, unless the horizon is longer."""
+LEAST_LEAD = 1e-3
+"""Seconds in which an answer is found at the soonest; the horizon is at least as much longer than the lead."""
 LONGEST_HORIZON = 600.0
 """Seconds up to which motions are proven at most."""
 
@@ -104,20 +107,15 @@ class Replanner:
         policy: Policy | str | Mapping[str, object] | None = None,
         rng: Seed = None,
     ) -> None:
-        if not isinstance(mission, Mission):
-            what = type(mission).__name__
-            raise InputError(f"expected a Mission, found a {what}; plan_mission(...) or read_mission(...) makes one")
+        require_kind(mission, Mission, "mission")
         scenario = mission.scenario
-        require_seconds("lead", lead, 0.0)
+        require_number(lead, "lead", "seconds", LEAST_LEAD, LONGEST_HORIZON)
         self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
         self.horizon = max(self._horizons) if horizon is None else horizon
-        require_seconds("horizon", self.horizon, lead, LONGEST_HORIZON)
+        require_number(self.horizon, "horizon", "seconds", lead + LEAST_LEAD, LONGEST_HORIZON)
         memory = max(LEAST_MEMORY, self.horizon) if memory is None else memory
-        if not is_number(memory) or not self.horizon <= memory <= MAX_INSTANT:
-            said = f"expected seconds, no fewer than the horizon of {self.horizon:g} s, but it is {memory!r}"
-            raise InputError(said, field="memory")
-        if isinstance(candidates, bool) or not isinstance(candidates, int) or candidates < 1:
-            raise InputError(f"expected a whole number from 1 on, but it is {candidates!r}", field="candidates")
+        require_number(memory, "memory", "seconds, at least the horizon,", self.horizon, MAX_INSTANT)
+        require_whole(candidates, "candidates", 1)
         self.lead, self.memory, self.candidates = lead, memory, candidates
         if policy is not None and any(uav.fixed_wing is not None for uav in scenario.uavs):
             raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
@@ -131,7 +129,8 @@ class Replanner:
         self._entered: tuple[Shape, ...] = ()
         self._assignment = tuple(mission.assignment)
         self._lead_apart = LeadApart()
-        self._pilots = [_pilot(self._airspace, mission, number) for number in range(len(scenario.uavs))]
+        kinds = map(_kind_of, scenario.uavs)
+        self._pilots = [kind.at_start(self._airspace, mission, number) for number, kind in enumerate(kinds)]
         if policy is None:  # policies are asked with the first observation
             self._replan_all(0.0)
 
@@ -192,8 +191,8 @@ class Replanner:
         placed = checked_states({} if states is None else states, len(self.scenario.uavs))
         for uav, state in placed.items():
             self._pilots[uav].checked_state(state)
-        if deadline_ms is not None and not (is_number(deadline_ms) and deadline_ms >= 0.0):
-            raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
+        if deadline_ms is not None:
+            require_number(deadline_ms, "deadline_ms", "milliseconds", 0.0)
         now, before = max(instant, self.now), self.scenario
         pilots, astray = self._found_at(now, {} if instant < self.now else placed)
         places = [pilot.state(now)[0] for pilot in pilots]
@@ -208,8 +207,7 @@ class Replanner:
         self._pilots = [pilot.freed() for pilot in pilots] if gone or forgotten else pilots
         self._entered, self._assignment = entered, assignment
         self._find_ways(scenario, new=known is not before)
-        join, may_wait = self.now + self.lead, deadline_ms is None
-        self._pilots = self._lead_apart.led(self._pilots, self.scenario, self.now, join, may_wait)
+        self._pilots = self._lead_apart.led(self._pilots, scenario, now, now + self.lead, deadline_ms is None)
         answers = self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
         return tuple(replace(answer, forgotten=forgotten) for answer in answers)
 
@@ -266,8 +264,7 @@ class Replanner:
 
     def _checked_instant(self, t: float) -> float:
         """Return the instant of an observation, or raise `InputError`."""
-        if not is_number(t) or not 0.0 <= t <= MAX_INSTANT:
-            raise InputError(f"expected seconds into the mission, from 0 on, but it is {t!r}", field="t")
+        require_number(t, "t", "seconds into the mission", 0.0, MAX_INSTANT)
         if t < self.now - self.horizon:
             back = f"{self.now:.6g} s to {t:.6g} s"
             raise InputError(f"the clock was set back from {back}, by more than the horizon", field="t")
@@ -300,8 +297,7 @@ class Replanner:
         return self._pilot(uav).arrival
 
     def _pilot(self, uav: int) -> Pilot:
-        if not isinstance(uav, int | np.integer) or uav not in range(len(self._pilots)):
-            raise InputError(f"expected a UAV's index below {len(self._pilots)}, but it is {uav!r}", field="uav")
+        require_whole(uav, "uav", 0, len(self._pilots) - 1)
         return self._pilots[uav]
 
     def predicted(self) -> tuple[Mover, ...]:
@@ -389,10 +385,8 @@ def _sentence(pilot: Pilot, choice: Choice, around: Surroundings) -> str:
     return f"{name} has no way out that was found among {max(choice.tried, 1)} motions: {told}."
 
 
-def _pilot(airspace: Airspace, mission: Mission, number: int) -> Pilot:
-    """Return the pilot of a UAV at its start."""
-    kind = Multirotor if mission.scenario.uavs[number].fixed_wing is None else Aeroplane
-    return kind.at_start(airspace, mission, number)
+def _kind_of(uav: UAV) -> type[Pilot]:
+    return Multirotor if uav.fixed_wing is None else Aeroplane
 
 
 def _horizons(scenario: Scenario, lead: float) -> tuple[float, ...]:
@@ -400,7 +394,7 @@ def _horizons(scenario: Scenario, lead: float) -> tuple[float, ...]:
 
     They are half a second more than the UAV that takes longest needs to come to rest, or to fly a full turn.
     """
-    kinds = [Multirotor if uav.fixed_wing is None else Aeroplane for uav in scenario.uavs]
+    kinds = [_kind_of(uav) for uav in scenario.uavs]
     needed = [kind.seconds_of_way_out(uav) for kind, uav in zip(kinds, scenario.uavs, strict=True)]
     longest = {kind: max(s for other, s in zip(kinds, needed, strict=True) if other is kind) for kind in set(kinds)}
     return tuple(longest[kind] + lead + SPARE for kind in kinds)

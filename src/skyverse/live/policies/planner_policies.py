@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_kind, require_number, require_whole
 from skyverse.live.guidance import Way, guidance
-from skyverse.live.policies.policy import Found, Policy, Situation, require_positive
+from skyverse.live.policies.policy import LEAST, MOST, Found, Policy, Situation
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result
@@ -109,11 +109,9 @@ class PlannerPolicy(Policy):
 
     def __post_init__(self) -> None:
         made = self.made()
-        require_positive(self, "sweep")
-        if isinstance(self.paths, bool) or not isinstance(self.paths, int) or self.paths < 1:
-            raise InputError(f"paths is a whole number from 1 on, not {self.paths!r}")
-        if not isinstance(self.timed, bool):
-            raise InputError(f"timed is true or false, not {self.timed!r}")
+        require_number(self.sweep, "sweep", "seconds", LEAST, MOST)
+        require_whole(self.paths, "paths", 1)
+        require_kind(self.timed, bool, "timed")
         if self.timed and not isinstance(made, LatticeSearch):
             raise InputError(f"timed needs a planner that prices contact in time, such as 'mvo', not {self.planner!r}")
 

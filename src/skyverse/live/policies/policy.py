@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
 from skyverse.live.course import Course
 from skyverse.live.guidance import SHARES, Way
 from skyverse.live.multirotor_search import AT_END, Branch, MultirotorSearch, Outcome
@@ -125,11 +124,8 @@ class Policy(ABC):
         """Return the way that a UAV is to fly from now on, as far as this policy finds one."""
 
 
-def require_positive(policy: Policy, name: str) -> None:
-    """Raise `ValueError` unless a setting is a finite number above 0."""
-    value = getattr(policy, name)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise InputError(f"{name} is a number above 0, not {value!r}")
+LEAST, MOST = 1e-3, 600.0
+"""Seconds: settings of policies that are times lie between these."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Bools, Floats
-from skyverse.errors import InputError
+from skyverse.errors import require_kind, require_number
 from skyverse.live.guidance import Way, planned_anew
-from skyverse.live.policies.policy import NO_EFFORT, Found, Policy, Situation, require_positive
+from skyverse.live.policies.policy import LEAST, MOST, NO_EFFORT, Found, Policy, Situation
 from skyverse.model.mover import Ellipsoid
 from skyverse.model.result import Effort
 from skyverse.model.shape_extent import extent
@@ -48,10 +48,9 @@ class VelocityObstacles(Policy):
     proven: bool = True
 
     def __post_init__(self) -> None:
-        require_positive(self, "horizon")
-        require_positive(self, "moment")
-        if not isinstance(self.proven, bool):
-            raise InputError(f"proven is true or false, not {self.proven!r}")
+        require_number(self.horizon, "horizon", "seconds", LEAST, MOST)
+        require_number(self.moment, "moment", "seconds", LEAST, MOST)
+        require_kind(self.proven, bool, "proven")
 
     def find(self, situation: Situation) -> Found:
         """Return the way straight on at the velocity that is chosen."""
