@@ -11,9 +11,9 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, in_words
 from skyverse.maps.assembly import frame
-from skyverse.maps.assembly.bad_points import refuse_bad_points
+from skyverse.maps.assembly.bad_points import BadPoint, Point, refuse_bad_points
 from skyverse.maps.assembly.frame import Area, require_size
-from skyverse.maps.assembly.inputs import licence_of, licensed, open_clouds, read_feature_files, voxels_of
+from skyverse.maps.assembly.inputs import FeatureFile, licence_of, licensed, open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds
 from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note
 from skyverse.maps.assembly.places import (
@@ -31,6 +31,7 @@ from skyverse.maps.assembly.places import (
 from skyverse.maps.assembly.terrain import level_ground, read_terrain
 from skyverse.maps.georeference.feature import Rectangle
 from skyverse.maps.georeference.reading import Raster
+from skyverse.maps.readers.aerial_point_cloud import AerialCloud
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
@@ -73,85 +74,20 @@ def build_scenario(options: BuildOptions) -> Scenario:
     """
     told: list[Note] = []
     options = replace(options, on_note=_kept_too(options.on_note, told))
-    on_note, clearance, ground_clearance = options.on_note, options.clearance, options.ground_clearance
-    rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in options.terrain]
     starts, goals = named_places(options.uavs, "uav"), named_places(options.targets, "target")
-    read = read_feature_files(options)
-    clouds = open_clouds(options)
-    outlines = [*(feature.outline for file in read for feature in file.features), *(cloud.outline for cloud in clouds)]
-    corners = np.concatenate([np.empty((0, 2)), *outlines])
-    survey = _survey(options, rasters, starts, goals, corners)
-    region, sources = survey.region, list(survey.sources)
-    zero, relief = survey.origin, _ground(options, rasters, survey.origin, region)
-    if options.origin is None and relief is not None:
-        zero, relief = _lowered(zero, relief)
-    reach = 2 * clearance + 10.0
-    local = [local_features(file.features, zero, region, relief, reach) for file in read]
-    solids = {cloud.path: voxels_of(cloud, zero, region, reach, relief, options) for cloud in clouds}
-    starting, ending = (local_points(some, starts, zero, relief, survey.homes) for some in (starts, goals))
-    home_z = {name: altitude - zero.altitude for name, altitude in survey.homes.items()}
-    bad = [*low_points(starting, relief, ground_clearance, home_z), *low_points(ending, relief, ground_clearance)]
-    ends = [*starting.items(), *ending.items()]
-    points = [point for _, point in ends]
-    floor, highest = frame.heights(relief, local, [one for some in solids.values() for one in some], points)
-    most = options.max_height
-    top = frame.ceiling(options.ceiling or most, options.band, zero, relief, floor, highest)
-    if most is None or options.ceiling is not None:
-        bad += frame.high_points(ends, top)
-    if most is not None:
-        bad += points_above_ceiling(dict(ends), relief, most.metres)
-    obstacles: list[Prism | Voxels] = []
-    soft: list[Prism] = []
-    for cloud in clouds:
-        bad += points_inside(ends, solids[cloud.path], clearance, cloud.path.name, top)
-        obstacles += solids[cloud.path]
-        sources.append((cloud.path, Source(file=cloud.path.name, gives="voxels", crs=cloud.name)))
-    for file, features in zip(read, local, strict=True):
-        made, counts = prisms(simplified(within_bounds(features, floor, top, reach), options.tolerance))
-        on_note(Note(file.path, _summary(len(file.features), len(made), counts)))
-        if file.features and not made:
-            refuse_swapped(file.path, file.features, zero, region)
-            on_note(Note(file.path, f"{Caution.WARNING}: nothing of it lies in the area"))
-        hard = [prism for prism in made if prism.risk is None]
-        if not file.is_buildings:
-            hard = _closed_above(hard, options, top, file.path)
-        path = Path(file.path)
-        bad += points_inside(ends, hard, clearance, path.name, top)
-        obstacles += hard
-        soft += [prism for prism in made if prism.risk is not None]
-        gives = "buildings" if file.is_buildings else "zones"
-        sources.append((path, Source(file=path.name, gives=gives, licence=licence_of(path))))
-    bounds = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
-    band = frame.altitude_band(options.band, options.band_weight, relief)
-    limits = _limits(options)
-    for one in bad:
-        home_z.pop(one.name, None)  # which may be above a start that is too low
-    built = Scenario(
-        name=options.name,
-        bounds=bounds,
-        obstacles=tuple(obstacles),
-        zones=tuple(soft),
-        terrain=relief,
-        clearance=clearance,
-        max_height=None if most is None else most.metres,
-        lattice=Lattice(step=frame.lattice_step(bounds, options.lattice_step)),
-        objective=Objective(unit="metres", altitude=band),
-        uavs=tuple(
-            with_limits(UAV(name=uav, start=point, home=home_z.get(uav)), limits) for uav, point in starting.items()
-        ),
-        targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
-        frame=Frame(origin=zero),
-        sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),
-    )
-    if options.lattice_step is None:
-        step = frame.lattice_step(bounds, None, upright_step(built))
-        built = built.model_copy(update={"lattice": Lattice(step=step)})
+    files, clouds = read_feature_files(options), open_clouds(options)
+    outlines = [*(feature.outline for file in files for feature in file.features), *(one.outline for one in clouds)]
+    site = _survey(options, starts, goals, np.concatenate([np.empty((0, 2)), *outlines]))
+    ends = _ends(options, site, starts, goals)
+    contents = _contents(options, site, ends, files, clouds)
+    built = _assembled(options, site, ends, contents, told)
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
-    refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
+    given = dict(zip((point for _, point in ends.all), altitudes, strict=True))
+    refuse_bad_points([*ends.bad, *contents.bad], built, given)
     if len(goals) > len(starts):
         many = f"{counted(len(goals), 'target')} for {counted(len(starts), 'UAV')}"
         said = f"{Caution.WARNING}: {many}, each of which flies to one at most"
-        on_note(Note("", Sentence(said, give=[Remedy("uavs")])))
+        options.on_note(Note("", Sentence(said, give=[Remedy("uavs")])))
     return built
 
 
@@ -212,36 +148,61 @@ def _limits(options: BuildOptions) -> FleetLimits:
 
 
 @dataclass(frozen=True)
-class _Survey:
+class _Site:
     """Where a scenario lies.
 
     Attributes
     ----------
     origin
-        The local frame's origin; at sea level where the user gives none.
+        The local frame's origin: at the lowest ground, or at sea level where that is not known, unless the user says.
     region
         The part of the frame that the scenario holds.
+    ground
+        The ground over the region, if it is known.
+    homes
+        z of the ground below UAVs' starts, as far as the terrain's files know it.
     sources
         The terrain's files and what they say of themselves.
-    homes
-        The altitudes of the ground below UAVs' starts, metres above the sea, as far as the terrain's files know them.
     """
 
     origin: Origin
     region: Rectangle
-    sources: list[tuple[Path, Source]]
+    ground: Terrain | None
     homes: dict[str, float]
+    sources: list[tuple[Path, Source]]
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Where UAVs start and what they fly to, local points by name, and which of these cannot be where they are."""
+
+    starts: dict[str, Point]
+    targets: dict[str, Point]
+    bad: list[BadPoint]
+
+    @property
+    def all(self) -> list[tuple[str, Point]]:
+        """All of them, UAVs' starts first."""
+        return [*self.starts.items(), *self.targets.items()]
+
+
+@dataclass(frozen=True)
+class _Contents:
+    """What stands in a scenario and where that comes from, its bounds, and the points that cannot be where they are."""
+
+    bounds: Bounds
+    obstacles: tuple[Prism | Voxels, ...]
+    zones: tuple[Prism, ...]
+    sources: list[tuple[Path, Source]]
+    bad: list[BadPoint]
 
 
 def _survey(
-    options: BuildOptions,
-    rasters: list[Raster],
-    starts: Mapping[str, GlobalPlace],
-    goals: Mapping[str, GlobalPlace],
-    corners: Floats,
-) -> _Survey:
+    options: BuildOptions, starts: Mapping[str, GlobalPlace], goals: Mapping[str, GlobalPlace], corners: Floats
+) -> _Site:
     """Find out where a scenario lies, from its area, places, rasters, or the corners (n, 2) of what stands in it."""
     origin, on_note = options.origin, options.on_note
+    rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in options.terrain]
     if rasters and options.ground is not None:
         raise InputError(
             "expected it without a terrain, found both; the terrain says where the ground is", field="ground"
@@ -274,7 +235,11 @@ def _survey(
             (Path(file.path), Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name))
             for file in files
         ]
-        return _Survey(level, region, sources, homes(starts, files, level.geoid))
+        altitudes = homes(starts, files, level.geoid)
+    ground = _ground(options, rasters, level, region)
+    if origin is None and ground is not None:
+        level, ground = _lowered(level, ground)
+    return _Site(level, region, ground, {name: at - level.altitude for name, at in altitudes.items()}, sources)
 
 
 def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region: Rectangle) -> Terrain | None:
@@ -319,6 +284,86 @@ def _lowered(level: Origin, relief: Terrain) -> tuple[Origin, Terrain]:
     lowered = level.model_copy(update={"altitude": level.altitude + down})
     lowest = None if relief.lowest is None else relief.lowest - down
     return lowered, relief.model_copy(update={"heights": relief.heights - down, "lowest": lowest})
+
+
+def _ends(
+    options: BuildOptions, site: _Site, starts: Mapping[str, GlobalPlace], goals: Mapping[str, GlobalPlace]
+) -> _Ends:
+    """Bring starts and targets into the local frame."""
+    starting, ending = (local_points(some, starts, site.origin, site.ground, site.homes) for some in (starts, goals))
+    clearance = options.ground_clearance
+    bad = [*low_points(starting, site.ground, clearance, site.homes), *low_points(ending, site.ground, clearance)]
+    return _Ends(starting, ending, bad)
+
+
+def _contents(
+    options: BuildOptions, site: _Site, ends: _Ends, files: list[FeatureFile], clouds: list[AerialCloud]
+) -> _Contents:
+    """Bring buildings, zones and voxels into the local frame, within bounds that hold what UAVs could reach."""
+    reach, most = 2 * options.clearance + 10.0, options.max_height
+    local = [local_features(file.features, site.origin, site.region, site.ground, reach) for file in files]
+    solids = [voxels_of(cloud, site.origin, site.region, reach, site.ground, options) for cloud in clouds]
+    points = [point for _, point in ends.all]
+    floor, highest = frame.heights(site.ground, local, [one for some in solids for one in some], points)
+    top = frame.ceiling(options.ceiling or most, options.band, site.origin, site.ground, floor, highest)
+    bad = frame.high_points(ends.all, top) if most is None or options.ceiling is not None else []
+    if most is not None:
+        bad += points_above_ceiling(dict(ends.all), site.ground, most.metres)
+    obstacles: list[Prism | Voxels] = []
+    soft: list[Prism] = []
+    sources = list(site.sources)
+    for cloud, voxels in zip(clouds, solids, strict=True):
+        bad += points_inside(ends.all, voxels, options.clearance, cloud.path.name, top)
+        obstacles += voxels
+        sources.append((cloud.path, Source(file=cloud.path.name, gives="voxels", crs=cloud.name)))
+    for file, features in zip(files, local, strict=True):
+        made, counts = prisms(simplified(within_bounds(features, floor, top, reach), options.tolerance))
+        options.on_note(Note(file.path, _summary(len(file.features), len(made), counts)))
+        if file.features and not made:
+            refuse_swapped(file.path, file.features, site.origin, site.region)
+            options.on_note(Note(file.path, f"{Caution.WARNING}: nothing of it lies in the area"))
+        hard = [prism for prism in made if prism.risk is None]
+        if not file.is_buildings:
+            hard = _closed_above(hard, options, top, file.path)
+        path = Path(file.path)
+        bad += points_inside(ends.all, hard, options.clearance, path.name, top)
+        obstacles += hard
+        soft += [prism for prism in made if prism.risk is not None]
+        gives = "buildings" if file.is_buildings else "zones"
+        sources.append((path, Source(file=path.name, gives=gives, licence=licence_of(path))))
+    x0, y0, x1, y1 = site.region
+    bounds = Bounds(min=(x0, y0, floor), max=(x1, y1, top))
+    return _Contents(bounds, tuple(obstacles), tuple(soft), sources, bad)
+
+
+def _assembled(options: BuildOptions, site: _Site, ends: _Ends, contents: _Contents, told: Sequence[Note]) -> Scenario:
+    """Return the scenario of all that was found, with the cautions that were told of its files."""
+    limits, most = _limits(options), options.max_height
+    too_low = {one.name for one in (*ends.bad, *contents.bad)}  # whose homes may be above their starts
+    built = Scenario(
+        name=options.name,
+        bounds=contents.bounds,
+        obstacles=contents.obstacles,
+        zones=contents.zones,
+        terrain=site.ground,
+        clearance=options.clearance,
+        max_height=None if most is None else most.metres,
+        lattice=Lattice(step=frame.lattice_step(contents.bounds, options.lattice_step)),
+        objective=Objective(
+            unit="metres", altitude=frame.altitude_band(options.band, options.band_weight, site.ground)
+        ),
+        uavs=tuple(
+            with_limits(UAV(name=uav, start=at, home=None if uav in too_low else site.homes.get(uav)), limits)
+            for uav, at in ends.starts.items()
+        ),
+        targets=tuple(Target(name=target, position=point) for target, point in ends.targets.items()),
+        frame=Frame(origin=site.origin),
+        sources=tuple(licensed([_with_cautions(*one, told) for one in contents.sources], options.licences or {})),
+    )
+    if options.lattice_step is not None:
+        return built
+    step = frame.lattice_step(contents.bounds, None, upright_step(built))
+    return built.model_copy(update={"lattice": Lattice(step=step)})
 
 
 def _summary(features: int, made: int, counts: Counter[str]) -> str:

@@ -152,7 +152,7 @@ def local_points(
     origin, terrain
         The local frame's origin, and the scenario's ground if it is known.
     homes
-        The altitudes of UAVs' homes, as far as they are known.
+        z of UAVs' homes, as far as they are known.
     """
     points = {}
     for name, (latitude, longitude, altitude) in given.items():
@@ -164,9 +164,8 @@ def local_points(
             uav = name if name in starts else next(iter(starts))
             home = homes.get(uav)
             if home is None:
-                ground = _above_ground(name, starts[uav][0], starts[uav][1], 0.0, origin, terrain)
-                home = origin.altitude + ground[2]
-            altitude = AboveSea(home + altitude.metres)
+                home = _above_ground(name, starts[uav][0], starts[uav][1], 0.0, origin, terrain)[2]
+            altitude = AboveSea(origin.altitude + home + altitude.metres)
         if isinstance(altitude, AboveGround):
             points[name] = _above_ground(name, latitude, longitude, altitude.metres, origin, terrain)
         else:
