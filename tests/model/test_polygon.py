@@ -8,7 +8,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model import polygon
 from skyverse.model.polygon import edges_that_meet
 
 rings = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=3, max_size=9, unique=True)
@@ -20,16 +19,6 @@ def test_an_outline_is_taken_where_others_call_it_simple(corners):
     shapely = pytest.importorskip("shapely", reason="the oracle is shapely")
     line = shapely.LinearRing(corners)
     assert (edges_that_meet([tuple(corners)]) is None) == bool(line.is_simple)
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.lists(rings, min_size=1, max_size=3))
-def test_comparing_each_two_edges_says_what_the_sweep_says(outlines):
-    outlines = [tuple(outline) for outline in outlines]
-    found = edges_that_meet(outlines)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(polygon, "MAX_PAIRWISE_EDGES", 0)
-        assert edges_that_meet(outlines) == found
 
 
 @settings(max_examples=200, deadline=None)

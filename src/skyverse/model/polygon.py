@@ -15,43 +15,15 @@ EdgeNumber = tuple[int, int]
 """The number of the outline, and that of the edge in it."""
 
 
-MAX_PAIRWISE_EDGES = 40
-"""Edges of all outlines of a polygon up to which each two of them are compared, which is quicker than to sweep."""
-
-
 def edges_that_meet(rings: list[Outline]) -> tuple[EdgeNumber, EdgeNumber] | None:
     """Return two edges that meet, each as the numbers of its outline and of the edge in it, or ``None``.
 
     Two consecutive edges of an outline share a corner, and count as meeting only where one folds back onto the other.
-    Of a polygon with few edges each two are compared. Otherwise the search sweeps along x or y, whichever compares
-    fewer edges: every edge is compared with those that begin after it and before it ends. Of several pairs that meet,
-    the one is told that the sweep finds first.
+    The search sweeps along x or y, whichever compares fewer edges: every edge is compared with those that begin after
+    it and before it ends. Of several pairs that meet, the one is told that the sweep finds first.
     """
     edges = [(*a, *b) for ring in rings for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)]
     numbers = [(number, edge) for number, ring in enumerate(rings) for edge in range(len(ring))]
-    if len(edges) <= MAX_PAIRWISE_EDGES and not _some_meet(edges, numbers, rings):
-        return None
-    return _first_in_sweep(edges, numbers, rings)
-
-
-def _some_meet(edges: list[Edge], numbers: list[EdgeNumber], rings: list[Outline]) -> bool:
-    """Tell whether some two edges meet, by comparing each two."""
-    before: list[tuple[float, float, float, float, int]] = []
-    for k, (ax, ay, bx, by) in enumerate(edges):
-        west, east = (ax, bx) if ax < bx else (bx, ax)
-        south, north = (ay, by) if ay < by else (by, ay)
-        for low, high, near, far, i in before:
-            beside = low > east or west > high or near > north or south > far
-            if not beside and _meet(edges[i], edges[k], numbers[i], numbers[k], rings):
-                return True
-        before.append((west, east, south, north, k))
-    return False
-
-
-def _first_in_sweep(
-    edges: list[Edge], numbers: list[EdgeNumber], rings: list[Outline]
-) -> tuple[EdgeNumber, EdgeNumber] | None:
-    """Return the two edges that meet and that a sweep along x or y finds first, or ``None``."""
     sweeps = []
     for axis in range(2):
         low = [min(edge[axis], edge[axis + 2]) for edge in edges]
