@@ -1,11 +1,17 @@
 """What the prompt shows: a few short lines that say what matters, whatever the scenario holds."""
 
+import ast
+import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import pytest
 
+import skyverse
 import skyverse as sky
 from skyverse.files import BUILTIN_NAMES
+from skyverse.model.caution import Caution, stands_out
+from skyverse.model.short_lines import told_instant, told_seconds
 
 MAX_LINES, MAX_LINE = 6, 110
 
@@ -119,3 +125,66 @@ def test_grids_are_shown_by_their_shape():
     terrain = sky.read("jacksboro").terrain
     assert "heights=array of 148 x 95" in repr(terrain)
     assert len(repr(terrain)) < 200
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        (0.0, "0 s"),
+        (3.25, "3.25 s"),
+        (40.0, "40 s"),
+        (48.504, "48.5 s"),
+        (113.46, "113.5 s"),
+        (2010.4, "2,010 s"),
+        (123456.7, "123,457 s"),
+        (-0.0, "0 s"),
+    ],
+)
+def test_seconds_are_told_in_digits(seconds, said):
+    assert told_seconds(seconds) == said
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        (3.254, "at 3.25 s"),
+        (0.0, "at 0.00 s"),
+        (-2.01, "2.01 s before the mission begins, in the hover at the start"),
+    ],
+)
+def test_an_instant_is_told_without_a_negative_number(seconds, said):
+    assert told_instant(seconds) == said
+
+
+SOURCE = Path(skyverse.__file__).parent
+ITS_OWN, SQL = SOURCE / "model/caution.py", {SOURCE / "lab/rows.py"}
+
+
+@pytest.mark.parametrize(
+    ("said", "stands"),
+    [
+        ("WARNING: homes that are not level", True),
+        ("NOT", True),
+        ("NOT from uav-3", True),
+        ("ONLY on schedule", True),
+        ("NOTES of the flight", False),
+        ("corners NOT proven", False),
+        ("Only on schedule", False),
+        ("", False),
+    ],
+)
+def test_what_begins_with_a_caution_stands_out(said, stands):
+    assert stands_out(said) is stands
+
+
+def strings(file):
+    """The texts in a file that are no docstrings, those of f-strings in pieces."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    alone = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    found = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in alone)
+    return [node.value for node in found if isinstance(node.value, str)]
+
+
+def test_no_file_writes_a_caution_of_its_own():
+    word = re.compile(rf"\b({'|'.join(Caution)})\b")
+    assert {file for file in SOURCE.rglob("*.py") if any(map(word.search, strings(file)))} == {ITS_OWN, *SQL}

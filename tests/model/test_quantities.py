@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ from pydantic import ValidationError
 
 import skyverse as sky
 from every_part import EVERY_PART, models_in
-from skyverse.model.quantities import Model, derived
+from skyverse.model.arrays import frozen
+from skyverse.model.quantities import Model, derived, short
+from skyverse.model.scenario import Scenario
 
 ONE_OF_EACH = list({type(part): part for part in models_in(EVERY_PART)}.values())
 FIELDS = [(part, field) for part in ONE_OF_EACH for field in type(part).model_fields]
@@ -81,3 +84,85 @@ def test_a_constructor_says_in_one_sentence_what_is_wrong_and_pydantic_all_of_it
     with pytest.raises(ValidationError) as listed:
         sky.UAV.model_validate({"start": (0, 0, 0), "max_speed": -1.0, "max_jerk": "x"})
     assert listed.value.error_count() == 2
+
+
+@pytest.fixture
+def scenario():
+    return sky.read_scenario("table-4.8")
+
+
+def test_a_scenario_keeps_its_digest_when_it_is_written_and_read(tmp_path, scenario):
+    for suffix in (".yaml", ".json"):
+        sky.write(scenario, tmp_path / f"same{suffix}")
+        assert sky.read_scenario(tmp_path / f"same{suffix}").digest == scenario.digest
+
+
+def test_defaults_do_not_count(scenario):
+    data = scenario.model_dump(mode="json", exclude_defaults=True)
+    assert Scenario.model_validate(data | {"zones": [], "sources": []}).digest == scenario.digest
+
+
+@pytest.mark.parametrize(
+    "change", [{"name": "other"}, {"clearance": 0.123456789}, {"uavs": ()}, {"description": "as before"}]
+)
+def test_every_change_makes_another_digest(scenario, change):
+    assert scenario.model_copy(update=change).digest != scenario.digest
+
+
+@pytest.mark.parametrize("size", [3, 100])
+def test_one_height_makes_another_digest(size):
+    heights = np.zeros((size, size))
+    flat = {
+        "name": "flat",
+        "bounds": {"min": [0, 0, 0], "max": [2, 2, 9]},
+        "clearance": 0.1,
+        "lattice": {"step": [1, 1, 1]},
+    }
+    plain = Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights}})
+    again = Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights + 0.0}})
+    assert plain.digest == again.digest
+    heights[1, 1] = 1e-9
+    hill = Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights}})
+    assert hill.digest != plain.digest
+
+
+def test_a_digest_is_shown_by_its_first_digits(scenario):
+    assert len(scenario.digest) == 64
+    assert short(scenario.digest) == f"sha256 {scenario.digest[:12]}"
+
+
+def arrays(mission):
+    for thing in (*mission.results, *mission.trajectories, *(r.history for r in mission.results)):
+        yield from (value for value in vars(thing).values() if isinstance(value, np.ndarray))
+
+
+def test_the_arrays_of_an_answer_are_read_only_even_after_a_pickle(mission):
+    for answer in (mission, pickle.loads(pickle.dumps(mission))):
+        assert answer == mission
+        assert len(list(arrays(answer))) == 2 * 3 + 2 * 2 + 2 * 5
+        for array in arrays(answer):
+            with pytest.raises(ValueError, match="read-only"):
+                array[...] = 0
+
+
+def test_an_answer_does_not_change_with_the_array_it_was_made_from():
+    knots = np.array([0.0, 1.0])
+    trajectory = sky.Trajectory(knots, np.zeros((1, 6, 3)))
+    knots[1] = 9.0
+    assert trajectory.end == 1.0
+
+
+def test_answers_differ_where_one_element_differs():
+    one = sky.Trajectory(np.array([0.0, 1.0]), np.zeros((1, 6, 3)))
+    other = np.zeros((1, 6, 3))
+    other[0, 5, 2] = 1e-300
+    assert one == replace(one)
+    assert one != replace(one, coefficients=other)
+
+
+def test_a_read_only_array_is_shared_and_a_view_is_copied():
+    whole = frozen(np.arange(4.0))
+    assert frozen(whole) is whole
+    view = whole[1:]
+    assert frozen(view) is not view
+    assert not frozen(view).flags.writeable

@@ -7,6 +7,8 @@ import pytest
 from pydantic import ValidationError
 
 import skyverse as sky
+from skyverse.flight import VEHICLES
+from skyverse.model.conditions import simulated_vehicle, simulated_vehicle_sentence
 from skyverse.model.uav import with_limits
 from skyverse.model.vehicle_profiles import FleetLimits
 
@@ -153,3 +155,57 @@ def test_the_documentation_states_the_profiles():
                 assert cell == (", ".join(numbers) or ("none" if fields[0] == "max_climb" else "")), (name, fields)
             stated[name] += sum(field in limits for field in fields)
     assert stated == {name: len(sky.VEHICLE_PROFILES[name].limits) for name in names}
+
+
+def fleet(*vehicles):
+    return [sky.UAV(name=f"u{k}", start=(0, 0, 9), vehicle=vehicle) for k, vehicle in enumerate(vehicles)]
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "simulated"),
+    [
+        (["indoor", "indoor"], "crazyflie"),
+        (["thesis"], "thesis"),
+        (["indoor", "mapping"], "crazyflie"),  # the aeroplane is not simulated
+        (["camera"], "camera"),
+        (["camera", "heavy"], "thesis"),
+        (["", ""], "thesis"),
+        (["indoor", "thesis"], "thesis"),
+        (["indoor", ""], "thesis"),
+        ([], "thesis"),
+    ],
+)
+def test_the_vehicle_of_the_mission_is_simulated_where_it_has_a_model(vehicles, simulated):
+    assert simulated_vehicle(fleet(*vehicles)) == simulated
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "planned", "sentence"),
+    [
+        ("crazyflie", ["indoor"], "Simulated: crazyflie, for which the mission was planned."),
+        (
+            "thesis",
+            [""],
+            "Simulated: thesis, in place of every multirotor; the mission names no vehicle. It is small and agile: a "
+            "real vehicle may stray farther.",
+        ),
+        (
+            "thesis",
+            ["camera", "heavy"],
+            "Simulated: thesis, in place of every multirotor; the mission was planned for camera, heavy (heavy: limits "
+            "are known, but no mass, inertia and rotors to simulate).",
+        ),
+        (
+            "hummingbird",
+            ["indoor", ""],
+            "Simulated: hummingbird, in place of every multirotor; the mission was planned for indoor, UAVs without a "
+            "vehicle.",
+        ),
+    ],
+)
+def test_another_vehicle_than_the_planned_one_is_told(vehicle, planned, sentence):
+    assert simulated_vehicle_sentence(vehicle, fleet(*planned)) == sentence
+
+
+def test_every_model_of_a_profile_can_be_flown():
+    assert {profile.simulated_as for profile in sky.VEHICLE_PROFILES.values()} - {None} <= set(VEHICLES)
