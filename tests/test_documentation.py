@@ -1,6 +1,7 @@
 """What README and docs say of the code is what the code is."""
 
 import doctest
+import importlib
 import io
 import re
 import tomllib
@@ -47,6 +48,22 @@ def test_every_file_on_the_way_of_a_scenario_is_there():
     way = CONTRIBUTING.split("## The way of a scenario")[1].split("\n## ")[0]
     files = re.findall(r"`((?:\w+/)*\w+\.py|\w+/(?:\w+/)*)`", way)
     assert len(files) > 15
+    assert [file for file in files if not (Path(skyverse.__file__).parent / file).exists()] == []
+
+
+def test_the_glossary_has_sixty_nouns_at_most_and_each_class_is_where_it_says():
+    text = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+    nouns = re.findall(r"^\| ([\w ]+) \| (?:`([\w.]+)`)? ?\| [^-]", text.split("## Where")[0], re.MULTILINE)
+    nouns = [(noun, name) for noun, name in nouns if noun != "noun"]
+    assert 40 < len(dict(nouns)) == len(nouns) <= 60
+    for module, _, name in (name.rpartition(".") for _, name in nouns if name):
+        assert getattr(importlib.import_module(module), name).__module__ == module
+
+
+def test_every_file_that_the_glossary_names_is_there():
+    where = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").split("## Where")[1]
+    files = re.findall(r"`([\w/]+\.py)`", where)
+    assert len(files) > 10
     assert [file for file in files if not (Path(skyverse.__file__).parent / file).exists()] == []
 
 
