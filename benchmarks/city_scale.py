@@ -16,7 +16,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.exports.waypoint_files import ExportCertificate
+from skyverse.exports import ExportCertificate
 from skyverse.planners.base import provenance
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.problem import Airspace, Problem
@@ -112,7 +112,9 @@ def measured(uavs: int) -> list[str]:
         clocks = [(time.perf_counter(), time.process_time())]
         violations = sky.check(mission.scenario, mission)
         clocks.append((time.perf_counter(), time.process_time()))
-        files = sky.export(mission, Path(folder) / "city.plan", allow_close=True, on_certificate=seen.append)
+        files = sky.export(
+            mission, Path(folder) / "city.plan", sky.ExportOptions(allow_close=True), on_certificate=seen.append
+        )
         clocks.append((time.perf_counter(), time.process_time()))
     assert not [v for v in violations if v.fault.value.endswith("too close") and len(v.uavs) == 1]
     (certificate,) = seen
@@ -128,7 +130,7 @@ def main() -> None:
     small = fleet(city(240, 2))  # compiles
     sky.check(small.scenario, small)
     with tempfile.TemporaryDirectory() as folder:
-        sky.export(small, Path(folder) / "city.plan", allow_close=True)
+        sky.export(small, Path(folder) / "city.plan", sky.ExportOptions(allow_close=True))
     rows = [measured(int(count)) for count in sys.argv[1:] or ("20", "100")]
     table([f"UAVs among {PRISMS:,} prisms", "check, s", ".plan, s", "exported"], rows)
 

@@ -23,8 +23,7 @@ import numpy as np
 from machine import describe
 
 import skyverse as sky
-from skyverse.exports.separation import Apart
-from skyverse.exports.waypoint_files import ExportCertificate
+from skyverse.exports import Apart, ExportCertificate
 from skyverse.numerics.cores import cores
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
@@ -54,9 +53,9 @@ def replay(seed: int, *, apart_in_space: bool) -> Replay:
         path = Path(folder) / f"m.{SUFFIXES[seed % 3]}"
         asked = {"apart_in_space": True} if apart_in_space else {"allow_close": True}
         try:
-            files = sky.export(mission, path, **asked, on_certificate=seen.append)
+            files = sky.export(mission, path, sky.ExportOptions(**asked), on_certificate=seen.append)
         except sky.InputError:
-            files = sky.export(mission, path, allow_close=True, on_certificate=seen.append)
+            files = sky.export(mission, path, sky.ExportOptions(allow_close=True), on_certificate=seen.append)
         orders = read_orders(mission.scenario, files)
     pairs = seen[-1].apart.pairs
     broken = broken_promises(mission, orders, pairs, np.random.default_rng(seed))

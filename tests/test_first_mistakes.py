@@ -131,7 +131,7 @@ def test_wrong_values_of_an_export_are_refused_in_one_sentence(mission, suffix, 
     for name, wrong in named.items():
         for one in wrong:
             with suppress(sky.InputError):  # as others may be refused first, or have no part in it
-                sky.export(mission, tmp_path / f"x{suffix}", **{name: one})
+                sky.export(mission, tmp_path / f"x{suffix}", sky.ExportOptions(**{name: one}))
 
 
 @pytest.mark.parametrize("t", [None, np.nan, [0.0, np.nan], [[1.0]], "now", [1, "a"], [[1.0], [1.0, 2.0]], object()])

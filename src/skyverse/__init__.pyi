@@ -6,6 +6,7 @@ from .draw.figures import write_figures as write_figures
 from .draw.plot import plot as plot
 from .draw.write_page import write_html as write_html
 from .errors import InputError as InputError
+from .exports import ExportOptions as ExportOptions
 from .exports import Route as Route
 from .exports import export as export
 from .exports import routes as routes

@@ -6,10 +6,8 @@ import numpy as np
 import replayed_autopilot as autopilot
 
 import skyverse as sky
-from skyverse.exports.separation import Apart
-from skyverse.model.frame import Frame, Origin
-from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
-from skyverse.model.uav import UAV
+from skyverse import UAV, Bounds, Frame, Lattice, Origin, Scenario, Target
+from skyverse.exports import Apart
 
 ORIGIN = Origin(latitude=40.70, longitude=-74.0, altitude=0.0, geoid=-33.0)
 

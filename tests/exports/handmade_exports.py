@@ -1,18 +1,31 @@
 """Random missions on the globe, made without planning, and local metres by somebody else's geodesy."""
 
 import itertools
+import re
 import zipfile
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+import skyverse as sky
 from proj_map import proj_local
-from skyverse.model.frame import Frame, Origin
-from skyverse.model.mission import Mission
-from skyverse.model.result import Provenance
-from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
-from skyverse.model.shapes import Box, Terrain
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, FixedWing, TrackingError
+from skyverse import (
+    UAV,
+    Bounds,
+    Box,
+    FixedWing,
+    Frame,
+    Lattice,
+    Mission,
+    Origin,
+    Provenance,
+    Scenario,
+    Target,
+    Terrain,
+    TrackingError,
+    Trajectory,
+)
 
 LOW, HIGH = (-300.0, -300.0, -50.0), (300.0, 300.0, 150.0)
 NAMES = ("uav-1", "Häuser & <Söhne>", "a/b\\c:d", "UAV-1 ", "***")
@@ -159,3 +172,53 @@ def waylines(path):
     """The text of the waylines in an archive."""
     with zipfile.ZipFile(path) as archive:
         return archive.read("wpmz/waylines.wpml").decode()
+
+
+class Told(NamedTuple):
+    """What an export proves of waypoints, what it says, and the files."""
+
+    certificate: object
+    notes: list
+    files: list
+
+    @property
+    def back(self):
+        """The way home of the only UAV."""
+        (back,) = self.certificate.returns
+        return back
+
+    @property
+    def said(self):
+        return " ".join(self.notes)
+
+
+def exported(mission, folder, suffix="plan", *, page=None, **how):
+    """Export waypoints with some options."""
+    seen, notes = [], []
+    files = sky.export(
+        mission,
+        folder / f"m.{suffix}",
+        sky.ExportOptions(**how),
+        page=page,
+        on_certificate=seen.append,
+        on_note=notes.append,
+    )
+    return Told(seen[0], notes, files)
+
+
+def parameters(folder, suffix="plan"):
+    """The values of the parameter file beside a mission."""
+    text = (folder / {"plan": "m.params", "waypoints": "m.param"}[suffix]).read_text()
+    rows = [re.split(r"[\t,]", row) for row in text.splitlines() if row[0] != "#"]
+    first = 2 if suffix == "plan" else 0
+    return {row[first]: float(row[first + 1]) for row in rows}
+
+
+def changed(mission, **fields):
+    """The mission in a scenario with other fields."""
+    return replace(mission, scenario=mission.scenario.model_copy(update=fields))
+
+
+def with_uavs(mission, **fields):
+    """The mission, whose UAVs have other fields."""
+    return changed(mission, uavs=tuple(uav.model_copy(update=fields) for uav in mission.scenario.uavs))

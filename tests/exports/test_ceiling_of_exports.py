@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.shapes import Terrain
+from skyverse import Terrain
+from skyverse.exports import LegChecker, LegSpace
 
 ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
 CEILING = 30.0
@@ -51,18 +52,16 @@ def test_a_flight_that_touches_the_ceiling_is_exported_below_it(altitude, lowest
 
 
 def test_heights_above_ground_are_held_against_the_lowest_ground_between_waypoints():
-    from skyverse.exports.autopilot_leg_clearance import LegChecker
-
     mission = touching(cliff())
     ground = mission.scenario.terrain
     ends = np.array([(-80.0, 0, 0), (80.0, 0, 0)])
     ends[:, 2] = ground.height(ends[:, :2])
-    legs = LegChecker(mission.scenario, "agl")
+    legs = LegChecker(LegSpace(mission.scenario, "agl"))
     for above, clear in ((CEILING - 6 - 0.3, True), (CEILING - 6 + 0.1, False), (CEILING - 0.3, False)):
         fault = legs.leg(*(ends + np.array([0, 0, above]))).fault
         assert (fault is None) == clear
         if not clear:
-            assert "above the ceiling of 30 m" in fault.said
+            assert "above the ceiling of 30 m" in fault
 
 
 def test_a_straying_uav_is_exported_below_the_ceiling_with_its_error():

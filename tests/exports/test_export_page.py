@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse import Origin, Terrain
 from skyverse.draw import banner
-from skyverse.exports import flight_verdicts
-from skyverse.model.frame import Origin
-from skyverse.model.shapes import Terrain
+from skyverse.exports import report
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -32,8 +31,8 @@ def up_a_slope():
 
 def test_the_page_shows_every_home_and_all_that_is_said(tmp_path, monkeypatch):
     drawn, notes, seen = [], [], []
-    page = flight_verdicts.page
-    monkeypatch.setattr(flight_verdicts, "page", lambda scene: drawn.append(scene) or page(scene))
+    page = report.page
+    monkeypatch.setattr(report, "page", lambda scene: drawn.append(scene) or page(scene))
     files = sky.export(
         up_a_slope(), tmp_path / "m.plan", page=tmp_path / "m.html", on_note=notes.append, on_certificate=seen.append
     )
@@ -57,15 +56,15 @@ def test_the_name_of_a_uav_is_no_warning(tmp_path, monkeypatch):
     uavs = tuple(uav.model_copy(update={"name": "NOTUS"}) for uav in made.scenario.uavs)
     made = replace(made, scenario=made.scenario.model_copy(update={"uavs": uavs}))
     drawn = []
-    page = flight_verdicts.page
-    monkeypatch.setattr(flight_verdicts, "page", lambda scene: drawn.append(scene) or page(scene))
+    page = report.page
+    monkeypatch.setattr(report, "page", lambda scene: drawn.append(scene) or page(scene))
     sky.export(made, tmp_path / "m.plan", page=tmp_path / "m.html")
     (scene,) = (replace(one, export_notes=("It flies.",)) for one in drawn)
     assert any("NOTUS" in row for row in scene.export_verdicts)
     assert 'class="verdict note"' in banner(scene)
 
 
-def test_only_waypoints_have_a_page(tmp_path):
-    with pytest.raises(sky.InputError, match=r"page: expected a file of waypoints, \.plan"):
+def test_only_waypoints_have_a_page(tmp_path, refuses):
+    with refuses():
         sky.export(up_a_slope(), tmp_path / "m.kml", page=tmp_path / "m.html")
     assert not list(tmp_path.iterdir())

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse import Origin
 from skyverse.errors import in_words
-from skyverse.exports.flight_verdicts import HEADS, verdict_table
-from skyverse.exports.separation import Apart
-from skyverse.model.frame import Origin
+from skyverse.exports import Apart, verdict_table
+from skyverse.exports.report import HEADS
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -23,9 +23,7 @@ WALL = ((0.0, -300.0, 0.0), (1.0, 300.0, 300.0))
 
 
 def certificate(mission, folder, suffix="plan", **how):
-    seen = []
-    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append, **how)
-    return seen[0]
+    return handmade.exported(mission, folder, suffix, **how).certificate
 
 
 def test_a_single_uav_has_one_line_and_nothing_is_said_of_others(tmp_path):
@@ -63,8 +61,29 @@ def test_gaps_of_the_way_home_are_told_from_when_to_when(tmp_path):
     assert not flight.has_way_home
     assert flight.gaps == tuple((gap.begin, gap.end) for gap in back.gaps)
     begin, end = flight.gaps[0]
-    assert (found := re.fullmatch(r"NOT from ([\d.]+) to ([\d.]+) s.*", flight.row[3]))
+    assert (found := re.fullmatch(r"NOT from ([\d.]+) to ([\d.]+) s.*, [\d.]+ m up", flight.row[3]))
     assert [float(found[1]), float(found[2])] == pytest.approx([begin, end], abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "radius", "known"),
+    [("plan", 2.0, False), ("waypoints", 2.0, True), ("waypoints", 1.0, True), ("waypoints", 0.5, False)],
+)
+def test_of_an_aeroplane_it_is_told_where_its_autopilot_does_not_turn_at_the_radius(tmp_path, suffix, radius, known):
+    wing = sky.FixedWing(speed=15.0, turn_radius=30.0, climb=15.0)
+    bent = handmade.along([(-300, 0, 50), (0, 0, 50), (200, 200, 50)], 40)
+    for one, proven in ((wing, known), (None, True)):
+        (flight,) = certificate(
+            handmade.mission([bent], origin=ORIGIN, wing=one), tmp_path, suffix, radius=radius
+        ).flights
+        assert flight.legs_proven == proven
+
+
+@pytest.mark.parametrize(("altitude", "told"), [(120.0, 0), (121.0, 1)])
+def test_a_return_altitude_of_more_than_120_m_is_told_in_one_line(tmp_path, altitude, told):
+    mission = handmade.mission([EAST, BESIDE], origin=ORIGIN, from_home=True, high=(300, 300, 400))
+    notes = handmade.exported(mission, tmp_path, return_altitude=altitude).notes
+    assert sum("more than 120 m above home" in note for note in notes) == told
 
 
 def test_an_aeroplane_has_no_proven_way_home(tmp_path):
@@ -77,16 +96,16 @@ def test_an_aeroplane_has_no_proven_way_home(tmp_path):
     assert flight.row == ("uav-1", "NOT proven at corners", circles, "NOT proven")
 
 
-def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsys):
+def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsys, refuses):
     """One UAV returns through the path of the other."""
-    from skyverse.cli.export import export
+    from skyverse.cli.export import WaypointOptions, export
 
     mission = handmade.mission([EAST, ACROSS], origin=ORIGIN, from_home=True)
     notes = []
     sky.export(mission, tmp_path / "stays.plan", on_note=notes.append)
     assert not any("WARNING" in note for note in notes)
     rtl = {"end": "rtl", "allow_close": True, "return_altitude": 5.0}
-    sky.export(mission, tmp_path / "m.plan", **rtl, on_note=notes.append, page=tmp_path / "m.html")
+    sky.export(mission, tmp_path / "m.plan", sky.ExportOptions(**rtl), on_note=notes.append, page=tmp_path / "m.html")
     (warning,) = [note for note in notes if note.startswith("WARNING")]
     assert warning == (
         "WARNING: apart in space up to their last waypoints, but NOT on the returns that end the mission: uav-1 and "
@@ -97,13 +116,18 @@ def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsy
     page = unescape((tmp_path / "m.html").read_text("utf-8"))
     assert page.index("apart in flight") < page.index(f"<li>{told}</li>") < page.index("straight legs proven")
     sky.write(mission, tmp_path / "m.json")
-    export(str(tmp_path / "m.json"), tmp_path / "m.plan", end="rtl", allow_close=True, return_altitude=5.0)
+    export(
+        str(tmp_path / "m.json"),
+        tmp_path / "m.plan",
+        waypoints=WaypointOptions(end="rtl", return_altitude=5.0),
+        allow_close=True,
+    )
     said = capsys.readouterr().err.splitlines()
     assert [line.split()[0] for line in said[:4]] == ["UAV", "uav-1", "uav-2", "fleet"]
     assert said[4].startswith("WARNING: apart in space up to")
     assert said[4].endswith("give --end land to land below the last waypoints or --end loiter to stay there")
-    with pytest.raises(sky.InputError, match=r"not all paths are apart in space: .*; give end='land' to land below"):
-        sky.export(mission, tmp_path / "m.plan", end="rtl", return_altitude=5.0, apart_in_space=True)
+    with refuses():
+        sky.export(mission, tmp_path / "m.plan", sky.ExportOptions(end="rtl", return_altitude=5.0, apart_in_space=True))
 
 
 def test_return_altitudes_of_a_fleet_are_a_separation_apart_where_there_is_room(tmp_path):
@@ -111,11 +135,9 @@ def test_return_altitudes_of_a_fleet_are_a_separation_apart_where_there_is_room(
     flights = [handmade.along([(-100, y, 20), (100, y, 20)], 40) for y in (-60, -30, 0, 30)]
     for high, apart in ((150.0, True), (25.0, False)):
         mission = handmade.mission(flights, origin=ORIGIN, error=error, from_home=True, high=(300, 300, high))
-        notes = []
-        seen = []
-        sky.export(mission, tmp_path / "m.plan", on_certificate=seen.append, on_note=notes.append)
-        assert all(back.everywhere for back in seen[0].returns)
-        levels = np.sort([back.level for back in seen[0].returns])
+        proof, notes, _ = handmade.exported(mission, tmp_path)
+        assert all(back.everywhere for back in proof.returns)
+        levels = np.sort([back.level for back in proof.returns])
         keep = mission.scenario.uavs[0].ellipsoid[1] + 2 * error.vertical
         assert (np.diff(levels).min() >= keep) == apart
         assert any("return altitudes are less than a separation apart" in note for note in notes) != apart

@@ -11,8 +11,8 @@ import pytest
 import skyverse as sky
 from patience import PATIENCE_S, wait_until
 from proj_map import proj_local
+from skyverse import Origin
 from skyverse.exports.mavlink_formats import geofence
-from skyverse.model.frame import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -76,7 +76,7 @@ def sea_level(scenario, uav, above, latitude, longitude, altitude):
     if above == "amsl":
         return altitude
     if above == "home":
-        from skyverse.model.geodesy import to_wgs84
+        from skyverse import to_wgs84
 
         start = np.array(scenario.uavs[uav].start)
         if scenario.terrain is not None:
@@ -106,7 +106,7 @@ def test_plans_read_by_mavsdk_have_the_same_places_in_the_same_frame(stations, t
     for seed in seeds:
         mission, above = random_case(seed)
         routes = sky.routes(mission, altitude=above)
-        files = sky.export(mission, tmp_path / f"m{seed}.plan", altitude=above, allow_close=True)
+        files = sky.export(mission, tmp_path / f"m{seed}.plan", sky.ExportOptions(altitude=above, allow_close=True))
         assert len(files) == len(routes) == len({file.name.lower() for file in files})
         begins = []
         for route, file in zip(routes, files, strict=True):
@@ -137,7 +137,9 @@ def test_waypoints_read_by_pymavlink_have_the_same_places_in_the_same_frame(tmp_
         routes, end = sky.routes(mission, altitude=above), end_over(mission)
         for route, file in zip(
             routes,
-            sky.export(mission, tmp_path / f"m{seed}.waypoints", altitude=above, end=end, allow_close=True),
+            sky.export(
+                mission, tmp_path / f"m{seed}.waypoints", sky.ExportOptions(altitude=above, end=end, allow_close=True)
+            ),
             strict=True,
         ):
             loader = mavwp.MAVWPLoader()
@@ -162,8 +164,10 @@ def test_waypoints_read_by_mavsdk_are_those_of_the_plan(stations, tmp_path):
     for seed in range(6):
         mission, above = random_case(seed)
         how = {"altitude": above, "allow_close": True, "autopilot": "ardupilot"}
-        plans = sky.export(mission, tmp_path / f"m{seed}.plan", **how)
-        texts = sky.export(mission, tmp_path / f"m{seed}.waypoints", altitude=above, allow_close=True)
+        plans = sky.export(mission, tmp_path / f"m{seed}.plan", sky.ExportOptions(**how))
+        texts = sky.export(
+            mission, tmp_path / f"m{seed}.waypoints", sky.ExportOptions(altitude=above, allow_close=True)
+        )
         for plan, text in zip(plans, texts, strict=True):
             one = stations.mission.import_qgroundcontrol_mission(str(plan)).mission_items
             other = stations.mission.import_mission_planner_mission(str(text)).mission_items[1:]
@@ -174,7 +178,7 @@ def test_waypoints_read_by_mavsdk_are_those_of_the_plan(stations, tmp_path):
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 9, 14])
 def test_a_simulated_autopilot_accepts_what_is_uploaded(stations, tmp_path, seed):
     mission, above = random_case(seed)
-    (file, *_) = sky.export(mission, tmp_path / "m.plan", altitude=above, allow_close=True)
+    (file, *_) = sky.export(mission, tmp_path / "m.plan", sky.ExportOptions(altitude=above, allow_close=True))
     items = stations.mission.import_qgroundcontrol_mission(str(file)).mission_items
     stations.received.clear()
     stations.mission.upload_mission(items)
@@ -274,7 +278,9 @@ def test_plans_have_every_field_that_qgroundcontrol_wants_and_no_other(tmp_path,
     for seed in seeds:
         mission, above = random_case(seed)
         end = ("loiter", end_over(mission))[seed // 2 % 2]
-        for file in sky.export(mission, tmp_path / f"m{seed}.plan", altitude=above, end=end, allow_close=True):
+        for file in sky.export(
+            mission, tmp_path / f"m{seed}.plan", sky.ExportOptions(altitude=above, end=end, allow_close=True)
+        ):
             plan = json.loads(file.read_text())
             validator.validate(plan)
             # PX4 answers UNSUPPORTED_FRAME to altitudes above ground; ArduPilot wants a number to loiter
@@ -303,7 +309,7 @@ def test_the_fence_of_wide_bounds_is_that_of_the_map(tmp_path, latitude):
     origin = sky.Origin(latitude=latitude, longitude=10.0, altitude=0.0)
     flight = handmade.along([(0, side - 50, 50), (300, side - 50, 50)], 60)
     mission = handmade.mission([flight], origin=origin, low=(-side, -side, 0.0), high=(side, side, 200.0))
-    sky.export(mission, tmp_path / "wide.plan", altitude="home")
+    sky.export(mission, tmp_path / "wide.plan", sky.ExportOptions(altitude="home"))
     (fence,) = json.loads((tmp_path / "wide.plan").read_text())["geoFence"]["polygons"]
     ring = np.array(fence["polygon"])
     ways = np.linspace(ring, np.roll(ring, -1, axis=0), 50).reshape(-1, 2)

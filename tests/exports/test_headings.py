@@ -32,7 +32,9 @@ def rows_of(file):
 @pytest.mark.parametrize("altitude", ["amsl", "home"])
 @pytest.mark.parametrize(("autopilot", "command", "kind"), [("px4", 195, 0), ("ardupilot", 201, 3)])
 def test_missions_of_mavlink_look_at_the_place(tmp_path, suffix, altitude, autopilot, command, kind):
-    (file,) = sky.export(mission(PLACE), tmp_path / f"m.{suffix}", altitude=altitude, autopilot=autopilot)
+    (file,) = sky.export(
+        mission(PLACE), tmp_path / f"m.{suffix}", sky.ExportOptions(altitude=altitude, autopilot=autopilot)
+    )
     rows = rows_of(file)
     commands = [row[0] for row in rows]
     assert [one for one in commands if one in (195, 201)] == [command]
@@ -41,7 +43,9 @@ def test_missions_of_mavlink_look_at_the_place(tmp_path, suffix, altitude, autop
     assert commands.index(command) < commands.index(16)
     place = local(ORIGIN, *([value] for value in told[5:]))[0]
     np.testing.assert_allclose(place, PLACE, atol=0.01)
-    (plain,) = sky.export(mission(None), tmp_path / f"n.{suffix}", altitude=altitude, autopilot=autopilot)
+    (plain,) = sky.export(
+        mission(None), tmp_path / f"n.{suffix}", sky.ExportOptions(altitude=altitude, autopilot=autopilot)
+    )
     assert not {row[0] for row in rows_of(plain)} & {195, 201}
 
 

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.errors import InputError
-from skyverse.exports.autopilot_leg_clearance import LegChecker
-from skyverse.exports.leg_certificate import LegCertificate
-from skyverse.exports.return_lines import Asked, Lines, ReturnSpace
-from skyverse.model.shapes import Terrain
+from skyverse import Terrain
+from skyverse.exports import LegChecker, LegSpace
+from skyverse.exports.leg_space import Segments
+from skyverse.exports.return_space import Lines, ReturnSpace, proven
 
 ERROR = sky.TrackingError(horizontal=1.5, vertical=2.0)
 START, TARGET = (9.0, 12.0, 5.5), (45.0, 12.0, 12.0)
@@ -46,40 +45,37 @@ def test_a_leg_in_a_column_keeps_the_error_from_walls_but_not_from_roofs_below(a
     given = scenario(*([] if away is None else [wall(away, high)]))
     foot = np.array(START)
     top = foot + np.array([0, 0, ERROR.vertical + 1e-3])
-    legs = LegChecker(given, altitude, ERROR, ((foot, top),))
+    legs = LegChecker(LegSpace(given, altitude), ERROR, ((foot, top),))
     checked = legs.leg(foot, top)
     assert (checked.fault is None) == clear
-    certificate = LegCertificate(legs)
-    judged_in = certificate._world(0.01, True, START)
+    judged_in = legs.space.referee(Segments(foot, top, 0.01, ERROR, START))
     assert all(kind.obstacle.tolist() in ([], [1], [-2]) for kind in (judged_in.boxes, *judged_in.others))
     if not clear:
-        assert certificate.sentence(checked.fault).startswith("it, with its tracking error, is 0.5 m inside obstacle 1")
+        assert legs.space.sentence(checked.fault).startswith("it, with its tracking error, is 0.5 m inside obstacle 1")
 
 
 @pytest.mark.parametrize(("away", "high", "clear"), WALLS)
 def test_a_return_that_lands_in_a_column_keeps_the_error_from_walls_but_not_from_roofs_below(away, high, clear):
     space = ReturnSpace(scenario(*([] if away is None else [wall(away - 0.25, high)])))  # half the clearance is kept
     top, foot = np.array([[*START[:2], 7.5]]), np.array([START])
-    line = Lines(Asked("obstacles", ERROR, 0.01, (*START[:2], 5.0)), top, foot, np.array([0]))
-    assert space.free(line).tolist() == [clear]
-    assert space.proven([line]) == clear
-    everywhere = line._replace(asked=Asked("obstacles", ERROR, 0.01))
-    assert not space.free(everywhere).any()
+    line = Lines(space.obstacles, Segments(top, foot, 0.01, ERROR, START), np.array([0]))
+    assert line.free().tolist() == [clear]
+    assert proven([line]) == clear
+    everywhere = line._replace(segments=line.segments._replace(pad=None))
+    assert not everywhere.free().any()
 
 
 @pytest.mark.parametrize(("away", "lands"), [(1.0, False), (3.05, True)])
-def test_a_landing_keeps_the_error_from_a_wall_beside_it(tmp_path, away, lands):
+def test_a_landing_keeps_the_error_from_a_wall_beside_it(tmp_path, away, lands, refuses):
     """The roof of what is beside the target is below the target, but not below where the UAV lands."""
     mission = sky.plan_mission(scenario(wall(away, 11.5, TARGET)), sky.Taut())
     assert mission.violations == ()
     if lands:
-        sky.export(mission, tmp_path / "m.plan", end="land")
+        sky.export(mission, tmp_path / "m.plan", sky.ExportOptions(end="land"))
         assert (tmp_path / "m.plan").exists()
     else:
-        with pytest.raises(
-            InputError, match=r"cannot land below its last waypoint: its place there is 2 m too near obstacles\[1\]"
-        ):
-            sky.export(mission, tmp_path / "m.plan", end="land")
+        with refuses():
+            sky.export(mission, tmp_path / "m.plan", sky.ExportOptions(end="land"))
 
 
 def test_an_export_of_a_roof_start_says_on_which_pad_the_error_does_not_count(tmp_path):
@@ -87,5 +83,5 @@ def test_an_export_of_a_roof_start_says_on_which_pad_the_error_does_not_count(tm
     notes = []
     sky.export(mission, tmp_path / "m.plan", on_note=notes.append)
     said = " ".join(notes)
-    assert "does not count for the ground and roofs below on the pad at its start up to z = 7.501 m" in said
+    assert mission.certificates[0].sentence.count("up to z = 7.51 m") == said.count("up to z = 7.51 m") == 1
     assert "its way home is proven at every instant" in said

@@ -6,10 +6,9 @@ import terrain_follower as follower
 from handmade_exports import local
 from test_terrain_following import ALLOWANCE, EXACT, least_lift, random_case
 
+from skyverse import Bounds, Frame, Origin, Scenario
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.leg_geometry import leg_deviation
-from skyverse.model.frame import Frame, Origin
-from skyverse.model.scenario import Bounds, Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 
 pyproj = pytest.importorskip("pyproj", reason="an independent geodesy")

@@ -1,14 +1,11 @@
 """What autopilots do when they lose their link: they return only if that is proven from every instant of the flight."""
 
 import json
-from dataclasses import replace
 
 import handmade_exports as handmade
 import pytest
 
-import skyverse as sky
-from skyverse.model.frame import Origin
-from skyverse.model.shapes import Box
+from skyverse import Box, Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -27,27 +24,14 @@ SHUT_IN = (
 
 def exported(folder, suffix, corners, obstacles):
     mission = handmade.mission([handmade.along(corners, 40)], clearance=1.0, origin=ORIGIN)
-    seen = []
-    given = replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": obstacles}))
-    sky.export(given, folder / f"m.{suffix}", on_certificate=seen.append)
-    return seen[0].returns[0]
-
-
-def of_px4(folder):
-    rows = [row.split("\t") for row in (folder / "m.params").read_text().splitlines() if row[0] != "#"]
-    return {row[2]: float(row[3]) for row in rows}
-
-
-def of_ardupilot(folder):
-    rows = [row for row in (folder / "m.param").read_text().splitlines() if row[0] != "#"]
-    return {name: float(value) for name, value in (row.split(",") for row in rows)}
+    return handmade.exported(handmade.changed(mission, obstacles=obstacles), folder, suffix).back
 
 
 @pytest.mark.parametrize("home", [True, False])
 def test_px4_returns_when_it_loses_its_link_only_if_it_comes_home_from_everywhere(tmp_path, home):
     back = exported(tmp_path, "plan", *(OPEN if home else SHUT_IN))
     assert back.everywhere == home
-    values = of_px4(tmp_path)
+    values = handmade.parameters(tmp_path)
     assert values["NAV_RCL_ACT"] == values["NAV_DLL_ACT"] == (2 if home else 1)  # return, or hold
     assert values["COM_RCL_EXCEPT"] == values["RTL_TYPE"] == 0
     assert json.loads((tmp_path / "m.plan").read_text())["mission"]["firmwareType"] == 12
@@ -57,14 +41,14 @@ def test_px4_returns_when_it_loses_its_link_only_if_it_comes_home_from_everywher
 def test_ardupilot_returns_when_it_loses_its_link_or_goes_on_with_the_mission(tmp_path, home):
     back = exported(tmp_path, "waypoints", *(OPEN if home else SHUT_IN))
     assert back.everywhere == home
-    values = of_ardupilot(tmp_path)
+    values = handmade.parameters(tmp_path, "waypoints")
     assert values["FS_THR_ENABLE"] == values["FS_GCS_ENABLE"] == 1
     assert int(values["FS_OPTIONS"]) & 0b11 == (0 if home else 0b11)
 
 
 def test_parameters_that_ardupilot_has_renamed_are_written_in_both_units(tmp_path):
     back = exported(tmp_path, "waypoints", *OPEN)
-    values = of_ardupilot(tmp_path)
+    values = handmade.parameters(tmp_path, "waypoints")
     for until, since in {
         "RTL_ALT": "RTL_ALT_M",
         "RTL_ALT_FINAL": "RTL_ALT_FINAL_M",

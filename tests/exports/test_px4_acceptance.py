@@ -1,7 +1,5 @@
 """PX4 goes on with its return before it is quite where it should be; its parameter file says how far before."""
 
-from dataclasses import replace
-
 import handmade_exports as handmade
 import numpy as np
 import pytest
@@ -10,11 +8,9 @@ from exported_fleets import read_orders
 from replayed_autopilot import fly
 
 import skyverse as sky
-from skyverse.exports.return_lines import flown_legs
-from skyverse.exports.separation import USUAL_TOLERANCE, timed_path
-from skyverse.exports.way_home import WAYS
-from skyverse.model.frame import Origin
-from skyverse.model.shapes import Terrain
+from skyverse import Origin, Terrain
+from skyverse.exports import USUAL_TOLERANCE, WAYS, timed_path
+from skyverse.exports.flight_parts import flown_legs
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -23,27 +19,13 @@ FLAT = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33,
 BESIDE, BELOW = 1.0, 0.5
 
 
-def exported(mission, folder, suffix="plan"):
-    seen = []
-    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append)
-    (back,) = seen[0].returns
-    return back
-
-
-def exported_plan(mission, folder, radius):
-    seen = []
-    sky.export(mission, folder / "m.plan", radius=radius, on_certificate=seen.append)
-    return seen[0].returns[0].plan
-
-
-def parameters(folder):
-    rows = [row.split("\t") for row in (folder / "m.params").read_text().splitlines() if row[0] != "#"]
-    return {row[2]: float(row[3]) for row in rows}
+def exported(mission, folder, suffix="plan", **how):
+    return handmade.exported(mission, folder, suffix, **how).back
 
 
 def test_the_parameter_file_says_how_near_is_near_enough(tmp_path):
     exported(handmade.mission([handmade.along([(0, 0, 10), (50, 0, 10)], 20)], origin=ORIGIN), tmp_path)
-    values = parameters(tmp_path)
+    values = handmade.parameters(tmp_path)
     assert values["NAV_ACC_RAD"] == BESIDE
     assert values["NAV_MC_ALT_RAD"] == BELOW
     assert values["RTL_MIN_DIST"] <= BESIDE  # PX4 1.14 would return lower within that
@@ -66,7 +48,7 @@ def test_a_wall_is_passed_with_half_the_clearance_also_below_the_return_altitude
     flight = handmade.along([(0, 0, 10), (0, 0, 70), (60, 0, 70), (60, 0, 10)], 10)
     back = exported(handmade.mission([flight], boxes=[wall], clearance=1.0, origin=ORIGIN), tmp_path)
     assert not back.gaps
-    level = back.plan.home[2] + parameters(tmp_path)["RTL_RETURN_ALT"]
+    level = back.plan.home[2] + handmade.parameters(tmp_path)["RTL_RETURN_ALT"]
     for place in ((60.0, 0.0, 10.0), (60.0, 0.0, level - 0.2), (40.0, 0.0, 30.0)):
         assert gap(wall, as_px4(np.array(place), back.plan.home, level)) >= 0.5 - 0.02
 
@@ -90,8 +72,7 @@ def test_a_descent_that_begins_before_it_is_over_home_keeps_clear_of_walls(tmp_p
 def test_a_flight_along_the_bounds_may_return_along_them(tmp_path):
     mission = handmade.mission([handmade.along([(0, 0, 12), (100, 0, 12)], 20)], origin=ORIGIN, terrain=FLAT)
     low = mission.scenario.bounds.model_copy(update={"min": (-300.0, 0.0, -50.0)})
-    narrow = replace(mission, scenario=mission.scenario.model_copy(update={"bounds": low}))
-    assert not exported(narrow, tmp_path).gaps
+    assert not exported(handmade.changed(mission, bounds=low), tmp_path).gaps
 
 
 @pytest.mark.parametrize("degrees", [20, 40])
@@ -112,19 +93,17 @@ def test_no_return_altitude_is_written_from_which_px4_climbs_higher(tmp_path, hi
     flat = FLAT.model_copy(update={"clearance": 0.5})
     flight = handmade.along([(0, 0, 1), (100, 0, 1)], 20)
     mission = handmade.mission([flight], origin=ORIGIN, terrain=flat, high=(300, 300, high))
-    seen = []
-    sky.export(mission, tmp_path / "m.plan", radius=0.3, takeoff=0, on_certificate=seen.append)
-    (back,) = seen[0].returns
+    back = exported(mission, tmp_path, radius=0.3, takeoff=0)
     assert (not back.gaps) == clear
-    assert parameters(tmp_path)["RTL_RETURN_ALT"] >= 2 * BESIDE
+    assert handmade.parameters(tmp_path)["RTL_RETURN_ALT"] >= 2 * BESIDE
 
 
 @pytest.mark.parametrize("radius", [0.3, 2.0])
 def test_separations_count_that_a_takeoff_ends_below_its_waypoint(tmp_path, radius):
     """PX4 takes `NAV_MC_ALT_RAD` off the climb and flies straight on from there, earlier, and below the first leg."""
     mission = handmade.mission([handmade.along([(0, 0, 10), (60, 0, 10)], 20)], origin=ORIGIN, terrain=FLAT)
-    plan = exported_plan(mission, tmp_path, radius)
-    below = parameters(tmp_path)["NAV_MC_ALT_RAD"]
+    plan = exported(mission, tmp_path, radius=radius).plan
+    below = handmade.parameters(tmp_path)["NAV_MC_ALT_RAD"]
     path = timed_path(mission.scenario, plan, USUAL_TOLERANCE)
     top, to = plan.waypoints[:2]
     (leg,) = np.flatnonzero((path.starts == top).all(axis=1) & (path.ends == to).all(axis=1))
@@ -150,7 +129,7 @@ def test_the_first_leg_is_clear_also_from_below_its_waypoint(tmp_path, top, high
     flight = handmade.along([(0, 0, 10), (50, 0, 10)], 20)
     mission = handmade.mission([flight], boxes=[box], clearance=0.4, origin=ORIGIN, terrain=FLAT)
     back = exported(mission, tmp_path)
-    assert back.plan.takeoff_cut == parameters(tmp_path)["NAV_MC_ALT_RAD"]
+    assert back.plan.takeoff_cut == handmade.parameters(tmp_path)["NAV_MC_ALT_RAD"]
     assert gap(box, as_taken_off(back.plan)) >= 0.4 - 0.021
     assert back.plan.waypoints[0][2] == 10 + higher
 
@@ -195,9 +174,8 @@ def test_a_slow_uav_stops_at_its_corner_in_a_narrow_corridor(tmp_path, speed, ac
     )
     mission = sky.plan_mission(scenario, rng=1)
     assert not sky.check(scenario, mission)
-    seen = []
-    files = sky.export(mission, tmp_path / "m.plan", end="land", on_certificate=seen.append)
-    assert seen[0].flights[0].legs_proven
+    certificate, _, files = handmade.exported(mission, tmp_path, end="land")
+    assert certificate.flights[0].legs_proven
     (orders,) = read_orders(scenario, files)
     track = fly(orders, 1.5, 1.5, 1.0, 1.0)
     flown = track[np.argmax(track[:, 2] > 1) :]

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 import replayed_autopilot as autopilot
 
-import skyverse as sky
-from skyverse.model.frame import Origin
+from skyverse import Origin
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 pytest.importorskip("pyproj", reason="an independent geodesy")
@@ -43,26 +42,9 @@ ARDUPILOT_MOST = {  # of ArduPilot's parameter list, until Copter 4.6 and since 
 def exported(folder, suffix, limits, corners=CORNERS, seconds=10.0, **how):
     """The certificate, the orders and the parameters of one UAV's files."""
     mission = handmade.mission([handmade.along(corners, seconds)], clearance=1.0, origin=ORIGIN, low=(-300, -300, -50))
-    vehicle = mission.scenario.uavs[0].model_copy(update=limits)
-    given = sky.Mission(
-        mission.scenario.model_copy(update={"uavs": (vehicle,)}),
-        mission.assignment,
-        mission.results,
-        mission.trajectories,
-        (),
-        mission.provenance,
-    )
-    seen = []
-    (file,) = sky.export(given, folder / f"m.{suffix}", on_certificate=seen.append, **how)
-    if suffix == "plan":
-        rows = [row.split("\t") for row in (folder / "m.params").read_text().splitlines() if row[0] != "#"]
-        return seen[0], autopilot.read_plan(file.read_text(), ORIGIN), {row[2]: float(row[3]) for row in rows}
-    rows = [row.split(",") for row in (folder / "m.param").read_text().splitlines() if row[0] != "#"]
-    return (
-        seen[0],
-        autopilot.read_waypoints(file.read_text(), ORIGIN),
-        {name: float(value) for name, value in rows},
-    )
+    certificate, _, (file,) = handmade.exported(handmade.with_uavs(mission, **limits), folder, suffix, **how)
+    read = autopilot.read_plan if suffix == "plan" else autopilot.read_waypoints
+    return certificate, read(file.read_text(), ORIGIN), handmade.parameters(folder, suffix)
 
 
 @pytest.mark.parametrize("limits", [{}, SWIFT, SLOW])
@@ -105,52 +87,12 @@ def test_no_uav_returns_faster_than_it_may_fly(tmp_path, limits):
     assert values["WPNAV_SPEED"] == pytest.approx(100 * most)
 
 
-@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
-@pytest.mark.parametrize("limits", [{}, SWIFT, SLOW, {"max_climb": 5.0, "max_descent": 3.0}])
-def test_the_tolerance_of_the_timing_contains_what_the_schedule_promises(tmp_path, suffix, limits):
-    from skyverse.exports.autopilots import autopilot_for
-    from skyverse.exports.flight_plan import flight_plans
-    from skyverse.exports.routes import routes
-    from skyverse.exports.separation import timed_path, tolerance_for
-
-    mission = handmade.mission([handmade.along(CORNERS, 10.0)], origin=ORIGIN)
-    vehicle = mission.scenario.uavs[0].model_copy(update=limits)
-    scenario = mission.scenario.model_copy(update={"uavs": (vehicle,)})
-    made = autopilot_for(suffix, "home", None)
-    flown = routes(mission, altitude="home", origin=ORIGIN, stops=made.stops)
-    (plan,) = flight_plans(scenario, flown, made, [np.zeros(3)])
-    path = timed_path(scenario, plan, tolerance_for([plan]))
-    flight = plan.predicted()
-    for time in np.linspace(flight.start, flight.end - 1e-6, 400):
-        at = flight.at(np.array([time])).position[0]
-        begins, ends = path.earliest[:, 0], path.latest[:, 1]
-        near = np.linalg.norm(nearest(path.starts, path.ends, at) - at, axis=1) <= path.deviation.max(axis=1) + 1e-6
-        assert (near & (begins <= time + 1e-6) & (time <= ends + 1e-6)).any(), time
-
-
-def nearest(starts, ends, at):
-    """The nearest place of each line to a place."""
-    way = ends - starts
-    share = np.sum((at - starts) * way, axis=1) / np.maximum(np.sum(way * way, axis=1), 1e-12)
-    return starts + np.clip(share, 0, 1)[:, None] * way
-
-
 @pytest.mark.parametrize(("limits", "said"), [({}, "1 to 5 m/s"), (SWIFT, "1 to 8.8 m/s"), (SLOW, "0.36 to 5 m/s")])
 def test_a_fleet_is_told_for_which_climbs_it_is_judged(tmp_path, limits, said):
     sides = [handmade.along([(0, y, 40), (200, y, 40)], 30.0) for y in (0.0, 50.0)]
     mission = handmade.mission(sides, clearance=1.0, origin=ORIGIN)
-    uavs = tuple(one.model_copy(update=limits | {"separation": 2.0}) for one in mission.scenario.uavs)
-    given = sky.Mission(
-        mission.scenario.model_copy(update={"uavs": uavs}),
-        mission.assignment,
-        mission.results,
-        mission.trajectories,
-        (),
-        mission.provenance,
-    )
-    seen = []
-    sky.export(given, tmp_path / "m.plan", on_certificate=seen.append)
-    assert said in seen[0].apart.tolerance.sentence()
+    fleet = handmade.with_uavs(mission, **limits, separation=2.0)
+    assert said in handmade.exported(fleet, tmp_path).certificate.apart.tolerance.sentence()
 
 
 def test_px4_climbs_at_its_take_off_rate_only_to_10_m_above_its_home(tmp_path):

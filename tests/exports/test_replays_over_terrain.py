@@ -62,7 +62,11 @@ def assert_clear_as_replayed(tmp_path, seed, error):
     if mission.trajectories[0] is None:
         return "no path"
     try:
-        (file,) = (f for f in sky.export(mission, tmp_path / "m.waypoints", altitude="agl") if f.suffix == ".waypoints")
+        (file,) = (
+            f
+            for f in sky.export(mission, tmp_path / "m.waypoints", sky.ExportOptions(altitude="agl"))
+            if f.suffix == ".waypoints"
+        )
     except sky.InputError as refused:
         assert "straight legs" in str(refused)  # noqa: PT017
         return "refused"

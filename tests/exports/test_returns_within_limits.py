@@ -1,18 +1,14 @@
 """Ways home stay within bounds and below the ceiling with all that a UAV may stray by."""
 
-from dataclasses import replace
-
 import handmade_exports as handmade
 import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.exports.return_lines import Asked, Lines, ReturnSpace
-from skyverse.exports.separation import Apart
-from skyverse.exports.way_home import WAYS
-from skyverse.model.frame import Origin
-from skyverse.model.scenario import Bounds
-from skyverse.model.shapes import Box, Terrain
+from skyverse import Bounds, Box, Origin, Terrain
+from skyverse.exports import WAYS, Apart
+from skyverse.exports.leg_space import Segments
+from skyverse.exports.return_space import Lines, ReturnSpace, proven
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -23,20 +19,14 @@ FLAT = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33,
 STRAIGHT_ON = [(-100, 0, 30), (100, 0, 30)]
 
 
-def changed(mission, **fields):
-    return replace(mission, scenario=mission.scenario.model_copy(update=fields))
-
-
 def straying(mission, error=ERROR):
-    uavs = tuple(uav.model_copy(update={"tracking_error": error}) for uav in mission.scenario.uavs)
-    return changed(mission, uavs=uavs)
+    return handmade.with_uavs(mission, tracking_error=error)
 
 
 def way_home(mission, folder, suffix="plan", **how):
     """How the only UAV of a mission returns, and all notes of the export in one text."""
-    seen, notes = [], []
-    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append, on_note=notes.append, **how)
-    return seen[0].returns[0], " ".join(notes)
+    told = handmade.exported(mission, folder, suffix, **how)
+    return told.back, told.said
 
 
 def planned(error=ERROR, start=3.0, **fields):
@@ -84,12 +74,12 @@ def test_a_return_exceeds_neither_the_bounds_nor_the_ceiling_by_what_the_uav_may
     flight = handmade.along([(0, 0, 10), (0, 250, 10), (60, 250, 10), (60, 0, 10)], 10)
     mission = handmade.mission([flight], boxes=[wall], clearance=4.0, origin=ORIGIN, terrain=FLAT)
     tube = sky.TrackingError(horizontal=0.0, vertical=error)
-    for over, proven in ((0.3, True), (-0.2, False)):  # beside what it needs above the wall
+    for over, whole in ((0.3, True), (-0.2, False)):  # beside what it needs above the wall
         top = 40 + 2 + error + over + error
         bounds = Bounds(min=handmade.LOW, max=(300.0, 300.0, top))
         for limits in ({"bounds": bounds}, {"max_height": top}):
-            back, _ = way_home(straying(changed(mission, **limits), tube), tmp_path, "waypoints")
-            assert (not back.gaps) == proven, (over, limits)
+            back, _ = way_home(straying(handmade.changed(mission, **limits), tube), tmp_path, "waypoints")
+            assert (not back.gaps) == whole, (over, limits)
             assert back.level + error <= top + 0.02
 
 
@@ -101,35 +91,33 @@ def test_a_flight_that_touches_the_bounds_and_the_ceiling_has_a_way_home(tmp_pat
         {"bounds": Bounds(min=(-100.0, *low[1:]), max=(-20.0, high[1], 30.0))},
         {"max_height": 30.05},
     ):
-        back, _ = way_home(changed(mission, **limits), tmp_path)
+        back, _ = way_home(handmade.changed(mission, **limits), tmp_path)
         assert not back.gaps, limits
 
 
-@pytest.mark.parametrize(("wider", "proven"), [(-1e-4, False), (1e-4, True)])
-def test_no_return_is_proven_through_a_gap_that_is_too_narrow(wider, proven):
+@pytest.mark.parametrize(("wider", "clear"), [(-1e-4, False), (1e-4, True)])
+def test_no_return_is_proven_through_a_gap_that_is_too_narrow(wider, clear):
     """Half the clearance is kept, and lines are grown by 1 cm at least: a gap must be twice the sum."""
     gap = 1.0 + 0.01 + wider
     blocks = [((30, -299, -50), (31, -gap, 150)), ((30, gap, -50), (31, 200, 150))]
     mission = handmade.mission([handmade.along(STRAIGHT_ON, 10)], boxes=blocks, clearance=2.0, origin=ORIGIN)
     ends = np.array([[0.0, 0.0, 10.0], [60.0, 0.0, 10.0]])
-    line = Lines(Asked("obstacles", NO_ERROR, 0.01), ends[:1], ends[1:], np.array([0]))
-    space = ReturnSpace(mission.scenario)
-    assert space.proven([line]) == proven
-    assert space.free(line).tolist() == [proven]
+    line = Lines(ReturnSpace(mission.scenario).obstacles, Segments(ends[:1], ends[1:], 0.01), np.array([0]))
+    assert proven([line]) == clear
+    assert line.free().tolist() == [clear]
 
 
 def test_a_waypoint_file_for_dji_names_the_return_height_and_the_rise_that_were_proven(tmp_path):
     flight = handmade.along([(-20, 0, 0.5), (20, 0, 0.5)], 20)
     mission = handmade.mission([flight], origin=ORIGIN, boxes=[((-300, -300, 3.0), (300, 300, 5.0))])
-    uavs = tuple(uav.model_copy(update={"home": 0.0}) for uav in mission.scenario.uavs)
-    mission = changed(mission, uavs=uavs)
+    mission = handmade.with_uavs(mission, home=0.0)
     back, _ = way_home(mission, tmp_path, "wpml.kmz")
     text = handmade.waylines(tmp_path / "m.wpml.kmz")
     told = float(text.split("globalRTHHeight>")[1].split("<")[0])
     assert told == pytest.approx(back.altitude, abs=1e-4)
     rise = float(text.split("takeOffSecurityHeight>")[1].split("<")[0])
     assert rise == pytest.approx(back.plan.waypoints[0][2] - back.plan.home[2], abs=1e-4)
-    low = changed(mission, bounds=Bounds(min=handmade.LOW, max=(300.0, 300.0, 1.9)), obstacles=())
+    low = handmade.changed(mission, bounds=Bounds(min=handmade.LOW, max=(300.0, 300.0, 1.9)), obstacles=())
     back, said = way_home(low, tmp_path, "wpml.kmz")
     assert len(back.gaps) == 1
     assert "no way home" in said
@@ -140,31 +128,24 @@ def test_pairs_are_judged_with_the_height_to_which_the_file_lets_them_climb_firs
     low = handmade.along([(0, 0, 1), (0, 100, 1)], 40)
     over = handmade.along([(-100, 0, 7), (100, 0, 7)], 40)
     mission = handmade.mission([low, over], origin=ORIGIN)
-    uavs = tuple(uav.model_copy(update={"home": 0.0}) for uav in mission.scenario.uavs)
+    mission = handmade.with_uavs(mission, home=0.0)
     for takeoff, apart in ((3.0, True), (7.0, False)):
-        seen = []
-        sky.export(
-            changed(mission, uavs=uavs),
-            tmp_path / "m.plan",
-            takeoff=takeoff,
-            allow_close=True,
-            on_certificate=seen.append,
-        )
-        (kind,) = seen[0].apart.pairs.values()
+        certificate, *_ = handmade.exported(mission, tmp_path, takeoff=takeoff, allow_close=True)
+        (kind,) = certificate.apart.pairs.values()
         assert (kind is Apart.SPACE) == apart
-        (first, _) = (back.plan for back in seen[0].returns)
+        (first, _) = (back.plan for back in certificate.returns)
         assert first.waypoints[0][2] == takeoff
 
 
-def test_nobody_lands_on_a_no_fly_zone(tmp_path):
+def test_nobody_lands_on_a_no_fly_zone(tmp_path, refuses):
     """A zone up to 20 m lies under the far end of the flight."""
     wall = ((30, -300, -50), (31, 200, 150))
     flight = handmade.along([(0, 0, 40), (0, 250, 40), (60, 250, 40), (60, 0, 40)], 10)
     mission = handmade.mission([flight], boxes=[wall], clearance=1.0, origin=ORIGIN)
     zone = Box(min=(40, -100, -50), max=(100, 299, 20), kind="no-fly zone", solid=False)
-    mission = changed(mission, obstacles=(*mission.scenario.obstacles, zone))
-    with pytest.raises(sky.InputError, match="cannot land below its last waypoint"):
-        sky.export(mission, tmp_path / "l.plan", end="land")
+    mission = handmade.changed(mission, obstacles=(*mission.scenario.obstacles, zone))
+    with refuses():
+        sky.export(mission, tmp_path / "l.plan", sky.ExportOptions(end="land"))
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
@@ -211,7 +192,7 @@ def test_all_that_a_straying_uav_reaches_on_its_way_home_is_safe(tmp_path, seed)
     mission = handmade.mission(
         [handmade.along(corners, 20)], boxes=towers, clearance=clearance, terrain=ground, origin=ORIGIN
     )
-    mission = straying(changed(mission, max_height=most), error)
+    mission = straying(handmade.changed(mission, max_height=most), error)
     back, _ = way_home(mission, tmp_path, ["plan", "waypoints"][seed % 2])
     flight, times = back.plan.predicted(), np.linspace(back.plan.arrivals[0], back.plan.arrivals[-1], 80)
     safe, wide = 0, np.array([error.horizontal, error.horizontal, error.vertical])

@@ -5,10 +5,8 @@ import pytest
 import terrain_follower as follower
 
 import skyverse as sky
-from skyverse.exports.autopilot_leg_clearance import LegChecker
-from skyverse.exports.leg_certificate import LegCertificate, Polyline
-from skyverse.model.geodesy import to_local, to_wgs84
-from skyverse.model.shapes import Terrain
+from skyverse import Terrain, to_local, to_wgs84
+from skyverse.exports import LegChecker, LegSpace, refused
 
 ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
 ALLOWANCE = 0.02
@@ -56,9 +54,9 @@ def proven(scenario, error, above, radius, stops, lift=0.0):
     """Whether a polyline, given by heights above ground that are raised by some metres, is proven."""
     points = above.copy()
     points[:, 2] += lift + follower.height(scenario.terrain, scenario.terrain.heights, above[:, :2])
-    proof = LegCertificate(LegChecker(scenario, "agl", error))
-    line = Polyline(points, radius, stops)
-    return proof.legs.trouble(*line) is None and not proof.refused([line])
+    legs = LegChecker(LegSpace(scenario, "agl"), error)
+    line = points, radius, stops
+    return legs.trouble(*line) is None and not refused([legs], [line])
 
 
 def least_lift(scenario, error, above, radius, stops):
@@ -111,10 +109,10 @@ def test_a_leg_that_bends_sideways_over_a_slope_follows_the_ground_there():
     origin = sky.Origin(latitude=60, longitude=10, altitude=0)
     scenario, *_ = random_case(0)
     changes = {"terrain": ground, "frame": sky.Frame(origin=origin), "obstacles": ()}
-    legs = LegChecker(scenario.model_copy(update=changes), "agl")
+    legs = LegChecker(LegSpace(scenario.model_copy(update=changes), "agl"))
     globe = to_wgs84(origin, np.stack([a, b]))
     flown = to_local(origin, globe[0] + np.linspace(0, 1, 101)[:, None] * (globe[1] - globe[0]))
     flown[:, 2] = follower.height(ground, ground.heights, flown[:, :2]) + 100.0
     aside, off = np.abs(flown[:, 1]).max(), np.linalg.norm(flown[:, 1:] - a[1:], axis=1).max()
     assert off > 2 * aside > 1.0
-    assert off <= legs.apart(a, b) <= 3 * off * (1 + 1 / slope)
+    assert off <= legs.deviations(np.stack([a, b]), 0.0, np.ones(2))[0] <= 3 * off * (1 + 1 / slope)

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from replayed_autopilot import STEP, fly
 
 import skyverse as sky
+from skyverse import UAV, Terrain
+from skyverse.exports import USUAL_TOLERANCE, timed_path
 from skyverse.exports.autopilots import AUTOPILOTS, rates_of
-from skyverse.exports.separation import USUAL_TOLERANCE, takeoff_lag, timed_path
-from skyverse.model.shapes import Terrain
-from skyverse.model.uav import UAV
+from skyverse.exports.separation import takeoff_lag
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -28,21 +28,23 @@ ROUTES = [
     [(0, 0, 8), (40, 10, 20), (90, -10, 20), (90, 60, 12), (90, 60, 40), (20, 60, 40)],
 ]
 SUFFIXES = ["plan", "waypoints", "wpml.kmz"]
+LIMITS = [
+    {},
+    {"max_speed": 25.0, "max_climb": 12.0, "max_descent": 9.0, "max_acceleration": 20.0},
+    {"max_speed": 1.5, "max_climb": 0.5, "max_descent": 0.4, "max_acceleration": 1.0},
+]
 
 
 @cache
-def exported(suffix, route, radius=2.0, end="loiter", seconds=12.0):
-    """The orders of one UAV's files, its flight plan, and where it may be when."""
-    seen = []
+def exported(suffix, route, radius=2.0, end="loiter", seconds=12.0, limits=0):
+    """The orders of one UAV's files, its flight plan, where it may be when, and how fast it may climb."""
     mission = handmade.mission([handmade.along(ROUTES[route], seconds)], clearance=1.0, origin=ORIGIN, terrain=FLAT)
-    uavs = tuple(one.model_copy(update={"home": 0.0}) for one in mission.scenario.uavs)
-    mission = replace(mission, scenario=mission.scenario.model_copy(update={"uavs": uavs}))
+    mission = handmade.with_uavs(mission, home=0.0, **LIMITS[limits])
     with TemporaryDirectory() as folder:
-        path = Path(folder) / f"m.{suffix}"
-        files = sky.export(mission, path, radius=radius, end=end, on_certificate=seen.append)
-        (orders,) = read_orders(mission.scenario, files)
-    plan = seen[0].returns[0].plan
-    return orders, plan, timed_path(mission.scenario, plan, seen[0].apart.tolerance)
+        told = handmade.exported(mission, Path(folder), suffix, radius=radius, end=end)
+        (orders,) = read_orders(mission.scenario, told.files)
+    tolerance = told.certificate.apart.tolerance
+    return orders, told.back.plan, timed_path(mission.scenario, told.back.plan, tolerance), tolerance
 
 
 def expected(path, at, time):
@@ -66,18 +68,20 @@ def expected(path, at, time):
     st.sampled_from([0.5, 2.0, 5.0]),
     st.sampled_from(["loiter", "land"]),
     st.sampled_from([12.0, 40.0]),
-    st.floats(1, 5),
+    st.sampled_from(range(len(LIMITS))),
+    st.floats(0, 1),
     st.floats(0.9, 1.1),
     st.floats(0, 1.2),
 )
-@example("plan", 1, 5.0, "land", 40.0, 5.0, 1.1, 0.0)
-@example("plan", 2, 2.0, "loiter", 12.0, 1.0, 0.9, 1.2)
-@example("waypoints", 0, 2.0, "loiter", 12.0, 1.0, 0.9, 1.2)
+@example("plan", 1, 5.0, "land", 40.0, 0, 1.0, 1.1, 0.0)
+@example("plan", 2, 2.0, "loiter", 12.0, 0, 0.0, 0.9, 1.2)
+@example("waypoints", 0, 2.0, "loiter", 12.0, 0, 0.0, 0.9, 1.2)
 @settings(max_examples=60, deadline=None)
 def test_a_replayed_uav_is_nowhere_earlier_or_later_than_counted(
-    suffix, route, radius, end, seconds, climb, factor, slowness
+    suffix, route, radius, end, seconds, limits, share, factor, slowness
 ):
-    orders, _, path = exported(suffix, route, radius, end, seconds)
+    orders, _, path, tolerance = exported(suffix, route, radius, end, seconds, limits)
+    climb = tolerance.slowest_climb + share * (tolerance.fastest_climb - tolerance.slowest_climb)
     track = fly(orders, climb, climb, factor, slowness)
     for k in range(0, len(track), 10):
         assert expected(path, track[k], k * STEP), (k * STEP, track[k])
@@ -86,7 +90,7 @@ def test_a_replayed_uav_is_nowhere_earlier_or_later_than_counted(
 @pytest.mark.parametrize("route", [0, 1])
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_an_autopilot_with_its_usual_rates_takes_off_on_schedule(suffix, route):
-    orders, plan, _ = exported(suffix, route)
+    orders, plan, *_ = exported(suffix, route)
     track = fly(orders, plan.rates.takeoff, plan.rates.descent, 1.0, braking=plan.rates.acceleration)
     turned = np.argmax(np.hypot(*(track - plan.waypoints[0])[:, :2].T) > 0.02) * STEP
     faster = 0.0 if suffix != "plan" else max(plan.waypoints[0][2] - 10, 0) * (1 / 1.5 - 1 / 3)  # above 10 m
@@ -95,7 +99,7 @@ def test_an_autopilot_with_its_usual_rates_takes_off_on_schedule(suffix, route):
 
 @pytest.mark.parametrize(("suffix", "metres"), [("plan", 2.0), ("waypoints", 0.0)])
 def test_px4_counts_a_stop_from_when_it_is_within_the_acceptance_radius(suffix, metres):
-    _, plan, _ = exported(suffix, 1)
+    _, plan, *_ = exported(suffix, 1)
     mission = handmade.mission([handmade.along(ROUTES[1], 12.0)], clearance=1.0, origin=ORIGIN, terrain=FLAT)
     stop = np.array([80.0, 0.0, 30.0])
     at = np.linalg.norm(plan.route.points - stop, axis=1) < 0.1
@@ -123,7 +127,7 @@ def test_no_autopilot_disarms_while_it_waits_for_its_take_off(tmp_path, delay, p
         ("plan", "params", "COM_DISARM_PRFLT", px4),
         ("waypoints", "param", "DISARM_DELAY", ardupilot),
     ):
-        sky.export(mission, tmp_path / f"m.{suffix}", altitude="home")
+        sky.export(mission, tmp_path / f"m.{suffix}", sky.ExportOptions(altitude="home"))
         rows = (tmp_path / f"m-uav-2.{beside}").read_text().replace(",", "\t").splitlines()
         (row,) = [row.split("\t") for row in rows if name in row]
         value = float(row[row.index(name) + 1])

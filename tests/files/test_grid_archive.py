@@ -111,19 +111,19 @@ def test_a_file_beside_that_is_no_longer_needed_stays(tmp_path):
     assert sky.read(tmp_path / "a.yaml") == ROOM
 
 
-def test_an_unwritable_file_leaves_none_beside_it(tmp_path):
+def test_an_unwritable_file_leaves_none_beside_it(tmp_path, refuses):
     (tmp_path / "a.yaml").mkdir()
-    with pytest.raises(sky.InputError, match="cannot be written"):
+    with refuses():
         sky.write(scenario(), tmp_path / "a.yaml")
-    with pytest.raises(sky.InputError, match="cannot be written"):
+    with refuses():
         sky.write(scenario(), tmp_path / "nowhere" / "a.yaml")
     assert [p.name for p in tmp_path.iterdir()] == ["a.yaml"]
 
 
-def test_an_unwritable_file_beside_leaves_the_older_file_as_it_was(tmp_path):
+def test_an_unwritable_file_beside_leaves_the_older_file_as_it_was(tmp_path, refuses):
     sky.write(ROOM, tmp_path / "a.yaml")
     side(tmp_path).mkdir()
-    with pytest.raises(sky.InputError, match="cannot be written"):
+    with refuses():
         sky.write(scenario(), tmp_path / "a.yaml")
     assert sky.read(tmp_path / "a.yaml") == ROOM
     assert {p.name for p in tmp_path.iterdir()} == {"a.yaml", "a.yaml.grids.npz"}
@@ -248,10 +248,8 @@ def test_a_damaged_file_beside_is_read_as_it_was_or_refused(tmp_path, data):
         assert "\n" not in str(error)  # noqa: PT017
 
 
-def test_a_reference_without_a_file_is_refused():
+def test_a_reference_without_a_file_is_refused(refuses):
     data = scenario().model_dump(mode="json")
     data["terrain"]["heights"] = {"file": "a.npz"}
-    with pytest.raises(
-        ValueError, match="a reference to a side file is followed only when the scenario's file is read"
-    ):
+    with refuses(ValueError):
         sky.Scenario.model_validate(data)

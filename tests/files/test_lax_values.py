@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 import skyverse as sky
-from skyverse.errors import InputError
+from skyverse import InputError
 from skyverse.files.missions import FLIGHTS, MISSIONS, mission_from_data
 from skyverse.files.scenarios import scenario_from_data
 

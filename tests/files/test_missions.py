@@ -168,8 +168,8 @@ def test_a_truncated_mission_is_refused(share, tmp_path):
     refused(tmp_path, text[: int(len(text) * share)], "is not JSON")
 
 
-def test_a_scenario_is_no_mission(tmp_path):
-    with pytest.raises(sky.InputError, match="map1: expected a mission"):
+def test_a_scenario_is_no_mission(tmp_path, refuses):
+    with refuses():
         sky.read_mission("map1")
 
 
@@ -228,25 +228,25 @@ def test_a_fleet_that_does_not_fly_makes_a_csv_of_its_head(tmp_path):
 
 
 @pytest.mark.parametrize("rate", [0, -1, np.inf, np.nan])
-def test_a_rate_that_cannot_be_is_refused_and_nothing_is_written(rate, tmp_path):
-    with pytest.raises(sky.InputError, match="rate: expected samples a second above 0"):
+def test_a_rate_that_cannot_be_is_refused_and_nothing_is_written(rate, tmp_path, refuses):
+    with refuses():
         sky.write(room_mission(), tmp_path / "a.csv", rate=rate)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["a.yaml", "a.txt", "a", "a.html"])
-def test_a_mission_is_written_as_json_or_csv_only(name, tmp_path):
-    with pytest.raises(sky.InputError, match=r"a mission is written as \.json"):
+def test_a_mission_is_written_as_json_or_csv_only(name, tmp_path, refuses):
+    with refuses():
         sky.write(room_mission(), tmp_path / name)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["m.json", "m.csv", "m.waypoints.csv"])
-def test_an_unwritable_output_leaves_nothing_behind(name, tmp_path):
-    with pytest.raises(sky.InputError, match="cannot be written"):
+def test_an_unwritable_output_leaves_nothing_behind(name, tmp_path, refuses):
+    with refuses():
         sky.write(room_mission(), tmp_path / "nowhere" / name)
     (tmp_path / name).mkdir()
-    with pytest.raises(sky.InputError, match="cannot be written"):
+    with refuses():
         sky.write(room_mission(), tmp_path / name)
     assert [p.name for p in tmp_path.iterdir()] == [name]
 

@@ -72,9 +72,9 @@ def test_the_schema_knows_tracks(tmp_path):
         ),
     ],
 )
-def test_what_is_wrong_names_both_files_and_the_field(tmp_path, motion, said):
+def test_what_is_wrong_names_both_files_and_the_field(tmp_path, motion, said, refuses):
     (tmp_path / "drone.csv").write_text(TRACK)
     (tmp_path / "globe.csv").write_text("t,lat,lon,altitude\n0,46.8,9.85,1600\n")
-    with pytest.raises(sky.InputError, match=f"moving.yaml: {said}") as error:
+    with refuses() as error:
         sky.read(scenario_file(tmp_path, motion, origin=True))
     assert "\n" not in str(error.value)

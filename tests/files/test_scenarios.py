@@ -186,12 +186,12 @@ def test_a_folder_and_an_unknown_ending_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])
-def test_an_unwritable_output_leaves_nothing_behind(suffix, tmp_path, monkeypatch):
+def test_an_unwritable_output_leaves_nothing_behind(suffix, tmp_path, monkeypatch, refuses):
     scenario = sky.read("map1")
-    with pytest.raises(sky.InputError, match="cannot be written: No such file"):
+    with refuses():
         sky.write(scenario, tmp_path / "nowhere" / f"a{suffix}")
     (tmp_path / f"dir{suffix}").mkdir()
-    with pytest.raises(sky.InputError, match="cannot be written"):
+    with refuses():
         sky.write(scenario, tmp_path / f"dir{suffix}")
     assert [p.name for p in tmp_path.iterdir()] == [f"dir{suffix}"]
     old = tmp_path / f"old{suffix}"
@@ -203,15 +203,15 @@ def test_an_unwritable_output_leaves_nothing_behind(suffix, tmp_path, monkeypatc
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(sky.InputError, match="cannot be written: No space left on device"):
+    with refuses():
         sky.write(scenario, old)
     assert old.read_text() == "precious"
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"dir{suffix}", f"old{suffix}"]
 
 
 @pytest.mark.parametrize("name", ["map1.txt", "map1", "map1.csv"])
-def test_a_scenario_is_written_as_yaml_or_json_only(name, tmp_path):
-    with pytest.raises(sky.InputError, match=r"\.yaml, \.yml or \.json"):
+def test_a_scenario_is_written_as_yaml_or_json_only(name, tmp_path, refuses):
+    with refuses():
         sky.write(sky.read("map1"), tmp_path / name)
     assert not list(tmp_path.iterdir())
 

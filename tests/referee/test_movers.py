@@ -224,7 +224,7 @@ def test_missions_among_movers_are_exported_as_data_once_the_referee_has_judged_
     mission = sky.plan_mission(among(stands, flown=standing, **ordinary).scenario, sky.Taut())
     here = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=47.0)
     for suffix in ("csv", "trajectory.yaml", "path.json", "geojson", "gpx", "geo.csv", "kml"):  # which hold its times
-        assert sky.export(mission, tmp_path / f"out.{suffix}", origin=here)
+        assert sky.export(mission, tmp_path / f"out.{suffix}", sky.ExportOptions(origin=here))
     assert (tmp_path / "out.csv").read_text().count("\n") > 20
     with pytest.raises(sky.InputError, match="the referee refutes this mission"):
         sky.export(
@@ -240,7 +240,7 @@ def test_missions_among_movers_are_neither_exported_to_autopilots_nor_flown(tmp_
     stands = sky.Mover(shape=BALL, motion=sky.WaypointMotion(points=[(5, 30, 0)], times=[0]))
     mission = among(stands, flown=flight((0, 0, 0), (9, 0, 0), 5), **ordinary)
     with pytest.raises(sky.InputError, match="has movers, and no autopilot keeps a schedule exactly enough"):
-        sky.export(mission, tmp_path / "out.plan", origin=(47.0, 8.0, 400.0))
+        sky.export(mission, tmp_path / "out.plan", sky.ExportOptions(origin=(47.0, 8.0, 400.0)))
     assert not list(tmp_path.iterdir())
     for fly in (sky.fly, partial(sky.fly, runs=2), sky.fly_until_safe):
         with pytest.raises(sky.InputError, match="flights among movers cannot be simulated"):

@@ -1,8 +1,11 @@
 """``skyverse export``: a mission as a file that other software opens."""
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
 
 from skyverse.cli.given_scenario import judging_scenario
 from skyverse.cli.option_names import for_command_line
@@ -14,7 +17,64 @@ from skyverse.errors import InputError
 from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
-    from skyverse.exports.waypoint_files import ExportCertificate
+    from skyverse.exports import ExportCertificate
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class PlaceOptions:
+    """Where the mission is, and how it is sampled.
+
+    Attributes
+    ----------
+    altitude
+        What altitudes are counted from: mean sea level, the ground below the UAV's start, or that below the UAV.
+    origin
+        Where the scenario's zero lies: latitude,longitude,altitude (amsl), as in `47.39,8.54,410 m amsl`.
+    geoid
+        How far mean sea level lies above the WGS84 ellipsoid there, metres; .geojson and .wpml.kmz (amsl) need it.
+    rate
+        Samples a second, in formats that are sampled.
+    """
+
+    altitude: Literal["amsl", "home", "agl"] = "amsl"
+    origin: Annotated[str | None, SIGNED] = None
+    geoid: Annotated[float | None, SIGNED] = None
+    rate: float | None = None
+
+
+@Parameter(name="*", group=Group("Waypoints (.plan, .waypoints, .wpml.kmz)"))
+@dataclass(frozen=True)
+class WaypointOptions:
+    """How waypoints are flown.
+
+    Attributes
+    ----------
+    radius
+        The acceptance radius of waypoints at first, metres; it is halved until all legs are proven clear.
+    takeoff
+        In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
+    end
+        Whether a UAV stays at the target, lands below it, on the ground or an obstacle, or returns and lands at home.
+    return_altitude
+        Metres above home at which UAVs return by themselves, unless they are higher. When left out, each at another
+        altitude, a separation apart, where there is room: at 30 m or the next that is proven.
+    autopilot
+        What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
+        and .waypoints for ardupilot.
+    apart_in_space
+        Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
+    """
+
+    radius: float = 2.0
+    takeoff: float = 3.0
+    end: Literal["loiter", "land", "rtl"] = "loiter"
+    return_altitude: float | None = None
+    autopilot: Literal["px4", "ardupilot", "dji"] | None = None
+    apart_in_space: Annotated[bool, FLAG] = False
+
+
+_PLACE, _WAYPOINTS = PlaceOptions(), WaypointOptions()
 
 
 def export(
@@ -23,16 +83,8 @@ def export(
     /,
     *,
     scenario: GivenScenario | None = None,
-    altitude: Literal["amsl", "home", "agl"] = "amsl",
-    origin: Annotated[str | None, SIGNED] = None,
-    geoid: Annotated[float | None, SIGNED] = None,
-    rate: float | None = None,
-    radius: float = 2.0,
-    takeoff: float = 3.0,
-    end: Literal["loiter", "land", "rtl"] = "loiter",
-    return_altitude: float | None = None,
-    autopilot: Literal["px4", "ardupilot", "dji"] | None = None,
-    apart_in_space: Annotated[bool, FLAG] = False,
+    place: PlaceOptions = _PLACE,
+    waypoints: WaypointOptions = _WAYPOINTS,
     allow_close: Annotated[bool, FLAG] = False,
     page: Path | None = None,
     details: Annotated[bool, FLAG] = False,
@@ -60,28 +112,6 @@ def export(
     scenario
         The scenario that the mission has to answer, a file or a built-in name: a mission that embeds another one is
         refused. Without it, the mission is judged by the scenario that it embeds, whoever wrote that.
-    altitude
-        What altitudes are counted from: mean sea level, the ground below the UAV's start, or that below the UAV.
-    origin
-        Where the scenario's zero lies: latitude,longitude,altitude (amsl), as in `47.39,8.54,410 m amsl`.
-    geoid
-        How far mean sea level lies above the WGS84 ellipsoid there, metres; .geojson and .wpml.kmz (amsl) need it.
-    rate
-        Samples a second, in formats that are sampled.
-    radius
-        The acceptance radius of waypoints at first, metres; it is halved until all legs are proven clear.
-    takeoff
-        In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
-    end
-        Whether a UAV stays at the target, lands below it, on the ground or on a roof, or returns and lands at home.
-    return_altitude
-        Metres above home at which UAVs return by themselves, unless they are higher. When left out, each at another
-        altitude, a separation apart, where there is room: at 30 m or the next that is proven.
-    autopilot
-        What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
-        and .waypoints for ardupilot.
-    apart_in_space
-        Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
     allow_close
         Export even if UAVs come too close to each other, as planned or as their autopilots fly waypoints.
     page
@@ -91,7 +121,7 @@ def export(
         Print all that is proven of waypoints, too: legs, returns and landing places of each UAV, and pairs of UAVs.
     """
     import skyverse as sky
-    from skyverse.exports.flight_verdicts import verdict_table
+    from skyverse.exports import verdict_table
     from skyverse.model.caution import stands_out, urgency
     from skyverse.model.frame import require_geoid
 
@@ -102,23 +132,16 @@ def export(
             raise InputError(f"--page: expected a file ending in .html, found {str(page)!r}")
         refuse_output(page, mission)
     world, judged_by = judging_scenario(read, scenario)
-    at = read.scenario.frame.origin if origin is None else origin_of(origin)
-    if at is not None and geoid is not None:
-        require_geoid(geoid)
-        at = at.model_copy(update={"geoid": geoid})
+    at = read.scenario.frame.origin if place.origin is None else origin_of(place.origin)
+    if at is not None and place.geoid is not None:
+        require_geoid(place.geoid)
+        at = at.model_copy(update={"geoid": place.geoid})
     notes: list[str] = []
-    how: dict[str, Any] = {"altitude": altitude, "rate": rate, "radius": radius, "takeoff": takeoff, "end": end}
-    how |= {
-        "return_altitude": return_altitude,
-        "autopilot": autopilot,
-        "apart_in_space": apart_in_space,
-        "allow_close": allow_close,
-        "page": page,
-    }
     proven: list[ExportCertificate] = []
-    files = sky.export(
-        read, output, scenario=world, origin=at, **how, on_note=notes.append, on_certificate=proven.append
+    how = sky.ExportOptions(
+        altitude=place.altitude, origin=at, rate=place.rate, allow_close=allow_close, **vars(waypoints)
     )
+    files = sky.export(read, output, how, scenario=world, page=page, on_note=notes.append, on_certificate=proven.append)
     for certificate in proven:
         table(*verdict_table(certificate.flights), aside=True)
     rest = [note for note in notes if not stands_out(note)]

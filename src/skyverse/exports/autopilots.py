@@ -15,6 +15,8 @@ from skyverse.exports.global_positions import AltitudeReference
 from skyverse.model.uav import UAV
 
 AutopilotName = Literal["px4", "ardupilot", "dji"]
+End = Literal["loiter", "land", "rtl"]
+"""What a UAV does at its last waypoint."""
 
 
 class AutopilotRates(NamedTuple):

@@ -1,8 +1,7 @@
-"""Straight legs: how flown ones differ from them, and whether they and cut corners are clear in the planners' world."""
+"""How flown legs differ from straight ones, and the lines that stand for what is flown around cut corners."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -10,65 +9,13 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 from skyverse.exports.autopilots import PX4_ALTITUDE_RADII
-from skyverse.exports.global_positions import AltitudeReference
 from skyverse.model.geodesy import LEAST_RADIUS
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SURFACE_DEPTH
-from skyverse.space.tube import NO_ERROR, raised
-from skyverse.space.world import World
-
-Base = tuple[float, float, float]
-
-
-class Segments(NamedTuple):
-    """Straight segments that keep clear of all obstacles by the clearance.
-
-    Attributes
-    ----------
-    starts, ends
-        (n, 3) metres.
-    growth
-        Metres beside the clearance less `LEG_ALLOWANCE`.
-    strays
-        Whether the tracking error counts. On the pad at the UAV's own start or target, segments are asked for twice:
-        without the error, and with it among all but what lies below.
-    base
-        In the latter case, x, y and z of the place of that pad, metres.
-    upright
-        Metres by which the UAV may be above or below them besides.
-    """
-
-    starts: Floats
-    ends: Floats
-    growth: float
-    strays: bool = True
-    base: Base | None = None
-    upright: float = 0.0
-
-
-class Shortfall(NamedTuple):
-    """What is wrong at a place, (3,) metres, in words that follow "it"."""
-
-    said: str
-    place: Floats
-
-
-class Checked(NamedTuple):
-    """What the search found of a leg or of a corner.
-
-    Attributes
-    ----------
-    fault
-        What is wrong, in words or as segments that meet something; ``None`` if nothing is.
-    clear
-        The segments that make it clear, which the referee has yet to prove.
-    """
-
-    fault: Shortfall | Segments | None
-    clear: tuple[Segments, ...] = ()
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE
+from skyverse.space.tube import raised
 
 
 def towards(way: Floats, radius: float) -> Floats:
@@ -142,11 +89,24 @@ def greatest_height(points: Floats, terrain: Terrain, least: float) -> Floats:
     rise = steepest(terrain) * np.linalg.norm(ends[:, 1, :2] - ends[:, 0, :2], axis=1)
     legs = np.maximum(above[:-1], above[1:])
     for k in np.flatnonzero((rise > 0) & (legs + rise > least)):
-        at = breaks(terrain, *ends[k])
+        at = _crossings(terrain, *ends[k])
         places = ends[k, 0] + at[:, None] * (ends[k, 1] - ends[k, 0])
         height = places[:, 2] - terrain.height(places[:, :2])
-        legs[k] = height.max() + second_differences(height).max() / 8
+        curved = np.abs(height[:-2:2] - 2 * height[1:-1:2] + height[2::2])  # quadratic between two crossings
+        legs[k] = height.max() + curved.max() / 8
     return np.maximum(np.r_[legs, -np.inf], np.r_[-np.inf, legs])
+
+
+def _crossings(terrain: Terrain, a: Floats, b: Floats) -> Floats:
+    """Return where a leg crosses the lines of a terrain's grid, and the middles between them, as shares, (2n + 1,)."""
+    shares = [0.0, 1.0]
+    for axis in range(2):
+        if a[axis] != b[axis]:
+            lines = (np.array([a[axis], b[axis]]) - terrain.origin[axis]) / terrain.step[axis]
+            whole = np.arange(math.ceil(lines.min()), math.floor(lines.max()) + 1)
+            shares += list((whole - lines[0]) / (lines[1] - lines[0]))
+    at = np.unique(np.clip(shares, 0.0, 1.0))
+    return np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
 
 
 def steepest(terrain: Terrain) -> float:
@@ -204,90 +164,6 @@ def _corners(terrain: Terrain, axis: int, values: Floats, near: float) -> Floats
     return np.concatenate([[low], lines[(lines > low) & (lines < high)], [high]])
 
 
-def breaks(terrain: Terrain, a: Floats, b: Floats) -> Floats:
-    """Return where a leg crosses the lines of a terrain's grid, and the middles between them, as shares, (2n + 1,)."""
-    shares = [0.0, 1.0]
-    for axis in range(2):
-        if a[axis] != b[axis]:
-            lines = (np.array([a[axis], b[axis]]) - terrain.origin[axis]) / terrain.step[axis]
-            whole = np.arange(math.ceil(lines.min()), math.floor(lines.max()) + 1)
-            shares += list((whole - lines[0]) / (lines[1] - lines[0]))
-    at = np.unique(np.clip(shares, 0.0, 1.0))
-    return np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
-
-
-def second_differences(values: Floats) -> Floats:
-    """Return the second differences, (n,), of what is quadratic between `breaks`: it exceeds them by 1/8 at most."""
-    return np.abs(values[:-2:2] - 2 * values[1:-1:2] + values[2::2])
-
-
-@dataclass(frozen=True, eq=False)
-class ObstacleSearch:
-    """Tells which segments meet obstacles or leave the bounds, in one scenario.
-
-    With altitudes above ground it knows neither the ground nor the ceiling above it: `LegChecker` judges these.
-
-    Attributes
-    ----------
-    scenario, reference, error, worlds
-        As those of `LegChecker`.
-    """
-
-    scenario: Scenario
-    reference: AltitudeReference
-    error: TrackingError
-    worlds: dict[TrackingError, World]
-    _beside: dict[tuple[TrackingError, Base], World] = field(default_factory=dict)
-
-    def stray(self, strays: bool, upright: float) -> TrackingError:
-        """Return the tracking error or none, with some metres more up and down."""
-        error = self.error if strays else NO_ERROR
-        return derived(error, vertical=error.vertical + upright) if upright else error
-
-    def world(self, error: TrackingError, base: Base | None = None) -> World:
-        """Return the planners' world of `grown` with an error, perhaps that of a pad."""
-        if error not in self.worlds:
-            self.worlds[error] = World(self.grown(0.0), error)
-        if base is None:
-            return self.worlds[error]
-        if (error, base) not in self._beside:
-            self._beside[error, base] = self.worlds[error].without_support(base, self.support(base) + SURFACE_DEPTH)
-        return self._beside[error, base]
-
-    def support(self, base: Base) -> float:
-        """Return z of the highest thing that a UAV may stand on there, metres."""
-        return base[2] - self.scenario.clearance
-
-    def checked(self, given: Segments) -> Checked:
-        """Return what is found of segments; their growth is rounded up, since a world is made for each."""
-        starts, ends, extra, strays, base, upright = given
-        given = given._replace(growth=growth_of(extra), upright=growth_of(upright) if upright else 0.0)
-        world = self.world(self.stray(strays, given.upright), base)
-        places = np.concatenate([starts, ends])
-        room = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
-        least = int(np.argmin(room))
-        if room[least] < max(extra - LEG_ALLOWANCE, -SURFACE_DEPTH):
-            return Checked(Shortfall(f"may be {extra - room[least]:.3g} m out of bounds", places[least]))
-        met = world.first_crossing(starts, ends, given.growth)
-        if met is not None:
-            return Checked(given._replace(starts=starts[met : met + 1], ends=ends[met : met + 1]))
-        return Checked(None, (given,))
-
-    def grown(self, extra: float) -> Scenario:
-        """Return the scenario with clearances less the allowance plus `extra` metres, and a ceiling as much lower."""
-        clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
-        terrain, most = self.scenario.terrain, self.scenario.max_height
-        if self.reference == "agl":
-            terrain = most = None
-        if terrain is not None:
-            steep = extra + MAVLINK_ROUNDING * steepest(terrain)
-            above = max(self.scenario.ground_clearance - ground_allowance(self.scenario), 0.0) + steep
-            if most is not None:
-                most -= extra + MAVLINK_ROUNDING * steepest(terrain.lowest_ground)
-            terrain = derived(terrain, clearance=above)
-        return derived(self.scenario, clearance=clearance, terrain=terrain, max_height=most)
-
-
 def growth_of(extra: float) -> float:
     """Return the least `MIN_GROWTH` times a power of two that is not below `extra`, metres: few worlds are needed."""
     return float(MIN_GROWTH * 2.0 ** max(math.ceil(math.log2(extra / MIN_GROWTH)), 0))
@@ -312,15 +188,21 @@ def is_straight(cut: Floats, on: Floats) -> bool:
     return long == 0 or float(np.linalg.norm(np.cross(cut, on), axis=1).max()) / long < MIN_GROWTH / 10
 
 
-def search_corner(
-    cut: Floats,
-    at: Floats,
-    after: Floats,
-    radius: float,
-    slope: float,
-    judge: Callable[[Floats, Floats, float], Checked],
-) -> Checked:
-    """Return what is found of all ways on from a corner that is cut.
+class CornerLines(NamedTuple):
+    """Lines from where a UAV may turn: (n, 3) metres where they begin, where their last share does, and their ends.
+
+    Every possible way is at most `near` metres from one of the lines, and `near_late` metres from its last share.
+    """
+
+    starts: Floats
+    late: Floats
+    ends: Floats
+    near: float
+    near_late: float
+
+
+def corner_lines(cut: Floats, at: Floats, after: Floats, radius: float, slope: float) -> Iterator[CornerLines]:
+    """Yield lines that stand for all ways on from a corner that is cut, from coarse to fine.
 
     Parameters
     ----------
@@ -333,11 +215,8 @@ def search_corner(
         The acceptance radius, metres.
     slope
         How many metres higher obstacles may be, at most, for each metre beside a line.
-    judge
-        Judges lines between (n, 3) and (n, 3) metres, beside which a UAV may be by some metres.
     """
     p, q = cut
-    found = Checked(None)
     widths = (np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER)).tolist()
     upright = not cut[:, :2].any()
     if upright and np.abs(cut[:, 2]).max() <= min(PX4_ALTITUDE_RADII[1], radius - SAME_PLACE):
@@ -347,19 +226,9 @@ def search_corner(
         wide = _middles(math.dist(p, q), width)
         sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
         starts = at + sides.reshape(-1, 3)
-        # every possible way is at most this far from one of the lines to `after`, and nearer towards the end
-        between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 if upright else 1 + slope)
-        whole = np.broadcast_to(after, starts.shape)
-        hopeless = judge(starts, whole, 0.0)
-        if hopeless.fault is not None:
-            return hopeless  # the line itself meets something, so finer lines would, too
-        late = starts + (1 - LATE_SHARE) * (after - starts)
-        early_half = judge(starts, late, between)
-        late_half = judge(late, whole, LATE_SHARE * between)
-        if early_half.fault is None and late_half.fault is None:
-            return Checked(None, (*early_half.clear, *late_half.clear))
-        found = early_half if early_half.fault is not None else late_half
-    return found
+        near = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 if upright else 1 + slope)
+        ends = np.broadcast_to(after, starts.shape)
+        yield CornerLines(starts, starts + (1 - LATE_SHARE) * (ends - starts), ends, near, LATE_SHARE * near)
 
 
 def _middles(length: float, half: float) -> Floats:

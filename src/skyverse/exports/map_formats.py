@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
@@ -156,9 +156,9 @@ def _area_style(document: ET.Element, name: str, colour: str) -> None:
     add_texts(ET.SubElement(style, "PolyStyle"), color=colour)
 
 
-def geojson_text(scenario: Scenario, flights: list[SampledTrajectory], what: str = "GeoJSON") -> str:
+def geojson_text(scenario: Scenario, flights: list[SampledTrajectory], _: AltitudeReference = "amsl") -> str:
     """Return a ``.geojson`` text, whose heights are above the ellipsoid, as the standard requires."""
-    geoid = geoid_of(scenario, what)
+    geoid = geoid_of(scenario, "GeoJSON")
     features = []
     for flight in flights:
         at = global_positions(scenario, flight.uav, flight.position, "amsl")
@@ -218,7 +218,7 @@ def _rounded(rows: Floats | list[list[float]]) -> list[list[float]]:
 GPX = "http://www.topografix.com/GPX/1/1"
 
 
-def gpx_text(scenario: Scenario, flights: list[SampledTrajectory]) -> str:
+def gpx_text(scenario: Scenario, flights: list[SampledTrajectory], _: AltitudeReference = "amsl") -> str:
     """Return a ``.gpx`` document."""
     root = ET.Element("gpx", {"xmlns": GPX, "version": "1.1", "creator": "skyverse"})
     head = ET.SubElement(root, "metadata")
@@ -254,13 +254,3 @@ def geo_csv_text(scenario: Scenario, flights: list[SampledTrajectory], reference
             row = [f"{t:.6f}", f"{latitude:.9f}", f"{longitude:.9f}", f"{up:.4f}", *(f"{v:.4f}" for v in local)]
             writer.writerow([flight.name, *row])
     return out.getvalue()
-
-
-MAP_TEXTS: dict[str, Callable[[Scenario, list[SampledTrajectory], AltitudeReference], str]] = {
-    ".kml": kml_text,
-    ".kmz": kml_text,
-    ".geojson": lambda scenario, flights, _: geojson_text(scenario, flights),
-    ".gpx": lambda scenario, flights, _: gpx_text(scenario, flights),
-    ".geo.csv": geo_csv_text,
-}
-"""What writes each format of maps: of a scenario with an origin, flights, and a reference of altitudes."""

@@ -2,31 +2,56 @@
 
 import json
 import math
-from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
-from typing import Literal
+from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw import footprint
-from skyverse.exports.autopilots import corner_acceptance, stop_acceptance
+from skyverse.exports.autopilots import End, corner_acceptance, stop_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.leg_geometry import leg_deviation
+from skyverse.exports.way_home import WayHome
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
 
-End = Literal["loiter", "land", "rtl"]
 MAVLINK_FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGround: 10}
 """MAV_FRAME_GLOBAL, MAV_FRAME_GLOBAL_RELATIVE_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT."""
 MISSION_FRAME = 2
 """MAV_FRAME_MISSION."""
 ROI_LOCATION = 3.0
 """MAV_ROI_LOCATION."""
+
+
+class FlightFile(NamedTuple):
+    """What one file for an autopilot is written of.
+
+    Attributes
+    ----------
+    scenario, plan
+        The scenario, and the flight plan.
+    part
+        The waypoints of the plan that the file has.
+    reference, end
+        What altitudes are counted from, and what the UAV does at its last waypoint.
+    back
+        Its way home, ``None`` for an aeroplane.
+    fence
+        The geofence of the scenario.
+    """
+
+    scenario: Scenario
+    plan: FlightPlan
+    part: range
+    reference: AltitudeReference
+    end: End
+    back: WayHome | None
+    fence: dict[str, object]
 
 
 class Command(IntEnum):
@@ -43,8 +68,7 @@ class Command(IntEnum):
     REGION_OF_INTEREST = 201
 
 
-@dataclass(frozen=True)
-class MissionItem:
+class MissionItem(NamedTuple):
     """One command: its frame and seven numbers, of which the last three may be latitude, longitude and altitude.
 
     ``None`` leaves a number, such as the heading, to the autopilot.
@@ -55,12 +79,13 @@ class MissionItem:
     numbers: tuple[float | None, ...]
 
 
-def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeReference, end: End) -> list[MissionItem]:
+def mission_items(file: FlightFile) -> list[MissionItem]:
     """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter, land or return.
 
     A UAV that looks at a place is told so after the take-off: PX4 by MAV_CMD_DO_SET_ROI_LOCATION, and ArduPilot, which
     refuses that in a mission before 4.7, by MAV_CMD_DO_SET_ROI.
     """
+    scenario, plan, _, reference, end, *_ = file
     route = plan.route
     wing = scenario.uavs[route.uav].fixed_wing
     at = global_positions(scenario, route.uav, route.waypoints, reference)
@@ -111,14 +136,9 @@ FIRMWARE = {"px4": 12, "ardupilot": 3}
 """MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
 
 
-def plan_text(
-    scenario: Scenario,
-    flight: FlightPlan,
-    reference: AltitudeReference,
-    end: End,
-    fence: dict[str, object],
-) -> str:
-    """Return a ``.plan`` file with a geofence, which is that of `geofence`."""
+def plan_text(file: FlightFile) -> str:
+    """Return a ``.plan`` file with a geofence."""
+    scenario, flight, reference = file.scenario, file.plan, file.reference
     route = flight.route
     vehicle = scenario.uavs[route.uav]
     mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], reference).kind]
@@ -130,14 +150,14 @@ def plan_text(
         "firmwareType": FIRMWARE[flight.autopilot.name],
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
-        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(scenario, flight, reference, end), 1)],
+        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(file), 1)],
         "plannedHomePosition": position,
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
     plan = {
         "fileType": "Plan",
-        "geoFence": fence,
+        "geoFence": file.fence,
         "groundStation": "QGroundControl",
         "mission": mission,
         "rallyPoints": {"points": [], "version": 2},
@@ -206,11 +226,11 @@ def _with_straight_edges(scenario: Scenario, ring: Floats) -> Floats:
     return np.concatenate([at + np.arange(count)[:, None] / count * edge for at, edge, count in pairs])
 
 
-def waypoints_text(scenario: Scenario, plan: FlightPlan, reference: AltitudeReference, end: End) -> str:
+def waypoints_text(file: FlightFile) -> str:
     """Return a ``.waypoints`` file: line 0 is home, above mean sea level."""
-    first = (0.0, 0.0, 0.0, 0.0, *home_on_globe(scenario, plan.route.uav))
+    first = (0.0, 0.0, 0.0, 0.0, *home_on_globe(file.scenario, file.plan.route.uav))
     rows = [_row(0, 1, MAVLINK_FRAMES[AboveSea], Command.WAYPOINT, first)]
-    rows += [_text_row(k, item) for k, item in enumerate(mission_items(scenario, plan, reference, end), 1)]
+    rows += [_text_row(k, item) for k, item in enumerate(mission_items(file), 1)]
     return "\n".join(["QGC WPL 110", *rows]) + "\n"
 
 

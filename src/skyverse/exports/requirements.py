@@ -4,33 +4,90 @@ import math
 import re
 import zipfile
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from skyverse.atomic import whole_file
 from skyverse.errors import InputError, Remedy, is_number
-from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
-from skyverse.exports.global_positions import AltitudeReference, geoid_of, require_reference
+from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, End, autopilot_for
+from skyverse.exports.global_positions import AltitudeReference, geoid_of, home, require_reference
 from skyverse.model.caution import Caution
+from skyverse.model.frame import Origin
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import listed
 from skyverse.model.temporary_zones import temporary_zones, told_zone, with_zones_active
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee import certify, judge
+from skyverse.referee.clearance import judge_segments
+from skyverse.referee.world import referee_world
 
 ROUTE_SUFFIXES = (".plan", ".waypoints", ".wpml.kmz")
-MAP_SUFFIXES = (".kml", ".kmz", ".geojson", ".gpx", ".geo.csv")
-ROBOT_SUFFIXES = (".path.json", ".path.yaml", ".trajectory.json", ".trajectory.yaml")
-SHOW_SUFFIX = ".skybrush.zip"
-OWN_SUFFIXES = (".waypoints.csv", ".csv", ".json")
-EXPORT_SUFFIXES = (*ROUTE_SUFFIXES, *MAP_SUFFIXES, *ROBOT_SUFFIXES, SHOW_SUFFIX, *OWN_SUFFIXES)
 ALTITUDE_REFERENCES: dict[str, tuple[AltitudeReference, ...]] = {
-    **dict.fromkeys(ROUTE_SUFFIXES, ("amsl", "home", "agl")),
-    **dict.fromkeys(MAP_SUFFIXES, ("amsl",)),
+    **dict.fromkeys((*ROUTE_SUFFIXES, ".geo.csv"), ("amsl", "home", "agl")),
     **dict.fromkeys((".kml", ".kmz"), ("amsl", "agl")),
-    ".geo.csv": ("amsl", "home", "agl"),
+    **dict.fromkeys((".geojson", ".gpx"), ("amsl",)),
 }
+"""What altitudes may be counted from, in formats in degrees; all others are in local metres."""
+EXPORT_SUFFIXES = (
+    *ALTITUDE_REFERENCES,
+    *(".path.json", ".path.yaml", ".trajectory.json", ".trajectory.yaml"),
+    *(".skybrush.zip", ".waypoints.csv", ".csv", ".json"),
+)
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """How a mission is exported; each format heeds what concerns it.
+
+    Attributes
+    ----------
+    altitude
+        The reference of altitudes: ``"amsl"``, mean sea level; ``"home"``, the ground below the UAV's start (its
+        `home`, or else the terrain, or else the start itself); ``"agl"``, the ground below the UAV, which needs a
+        terrain.
+    origin
+        The place of the scenario's zero, instead of the scenario's own origin. Its geoid is needed for ``.geojson``,
+        and for ``.wpml.kmz`` above the sea; if it has none, that of the scenario's own origin is
+        taken where that is near.
+    rate
+        Samples a second of formats that are sampled; by default 20 in ``.csv``, 4 in light shows, 10 in others.
+    radius
+        The acceptance radius to begin with, metres: the distance from a waypoint at which an autopilot may turn to the
+        next. It is halved until every leg and every cut corner is proven clear.
+    takeoff
+        The height above home, metres, to which the UAV first climbs vertically, in ``.plan`` and ``.waypoints``; less
+        where an obstacle is in the way.
+    end
+        ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, on the ground or on an obstacle.
+        ``"rtl"``: it returns, as it does by itself when something fails, and lands at home.
+    return_altitude
+        Metres above home at which UAVs return by themselves, unless they are higher. By default each UAV returns at
+        another altitude, a separation apart, where there is room: at 30 m or the next that is proven.
+    autopilot
+        ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``. By
+        default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and ``.waypoints`` for ArduPilot.
+    apart_in_space
+        Whether all paths must be apart in space, so that UAVs keep their separation whatever the timing. The acceptance
+        radius is halved until they are.
+    allow_close
+        Whether to export even if UAVs come closer than their separation, as planned or when autopilots fly their
+        waypoints on schedule.
+    """
+
+    altitude: AltitudeReference = "amsl"
+    origin: Origin | None = None
+    rate: float | None = None
+    radius: float = 2.0
+    takeoff: float = 3.0
+    end: End = "loiter"
+    return_altitude: float | None = None
+    autopilot: AutopilotName | None = None
+    apart_in_space: bool = False
+    allow_close: bool = False
 
 
 def export_suffix(path: Path) -> str:
@@ -72,30 +129,17 @@ HOME_TOLERANCE = 0.1
 """Metres: a home may be so much lower than any ground that the scenario knows, as files and grids round both."""
 
 
-def require_format(
-    mission: Mission,
-    scenario: Scenario,
-    suffix: str,
-    altitude: AltitudeReference,
-    autopilot: AutopilotName | None,
-    what: str,
-) -> None:
+def require_format(mission: Mission, scenario: Scenario, suffix: str, options: ExportOptions, what: str) -> None:
     """Raise `InputError` where a format in degrees cannot hold a mission, whatever is proven of it.
 
-    Parameters
-    ----------
-    mission, scenario
-        The mission, and its scenario with an origin.
-    suffix, altitude, autopilot
-        The format, the reference of altitudes, and the autopilot that is asked for, if any.
-    what
-        What messages call the output.
+    `scenario` is the mission's with an origin; `what` is what messages call the output.
     """
+    altitude = options.altitude
     require_reference(scenario, altitude, ALTITUDE_REFERENCES[suffix], what)
-    flying = [uav for uav, flight in zip(scenario.uavs, mission.trajectories, strict=True) if flight is not None]
     if suffix in ROUTE_SUFFIXES:
-        autopilot_for(suffix, altitude, autopilot)
-        planes = [uav.name for uav in flying if uav.fixed_wing is not None]
+        autopilot_for(suffix, altitude, options.autopilot)
+        flying = zip(scenario.uavs, mission.trajectories, strict=True)
+        planes = [uav.name for uav, flight in flying if flight is not None and uav.fixed_wing is not None]
         if suffix == ".wpml.kmz" and planes:
             raise InputError(f"{', '.join(planes)}: DJI's waylines are for multirotors, not for aeroplanes")
     if suffix == ".geojson" or (suffix == ".wpml.kmz" and altitude == "amsl"):
@@ -141,6 +185,24 @@ def require_no_movers(scenario: Scenario, what: str) -> None:
         raise InputError(
             f"{what}: scenario {scenario.name!r} has movers, and no autopilot keeps a schedule exactly enough to be "
             "proven clear of them; formats that keep the times of the flight hold it, such as .csv, .geojson and ROS's"
+        )
+
+
+def require_homes(scenario: Scenario, uavs: Sequence[int]) -> None:
+    """Raise `InputError` if an obstacle lies between a UAV's home and its start, as where it starts on a roof."""
+    ways = [(uav, home(scenario, uav), np.array(scenario.uavs[uav].start)) for uav in uavs]
+    ways = [way for way in ways if way[1][2] < way[2][2]]
+    if not ways:
+        return
+    bare = referee_world(derived(scenario, clearance=0.0, terrain=None))
+    below, starts = (np.array([way[k] for way in ways]) for k in (1, 2))
+    incursion = judge_segments(bare, below, starts).incursion
+    if incursion is not None:
+        named = scenario.obstacles[incursion.obstacle].name
+        raise InputError(
+            f"{scenario.uavs[ways[incursion.segment][0]].name}: its home, the ground below its start, cannot be risen "
+            f"from: obstacle {incursion.obstacle}{f' ({named})' if named else ''} lies between; "
+            "count altitudes from the sea (amsl)"
         )
 
 

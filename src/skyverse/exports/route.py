@@ -8,10 +8,9 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, takeoff_cut
-from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.exports.leg_geometry import ground_allowance
+from skyverse.exports.legs import LegChecker, Polyline
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
@@ -125,15 +124,11 @@ class Route:
 
     def proof(self, scenario: Scenario) -> str:
         """Return the end of a sentence on what is proven of its legs."""
-        vehicle = scenario.uavs[self.uav]
-        error = vehicle.tracking_error
-        it = "with its tracking error" if error.horizontal or error.vertical else "it"
-        over = [("start" if tuple(base) == vehicle.start else "target", top[2]) for base, top in self.lifts]
-        tops = " and ".join(f"at its {noun} up to z = {top:.4g} m" for noun, top in over)
-        it += f" (which does not count for the ground and roofs below on the pad {tops})" if tops else ""
-        it += " it" if it != "it" else ""
+        error = scenario.uavs[self.uav].tracking_error
+        it = "with its tracking error it" if error.horizontal or error.vertical else "it"
+        pads = ", but for what it stands on at its start and target," if self.lifts else ""
         without = "" if scenario.obstacles else "; the scenario has no obstacles"
-        return f"straight legs proven: {it} {_what_is_kept(scenario)}{without}."
+        return f"straight legs proven: {it}{pads} {_what_is_kept(scenario)}{without}."
 
 
 def stop_seconds(radius: float) -> float:
@@ -154,15 +149,13 @@ def _what_is_kept(scenario: Scenario) -> str:
     return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
 
 
-def route(
-    certificate: LegCertificate, uav: int, trajectory: Trajectory, *, radius: float, takeoff: Takeoff, stops: bool
-) -> Route:
+def route(legs: LegChecker, uav: int, trajectory: Trajectory, *, radius: float, takeoff: Takeoff, stops: bool) -> Route:
     """Return a UAV's waypoints, which the referee has yet to prove.
 
     Parameters
     ----------
-    certificate
-        Of the scenario, which has an origin, and of the reference of altitudes.
+    legs
+        What checks its legs, in a scenario that has an origin.
     uav, trajectory
         The index of the UAV, and its trajectory.
     radius
@@ -178,7 +171,6 @@ def route(
     InputError
         If no radius gives a clear route, or it has more waypoints than autopilots accept.
     """
-    legs = certificate.legs
     scenario = legs.scenario
     said: str | Obstruction = ""
     instants, flown = _samples(trajectory)
@@ -224,7 +216,7 @@ def route(
                 break
     name = scenario.uavs[uav].name
     if isinstance(said, Obstruction):
-        said = f"{said.where}: {certificate.sentence(said.fault)}"
+        said = f"{said.where}: {legs.space.sentence(said.fault)}"
     raise InputError(
         f"{name}: straight legs between waypoints could not be proven with an acceptance radius from {radius:g} m down "
         f"to {MIN_ACCEPTANCE_RADIUS:g} m: {said}; fly it as a trajectory (.csv, .trajectory.json), or plan with a "

@@ -237,17 +237,14 @@ class FleetApart:
         What `Apart.TIMING` allows for.
     violations
         Where UAVs are too close even on schedule.
-    corners
-        The pairs of which one is an aeroplane whose corners are not proven.
-    circles
-        The pairs that are too close only because one is an aeroplane that circles at its end.
+    turns
+        Whether the corners of an aeroplane are not proven.
     """
 
     pairs: dict[tuple[int, int], Apart]
     tolerance: TimingTolerance
     violations: tuple[Violation, ...]
-    corners: frozenset[tuple[int, int]] = frozenset()
-    circles: frozenset[tuple[int, int]] = frozenset()
+    turns: bool = False
 
     def of(self, kind: Apart) -> list[tuple[int, int]]:
         """Return the pairs of which this, and nothing better, is proven."""
@@ -259,7 +256,7 @@ class FleetApart:
 
     def certificate(self, scenario: Scenario) -> Certificate:
         """Return what is proven of the fleet as one certificate: proven only if no pair depends on the schedule."""
-        said = " ".join(self.sentences(scenario)) or "There are no two UAVs."
+        said = " ".join(text for _, text in self.sentences(scenario)) or "There are no two UAVs."
         if self.of(Apart.CLOSE):
             if not self.violations:
                 return Certificate(Verdict.REFUTED, said)
@@ -267,32 +264,19 @@ class FleetApart:
             return Certificate(Verdict.REFUTED, worst.message, worst.time, worst.position)
         return Certificate(Verdict.UNDECIDED if self.of(Apart.SCHEDULE) else Verdict.PROVEN, said)
 
-    def sentences(self, scenario: Scenario) -> list[str]:
-        """Return what is proven, one sentence for each kind that there is."""
-        return [self.sentence(scenario, kind) for kind in Apart if self.of(kind)]
-
-    def sentence(self, scenario: Scenario, kind: Apart) -> str:
-        """Return what is said of the pairs of one kind."""
-        said: dict[str, list[tuple[int, int]]] = {}
-        for pair in self.of(kind):
-            said.setdefault(self._words(pair, kind), []).append(pair)
-        return " ".join(f"{named_pairs(scenario, pairs)} {words}." for words, pairs in said.items())
-
-    def _words(self, pair: tuple[int, int], kind: Apart) -> str:
+    def sentences(self, scenario: Scenario) -> list[tuple[Apart, str]]:
+        """Return what is proven, a sentence for each kind that there is."""
         at = self.tolerance.sentence()
-        if kind is Apart.SPACE:
-            return "keep their separation whatever the timing: their paths are apart in space"
-        if kind is Apart.TIMING:
-            return f"keep their separation by timing, {at}, if they start at the same time"
-        if kind is Apart.SCHEDULE:
-            turns = f", and only if aeroplanes turn where expected: what they keep at corners is {Caution.NOT} proven"
-            return f"keep their separation only on schedule, {Caution.NOT} {at}{turns if pair in self.corners else ''}"
-        if pair in self.circles:
-            return (
-                "may come too close even on schedule, where an aeroplane circles at its end, anywhere within twice its "
-                "turn radius"
-            )
-        return "come too close even on schedule"
+        turns = f", and only if aeroplanes turn where expected, which is {Caution.NOT} proven" if self.turns else ""
+        words = {
+            Apart.SPACE: "keep their separation whatever the timing: their paths are apart in space",
+            Apart.TIMING: f"keep their separation by timing, {at}, if they start at the same time",
+            Apart.SCHEDULE: f"keep their separation only on schedule, {Caution.NOT} {at}{turns}",
+            Apart.CLOSE: "come too close even on schedule, or where one circles or waits",
+        }
+        return [
+            (kind, f"{named_pairs(scenario, self.of(kind))} {said}.") for kind, said in words.items() if self.of(kind)
+        ]
 
 
 def fleet_apart(scenario: Scenario, plans: Sequence[FlightPlan]) -> FleetApart:
@@ -320,16 +304,11 @@ def fleet_apart(scenario: Scenario, plans: Sequence[FlightPlan]) -> FleetApart:
     violations = _on_schedule(scenario, plans, doubtful)
     waits = {plan.route.uav for plan in plans if plan.breaks}
     flown = {plan.route.uav: plan for plan in plans}
-    circles = set()
     for pair in doubtful:
-        if any(set(pair) == set(violation.uavs) for violation in violations) or waits & set(pair):
+        close = any(set(pair) == set(violation.uavs) for violation in violations) or waits & set(pair)
+        if close or _circles_meet(scenario, flown[pair[0]], flown[pair[1]]):
             pairs[pair] = Apart.CLOSE
-        elif _circles_meet(scenario, flown[pair[0]], flown[pair[1]]):
-            pairs[pair] = Apart.CLOSE
-            circles.add(pair)
-    unproven = {plan.route.uav for plan in plans if not plan.corners_proven}
-    corners = frozenset(pair for pair in doubtful if unproven & set(pair))
-    return FleetApart(pairs, tolerance, violations, corners, frozenset(circles))
+    return FleetApart(pairs, tolerance, violations, any(not plan.corners_proven for plan in plans))
 
 
 def kept_distance(scenario: Scenario, first: int, second: int) -> KeptDistance:
@@ -393,3 +372,9 @@ def named_pairs(scenario: Scenario, pairs: list[tuple[int, int]]) -> str:
         return f"{len(pairs)} pairs of UAVs"
     names = [" and ".join(scenario.uavs[uav].name for uav in pair) for pair in pairs]
     return "; ".join(names)
+
+
+def few(words: Sequence[str], most: int) -> str:
+    """Return at most so many words, and how many more there are."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more

@@ -17,7 +17,6 @@ from skyverse.errors import InputError
 from skyverse.exports.autopilots import AutopilotRates
 from skyverse.exports.flight_plan import MIN_SPEED, SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.route import Route
-from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.space.speed_zones import SpeedZone, make_speed_zones
@@ -192,44 +191,8 @@ def _return_speed(plan: FlightPlan, zones: Sequence[SpeedZone]) -> float:
     return max(min([plan.top_speed, *(zone.max_speed / (1 + SPEED_TOLERANCE) for zone in zones)]), MIN_SPEED)
 
 
-def speed_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
-    """Return sentences on the speed limits of zones, if there are any that UAVs cannot ignore."""
-    limited = [scenario.uavs[plan.route.uav] for plan in plans if zones_of(scenario, plan.route.uav)]
-    if not limited:
-        return []
-    notes = [
-        "The commanded speeds keep the speed limits of zones, also where an autopilot flies up to "
-        f"{SPEED_TOLERANCE:.0%} faster than it is told."
-    ]
-    if any(uav.fixed_wing is None for uav in limited) and plans[0].autopilot.name != "dji":
-        notes.append("Returns keep the speed limits of zones only where the parameter file is loaded.")
-    if any(uav.fixed_wing is not None for uav in limited):
-        notes.append(
-            f"Of an aeroplane, these {SPEED_TOLERANCE:.0%} are of its airspeed: wind is not counted, and neither are "
-            "turns beside its waypoints and circles at its end."
-        )
-    return notes
-
-
-def return_warnings(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
-    """Return warnings of returns that are slow because of a speed limit, and of UAVs that may exceed one then."""
-    longest, slow, names = 0.0, "", []
-    for plan in plans:
-        name = scenario.uavs[plan.route.uav].name
-        slowest = min((zone.max_speed for zone in zones_of(scenario, plan.route.uav)), default=math.inf)
-        rates = (plan.rates.climb, plan.rates.descent, MIN_SPEED)
-        if plan.autopilot.name == "dji" or (1 + SPEED_TOLERANCE) * max(rates) > slowest:
-            names += [name] if slowest < math.inf else []
-        away = float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max())
-        if plan.top_speed < scenario.uavs[plan.route.uav].max_speed / 2 and away / plan.top_speed > longest:
-            longest = away / plan.top_speed
-            slow = f"that of {name} at {plan.top_speed:.3g} m/s from {away:,.0f} m away takes {longest:,.0f} s."
-    warnings = []
-    if slow:
-        warnings.append(
-            f"{Caution.WARNING}: returns are as slow as the slowest zone demands, wherever that zone is: {slow}"
-        )
-    if names:
-        who = ", ".join(names)
-        warnings.append(f"{Caution.WARNING}: the speed limits of zones are not proven of the returns of {who}.")
-    return warnings
+def may_return_too_fast(scenario: Scenario, plan: FlightPlan) -> bool:
+    """Tell whether a UAV may exceed a zone's speed limit when it returns: DJI's aircraft, or where it climbs."""
+    slowest = min((zone.max_speed for zone in zones_of(scenario, plan.route.uav)), default=math.inf)
+    fastest = (1 + SPEED_TOLERANCE) * max(plan.rates.climb, plan.rates.descent, MIN_SPEED)
+    return slowest < math.inf and (plan.autopilot.name == "dji" or fastest > slowest)

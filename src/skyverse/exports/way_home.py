@@ -8,7 +8,6 @@ halved. The UAV may be off its path by its tracking error when it is called back
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -16,18 +15,11 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.exports.autopilots import ACCEPTANCE, RETURN_ALTITUDES
+from skyverse.exports.flight_parts import Parts, flown_legs, joined_parts
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.leg_geometry import leg_deviation
-from skyverse.exports.return_lines import (
-    Asked,
-    Lines,
-    Parts,
-    ReturnSpace,
-    flown_legs,
-    joined_parts,
-    rounded_up,
-    strayed,
-)
+from skyverse.exports.leg_space import Segments
+from skyverse.exports.return_space import Lines, ReturnSpace, proven, rounded_up, rounding, strayed
 from skyverse.exports.separation import kept_distance
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
@@ -45,7 +37,7 @@ ABOVE_FLIGHT = 0.2
 ALTITUDES, LOW_ALTITUDES = 24, 4
 """How many return altitudes are tried, from the lowest to the upper bound; and how many lower ones."""
 SEARCHED = 3
-"""How many altitudes are searched where none is clear from all samples of the flight: those from most of them."""
+"""How many altitudes are searched at most where none is clear from all samples of the flight."""
 LARGEST_PART = 32.0
 """Metres: the longest part of a flight that is asked for at once."""
 SMALLEST_PART, SMALLEST_LOST = 0.1, 1.0
@@ -54,8 +46,6 @@ SAMPLES = 64
 """Places of a flight from which an altitude is tried before it is searched."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
-PAD_STEP = 0.25
-"""Metres between the heights above a start or landing place at which a straying UAV is tried."""
 WAYS = (
     "the climb is not clear",
     "the level way home is not clear",
@@ -127,18 +117,9 @@ class WayHome:
 
 
 class ReturnPad(NamedTuple):
-    """A place where a UAV starts or lands, and the heights above it in which its error counts beside it only.
-
-    Attributes
-    ----------
-    base
-        (3,) metres: how low the centre of the UAV comes there.
-    roof, top
-        z of the highest roof below it, and z above which the error counts for all, metres.
-    """
+    """A place where a UAV starts or lands, (3,) metres, and z above it up to which its error counts around it only."""
 
     base: Floats
-    roof: float
     top: float
 
 
@@ -149,59 +130,43 @@ class _Returns:
         self.scenario, self.space, self.plan = scenario, space, plan
         vehicle, clearance = scenario.uavs[plan.route.uav], scenario.clearance
         self.error, self.acceptance = vehicle.tracking_error, ACCEPTANCE[plan.autopilot.name]
-        self.called_back = strayed(self.error, self.error.horizontal, 0.0)  # it does not climb from lower than it was
+        self.called_back = strayed(self.error, self.error.horizontal, 0.0)  # it climbs from no lower than it was
         self.landing = strayed(self.error, self.acceptance.radius, 0.0)
         start, last, home_z = plan.route.points[0], plan.waypoints[-1], float(plan.home[2])
         self.home = np.array([*start[:2], home_z])
         self.low = min(home_z + max(clearance, scenario.ground_clearance), float(start[2]))
-        self.pad = self._pad(self._over(self.home, min(home_z + clearance, self.low)), self.low, self.landing)
+        self.pad = self._pad(np.array([*start[:2], min(home_z + clearance, self.low)]), self.low, self.landing)
         base = last
         if len(plan.ending) == 1:
-            below = plan.ending[0]
-            base = self._over(below, min(float(below[2]) + max(clearance, scenario.ground_clearance), float(last[2])))
+            below = float(plan.ending[0][2]) + max(clearance, scenario.ground_clearance)
+            base = np.array([*plan.ending[0][:2], min(below, float(last[2]))])
         self.legs = flown_legs(plan, scenario, float(base[2]))
         self.pads = [self._pad(one, float(one[2]), self.called_back) for one in (start, base)]
         self.whole = self.legs.parts(LARGEST_PART)
         self.samples = self.legs.samples(SAMPLES)
 
-    @staticmethod
-    def _over(place: Floats, z: float) -> Floats:
-        return np.array([*place[:2], z])
-
     def _pad(self, base: Floats, low: float, error: TrackingError) -> ReturnPad:
-        """Return the pad over a place; its top is where the UAV may stray, as far as there is one above z = `low`."""
-        roof, terrain = float(base[2]) - self.scenario.clearance, self.scenario.terrain
-        if error == NO_ERROR or is_wall_within(terrain, base[:2], self.error.horizontal):
-            return ReturnPad(base, roof, low)
-        highest = self.scenario.clearance + error.horizontal + error.vertical
-        levels = low + np.append(np.arange(0.0, highest, PAD_STEP), highest)
-        points = np.column_stack([np.tile(base[:2], (len(levels), 1)), levels])
-        clear = self._free(list(self.space.lines(points, points, error, _rounding(len(levels)))), len(levels))
-        return ReturnPad(base, roof, float(levels[np.argmax(clear)]) if clear.any() else low)
+        """Return the pad over a place; at its top it is clear of what is below it, by all that the UAV may stray."""
+        if error == NO_ERROR or is_wall_within(self.scenario.terrain, base[:2], self.error.horizontal):
+            return ReturnPad(base, low)
+        return ReturnPad(base, low + self.scenario.clearance + error.horizontal + error.vertical)
 
-    def _free(self, lines: Sequence[Lines], count: int) -> NDArray[np.bool_]:
-        """Tell for each of some parts whether all of its lines are clear, (count,)."""
-        free = np.ones(count, dtype=np.bool_)
-        for one in lines:
-            np.logical_and.at(free, one.some, self.space.free(one))
-        return free
-
-    def _over_pad(self, pad: ReturnPad, error: TrackingError, beside: float) -> Iterator[Lines]:
-        """Yield vertical lines over a pad: without the error, and with it among all but roofs below and the ground."""
+    def _on_axis(self, pad: ReturnPad, error: TrackingError, aside: float, top: float) -> Iterator[Lines]:
+        """Yield vertical lines on a pad up to `top`: without the error, and with it among all but what is below."""
         x, y, bottom = pad.base.tolist()
-        if pad.top <= bottom:
+        if min(pad.top, top) <= bottom:
             return
-        rows, some = (np.array([[x, y, z]]) for z in (pad.top, bottom)), np.zeros(1, dtype=np.intp)
-        top, low = rows
-        yield Lines(Asked("obstacles", TrackingError(horizontal=beside), 2 * MIN_GROWTH), top, low, some)
+        high, low = (np.array([[x, y, z]]) for z in (min(pad.top, top), bottom))
+        some, margin = np.zeros(1, dtype=np.intp), 2 * MIN_GROWTH
+        yield Lines(self.space.obstacles, Segments(high, low, margin, TrackingError(horizontal=aside)), some)
         if self.error != NO_ERROR:
-            yield Lines(Asked("obstacles", error, 2 * MIN_GROWTH, (x, y, pad.roof)), top, low, some)
+            yield Lines(self.space.obstacles, Segments(high, low, margin, error, (x, y, bottom)), some)
 
-    def home_lines(self) -> list[Lines]:
-        """Return the lines over the pad at home, which all returns share."""
-        top, low = (self._over(self.home, max(z, self.low))[None] for z in (self.pad.top, self.low))
-        ground = self.space.lines(top, low, NO_ERROR, _rounding(1))
-        return [*self._over_pad(self.pad, self.landing, self.acceptance.radius), *ground]
+    def home_lines(self, level: float) -> list[Lines]:
+        """Return the lines over the pad at home, which all returns at a height z share."""
+        top, low = (np.array([[*self.home[:2], max(z, self.low)]]) for z in (min(self.pad.top, level), self.low))
+        ground = self.space.lines((top, low), NO_ERROR, rounding(1))
+        return [*self._on_axis(self.pad, self.landing, self.acceptance.radius, level), *ground]
 
     def lines(self, parts: Parts, level: float) -> Iterator[tuple[int, list[Lines]]]:
         """Yield the number of each of `WAYS` and the lines that stand for it, of parts of the flight."""
@@ -212,35 +177,35 @@ class _Returns:
         sinks = np.where(knows, 0.0, self.error.vertical)
         highest, lowest = np.maximum(top + sinks, level), np.maximum(bottom - sinks, level)
         lowest = lowest - np.where(bottom - self.error.vertical < level, self.acceptance.altitude, 0.0)
-        beside, tall = parts.radius + aside, rounded_up(MAVLINK_ROUNDING + (highest - lowest) / 2)
-        over = [(self._on_pad(parts, pad), pad) for pad in self.pads]
-        begins = np.minimum(np.max([bottom, *(np.where(on, p.top, -np.inf) for on, p in over)], axis=0), highest)
-        up = _at(middle, begins), _at(middle, highest)
-        climbing = beside, np.full(count, MAVLINK_ROUNDING)
-        lines = list(self.space.lines(*up, self.called_back, climbing, climb=True))
-        for on, pad in over:
-            if on.any():
-                for one in self._over_pad(pad, self.called_back, 0.0):
-                    some = np.flatnonzero(on)
-                    same = np.zeros(len(some), dtype=np.intp)
-                    lines.append(Lines(one.asked, one.starts[same], one.ends[same], some))
-        yield 0, lines
-        more = leg_deviation(self.scenario, self._away(parts) + beside + 2 * self.error.horizontal)
+        off, tall = parts.radius + aside, rounded_up(MAVLINK_ROUNDING + (highest - lowest) / 2)
+        begins, on_pads = bottom, list[Lines]()
+        for pad in self.pads:
+            on = self._are_on(parts, pad)
+            begins = np.maximum(begins, np.where(on, pad.top, -np.inf))
+            for k in np.flatnonzero(on):
+                some = np.array([k])
+                on_pads += [
+                    one._replace(some=some) for one in self._on_axis(pad, self.called_back, 0.0, float(highest[k]))
+                ]
+        up = _at(middle, np.minimum(begins, highest)), _at(middle, highest)
+        climbing = off, np.full(count, MAVLINK_ROUNDING)
+        yield 0, [*self.space.lines(up, self.called_back, climbing, climb=True), *on_pads]
+        more = leg_deviation(self.scenario, self._away(parts) + off + 2 * self.error.horizontal)
         centre, goals = highest + MAVLINK_ROUNDING - tall, np.broadcast_to(self.home, middle.shape)
         across = _at(middle, centre), _at(goals, centre)
-        yield 1, list(self.space.lines(*across, self.called_back, (beside + MAVLINK_ROUNDING + more, tall)))
-        down = _at(goals, highest), _at(goals, np.minimum(self.pad.top, highest))
-        yield 2, list(self.space.lines(*down, self.landing, _rounding(count)))
+        yield 1, list(self.space.lines(across, self.called_back, (off + MAVLINK_ROUNDING + more, tall)))
+        down = _at(goals, highest), _at(goals, np.full(count, min(self.pad.top, level)))
+        yield 2, list(self.space.lines(down, self.landing, rounding(count)))
 
     def _away(self, parts: Parts) -> Floats:
         """Return how far the middles of parts are from home, seen from above, (n,) metres."""
         return np.asarray(np.linalg.norm(parts.middle[:, :2] - self.home[:2], axis=1))
 
     @staticmethod
-    def _on_pad(parts: Parts, pad: ReturnPad) -> NDArray[np.bool_]:
+    def _are_on(parts: Parts, pad: ReturnPad) -> NDArray[np.bool_]:
         """Tell which parts are straight above a pad, (n,)."""
-        beside = np.abs(parts.corners[..., :2] - pad.base[:2]).max(axis=(1, 2, 3))
-        return np.asarray((beside <= SAME_PLACE) & (parts.box[0][:, 2] >= pad.base[2] - LEG_ALLOWANCE))
+        off = np.abs(parts.corners[..., :2] - pad.base[:2]).max(axis=(1, 2, 3))
+        return np.asarray((off <= SAME_PLACE) & (parts.box[0][:, 2] >= pad.base[2] - LEG_ALLOWANCE))
 
     def _in_bounds(self, parts: Parts, level: float) -> NDArray[np.bool_]:
         """Tell which parts are within the bounds, and all of their ways home, (n,)."""
@@ -256,37 +221,34 @@ class _Returns:
     def clear(self, parts: Parts, level: float) -> NDArray[np.bool_]:
         """Tell which of `WAYS` are clear from parts of the flight, (n, 4)."""
         found = np.ones((len(parts.leg), len(WAYS)), dtype=np.bool_)
-        for way, lines in self.lines(parts, level):
-            found[:, way] = self._free(lines, len(parts.leg))
+        for way, each in self.lines(parts, level):
+            for lines in each:
+                np.logical_and.at(found[:, way], lines.some, lines.free())
         found[:, 0] &= self._in_bounds(parts, level)
-        found[:, 2] &= self._home_is_free
+        found[:, 2] &= all(lines.free().all() for lines in self.home_lines(level))
         off = parts.radius + self.legs.off(parts)[0] + self.error.horizontal
         near = UNPROVEN_NEAR_HOME[self.plan.autopilot.name]
         found[:, 3] = (near == 0) | (self._away(parts) - off > near)
         return found
 
-    @cached_property
-    def _home_is_free(self) -> bool:
-        return bool(self._free(self.home_lines(), 1)[0])
-
     def at(self, altitude: float) -> WayHome:
         """Return the way home at an altitude, metres above home."""
         level, todo = float(self.home[2]) + altitude, self.whole
         none = np.zeros(0, dtype=np.intp)
-        proven, lost, whys = [todo.of(none)], [todo.of(none)], [none]
+        clear_parts, lost, whys = [todo.of(none)], [todo.of(none)], [none]
         while len(todo.leg):
             clear = self.clear(todo, level)
             free = np.logical_and.reduce(clear, axis=1)
-            proven.append(todo.of(free))
+            clear_parts.append(todo.of(free))
             rest = todo.of(~free)
             hopeless = ~self.clear(rest.points, level).all(axis=1)
             small = np.max(rest.sizes, axis=0) <= np.where(hopeless, SMALLEST_LOST, SMALLEST_PART)
             lost.append(rest.of(small))
             whys.append(np.argmin(clear[~free][small], axis=1))
             todo = rest.of(~small).halved()
-        lines = [one for _, some in self.lines(joined_parts(proven), level) for one in some]
+        lines = [one for _, some in self.lines(joined_parts(clear_parts), level) for one in some]
         gaps = self._gaps(joined_parts(lost), np.concatenate(whys))
-        return WayHome(self.plan, altitude, gaps, (*lines, *self.home_lines()) if lines else ())
+        return WayHome(self.plan, altitude, gaps, (*lines, *self.home_lines(level)) if lines else ())
 
     def _gaps(self, lost: Parts, whys: Indices) -> tuple[Gap, ...]:
         """Return the times at which parts are flown, those that touch as one, with the first reason and place."""
@@ -304,7 +266,8 @@ class _Returns:
 
     def blocked(self, altitude: float) -> float:
         """Return from how many samples of the flight an altitude leads into something; its end counts as all others."""
-        free = np.logical_and.reduce(self.clear(self.samples, float(self.home[2]) + altitude)[:, :-1], axis=1)
+        clear = self.clear(self.samples, float(self.home[2]) + altitude)[:, :-1]
+        free = np.logical_and.reduce(clear, axis=1)
         return float((~free[:-1]).sum() + (len(free) - 1) * (not free[-1]))
 
     def best(self, taken: Sequence[tuple[float, float]]) -> WayHome:
@@ -314,17 +277,18 @@ class _Returns:
         """
         altitudes = self._altitudes([z + side * keep for z, keep in taken for side in (-1.0, 1.0)])
         blocked = {one: self.blocked(one) for one in altitudes}
-        apart = [one for one in altitudes if all(abs(self.home[2] + one - z) >= keep for z, keep in taken)]
-        for one in (*apart, *(one for one in altitudes if one not in apart)):
-            if not blocked[one]:
-                found = self.at(one)
-                if all(gap.why == WAYS[-1] for gap in found.gaps):
-                    return found
-        tried = [self.at(one) for one in sorted(altitudes, key=lambda one: (blocked[one], one not in apart))[:SEARCHED]]
+        close = {one for one in altitudes if any(abs(self.home[2] + one - z) < keep for z, keep in taken)}
+        tried = list[WayHome]()
+        for one in sorted(altitudes, key=lambda one: (blocked[one], one in close)):
+            if blocked[one] and len(tried) >= SEARCHED:
+                break
+            tried.append(self.at(one))
+            if not blocked[one] and all(gap.why == WAYS[-1] for gap in tried[-1].gaps):
+                return tried[-1]
 
         def worse(way: WayHome) -> tuple[bool, int, bool]:
             lost = sum(gap.end - gap.begin for gap in way.gaps)
-            return not way.ends_safely, int(lost), way.altitude not in apart  # a part of a second is no reason
+            return not way.ends_safely, int(lost), way.altitude in close  # a part of a second is no reason
 
         return min(tried, key=worse)
 
@@ -370,9 +334,9 @@ def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float |
         returns = _Returns(scenario, space, plan)
         taken = [(one.level, layer(scenario, one.plan, plan)) for one in found if one is not None]
         found.append(returns.best(taken) if altitude is None else returns.at(altitude))
-    if space.proven([line for one in found if one is not None for line in one.lines]):
+    if proven([line for one in found if one is not None for line in one.lines]):
         return found
-    return [one if one is None or space.proven(one.lines) else replace(one, gaps=_all_of(one.plan)) for one in found]
+    return [one if one is None or proven(one.lines) else replace(one, gaps=_all_of(one.plan)) for one in found]
 
 
 def _all_of(plan: FlightPlan) -> tuple[Gap]:
@@ -389,9 +353,3 @@ def layer(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> float:
 def _at(places: Floats, z: Floats) -> Floats:
     """Return places (n, 3) at heights z (n,), metres."""
     return np.column_stack([places[:, :2], z])
-
-
-def _rounding(count: int) -> tuple[Floats, Floats]:
-    """Return how far rounding puts each of some lines off, beside and up or down, metres."""
-    off = np.full(count, MAVLINK_ROUNDING)
-    return off, off

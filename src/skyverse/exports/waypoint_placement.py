@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import LegChecker
-from skyverse.exports.leg_geometry import Segments, Shortfall, place_text
+from skyverse.exports.leg_geometry import place_text
+from skyverse.exports.leg_space import Segments
+from skyverse.exports.legs import LegChecker
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, STRAIGHT_ON
 
 MAX_WAYPOINTS = 700
@@ -16,7 +17,7 @@ MAX_REPAIRS = 400
 """The largest number of attempts to mend a route."""
 MAX_PUSH = 2.0
 """The largest distance by which a waypoint is moved outwards, as a multiple of the radius."""
-MAX_SWELL = 2.0
+MAX_BEND = 2.0
 """Metres: the largest deviation of a leg from the trajectory by the rise and fall of the ground below."""
 
 
@@ -24,7 +25,7 @@ class Obstruction(NamedTuple):
     """Why no waypoints were found: the leg or corner of the last attempt, in words, and its fault."""
 
     where: str
-    fault: Shortfall | Segments
+    fault: str | Segments
 
 
 class WaypointPlacement:
@@ -98,7 +99,7 @@ class WaypointPlacement:
             off, a = self._between(k, k + 1)
             if len(off) and off.max() > self.reach / 2:
                 self._insert(k + 1, a + 1 + int(np.argmax(off)))
-            elif len(off) and self._swells(k, k + 1):
+            elif len(off) and self._bends(k, k + 1):
                 self._insert(k + 1, (a + self.nodes[k + 1][0]) // 2)
             else:
                 k += 1
@@ -112,8 +113,8 @@ class WaypointPlacement:
         (a, p), (b, q) = self.nodes[i], self.nodes[j]
         return distances_to_segment(self.curve[a + 1 : b], p if i else self.curve[0], q), a
 
-    def _swells(self, i: int, j: int) -> bool:
-        return self.legs.swell(self.nodes[i][1], self.nodes[j][1]) > MAX_SWELL
+    def _bends(self, i: int, j: int) -> bool:
+        return self.legs.bend(self.nodes[i][1], self.nodes[j][1]) > MAX_BEND
 
     def _repair(self, where: int) -> bool:
         """Split a leg that leaves the curve, or move its waypoints outwards; return whether anything was changed."""
@@ -177,7 +178,7 @@ class WaypointPlacement:
         k = 1
         while k < len(self.nodes) - 1:
             without = self.nodes[:k] + self.nodes[k + 1 :]
-            near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach and not self._swells(k - 1, k + 1)
+            near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach and not self._bends(k - 1, k + 1)
             beside = np.concatenate([self.lead, np.array([point for _, point in without])])
             j = k + len(self.lead)
             part = slice(max(j - 3, 0), j + 3)

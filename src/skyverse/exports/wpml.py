@@ -1,18 +1,13 @@
 """DJI's waylines (WPML 1.0.2): a .kmz with a template for the editor and waylines for the drone."""
 
-from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from skyverse._typing import Floats
-from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
+from skyverse.exports.global_positions import GlobalPositions, geoid_of, global_positions, origin_of
 from skyverse.exports.map_formats import KML, add_texts, document_text
-from skyverse.exports.mavlink_formats import End
-from skyverse.exports.way_home import WayHome
+from skyverse.exports.mavlink_formats import FlightFile
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
@@ -23,41 +18,22 @@ DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
 """A Mavic 3E and its camera; DJI's app lets the pilot choose another drone."""
 
 
-@dataclass(frozen=True)
-class _Wayline:
-    """A part of a flight plan that fits into one file: its waypoints, and how the file begins and ends."""
-
-    scenario: Scenario
-    plan: FlightPlan
-    part: range
-    reference: AltitudeReference
-    end: str
-    back: WayHome | None
-
-    @property
-    def uav(self) -> int:
-        """The index of the UAV."""
-        return self.plan.route.uav
-
-    @property
-    def points(self) -> Floats:
-        """(m, 3) metres: its waypoints."""
-        return self.plan.waypoints[self.part]
-
-    @property
-    def speeds(self) -> list[float]:
-        """The speed after each waypoint, m/s; after the last it is that before it."""
-        speeds = self.plan.speeds[self.part[0] : self.part[-1]].tolist()
-        return [*speeds, speeds[-1]]
-
-
-def wpml_parts(
-    scenario: Scenario, plan: FlightPlan, part: range, reference: AltitudeReference, end: End, back: WayHome | None
-) -> dict[str, str]:
+def wpml_parts(file: FlightFile) -> dict[str, str]:
     """Return the texts of the files in the archive, by name, for a part of a plan's waypoints."""
-    last = part[-1] == len(plan.waypoints) - 1
-    wayline = _Wayline(scenario, plan, part, reference, end if last else "loiter", back)
-    return {"wpmz/template.kml": _template(wayline), "wpmz/waylines.wpml": _waylines(wayline)}
+    if file.part[-1] != len(file.plan.waypoints) - 1:
+        file = file._replace(end="loiter")  # until the pilot starts the next part
+    return {"wpmz/template.kml": _template(file), "wpmz/waylines.wpml": _waylines(file)}
+
+
+def _speeds(file: FlightFile) -> list[float]:
+    """Return the speed after each waypoint of a part, m/s; after the last it is that before it."""
+    speeds = file.plan.speeds[file.part[0] : file.part[-1]].tolist()
+    return [*speeds, speeds[-1]]
+
+
+def _positions(file: FlightFile) -> GlobalPositions:
+    """Return where the waypoints of a part are on the globe."""
+    return global_positions(file.scenario, file.plan.route.uav, file.plan.waypoints[file.part], file.reference)
 
 
 def _document() -> tuple[ET.Element, ET.Element]:
@@ -65,35 +41,35 @@ def _document() -> tuple[ET.Element, ET.Element]:
     return root, ET.SubElement(root, "Document")
 
 
-def _config(document: ET.Element, wayline: _Wayline, *, executed: bool) -> None:
+def _config(document: ET.Element, file: FlightFile, *, executed: bool) -> None:
     config = ET.SubElement(document, "wpml:missionConfig")
-    _add(config, flyToWaylineMode="safely", finishAction=FINISH_ACTIONS[wayline.end])
-    home = wayline.back is not None and wayline.back.everywhere
+    _add(config, flyToWaylineMode="safely", finishAction=FINISH_ACTIONS[file.end])
+    home = file.back is not None and file.back.everywhere
     _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="goBack" if home else "hover")
-    rise = float(wayline.plan.waypoints[0][2] - wayline.plan.home[2])
-    _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(wayline.speeds[0]))
-    if executed and wayline.back is not None:
-        _add(config, globalRTHHeight=_number(wayline.back.altitude))
+    rise = float(file.plan.waypoints[0][2] - file.plan.home[2])
+    _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(_speeds(file)[0]))
+    if executed and file.back is not None:
+        _add(config, globalRTHHeight=_number(file.back.altitude))
     drone = ET.SubElement(config, "wpml:droneInfo")
     _add(drone, droneEnumValue=DJI_DRONE[0], droneSubEnumValue=DJI_DRONE[1])
     payload = ET.SubElement(config, "wpml:payloadInfo")
     _add(payload, payloadEnumValue=DJI_PAYLOAD[0], payloadSubEnumValue=DJI_PAYLOAD[1], payloadPositionIndex="0")
 
 
-def _template(wayline: _Wayline) -> str:
-    scenario, reference = wayline.scenario, wayline.reference
+def _template(file: FlightFile) -> str:
+    scenario, reference = file.scenario, file.reference
     root, document = _document()
     _add(document, author="skyverse", createTime="0", updateTime="0")
-    _config(document, wayline, executed=False)
+    _config(document, file, executed=False)
     folder = ET.SubElement(document, "Folder")
     _add(folder, templateType="waypoint", templateId="0")
     system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
     _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[reference], positioningType="GPS")
-    speeds = wayline.speeds
-    at = global_positions(scenario, wayline.uav, wayline.points, reference)
+    speeds = _speeds(file)
+    at = _positions(file)
     _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
     _add(folder, globalHeight=_number(float(at.altitude[0])))
-    _add_heading(folder, "globalWaypointHeadingParam", wayline)
+    _add_heading(folder, "globalWaypointHeadingParam", file)
     _add(folder, globalWaypointTurnMode=STOP_AT_WAYPOINT, globalUseStraightLine="1")
     geoid = origin_of(scenario).geoid
     # DJI reads these only with heights above the sea
@@ -106,37 +82,37 @@ def _template(wayline: _Wayline) -> str:
     return document_text(root)
 
 
-def _add_heading(parent: ET.Element, name: str, wayline: _Wayline) -> None:
+def _add_heading(parent: ET.Element, name: str, file: FlightFile) -> None:
     """Tell where the nose points: along the legs, or at a place, at which DJI aims the nose and not the camera."""
     heading = ET.SubElement(parent, f"wpml:{name}")
-    look_at = wayline.scenario.uavs[wayline.uav].look_at
+    look_at = file.scenario.uavs[file.plan.route.uav].look_at
     if look_at is None:
         _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
         return
-    latitude, longitude, _ = to_wgs84(origin_of(wayline.scenario), np.array([look_at]))[0].tolist()
+    latitude, longitude, _ = to_wgs84(origin_of(file.scenario), np.array([look_at]))[0].tolist()
     _add(heading, waypointHeadingMode="towardPOI", waypointPoiPoint=f"{latitude:.9f},{longitude:.9f},0.000000")
     _add(heading, waypointHeadingPathMode="followBadArc", waypointHeadingPoiIndex="0")
 
 
-def _waylines(wayline: _Wayline) -> str:
-    scenario, reference = wayline.scenario, wayline.reference
+def _waylines(file: FlightFile) -> str:
+    scenario, reference = file.scenario, file.reference
     root, document = _document()
-    _config(document, wayline, executed=True)
+    _config(document, file, executed=True)
     folder = ET.SubElement(document, "Folder")
-    speeds = wayline.speeds
+    speeds = _speeds(file)
     _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[reference], waylineId="0")
     _add(folder, autoFlightSpeed=_number(max(speeds)))
-    at = global_positions(scenario, wayline.uav, wayline.points, reference)
+    at = _positions(file)
     heights = at.altitude + (geoid_of(scenario, "waylines") if reference == "amsl" else 0.0)
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, executeHeight=_number(float(heights[k])), waypointSpeed=_number(speed))
-        _add_heading(mark, "waypointHeadingParam", wayline)
+        _add_heading(mark, "waypointHeadingParam", file)
         turn = ET.SubElement(mark, "wpml:waypointTurnParam")
         _add(turn, waypointTurnMode=STOP_AT_WAYPOINT, waypointTurnDampingDist="0")
         _add(mark, useStraightLine="1")
-        if k == wayline.part[0] == 0 and wayline.plan.hover > 0:
-            _hover(mark, wayline.plan.hover)
+        if k == file.part[0] == 0 and file.plan.hover > 0:
+            _hover(mark, file.plan.hover)
     return document_text(root)
 
 

@@ -1,82 +1,81 @@
-"""Checks that straight legs, flown as an autopilot flies them, keep clear of obstacles.
+"""Whether straight legs and cut corners, flown as an autopilot flies them, are clear: searched, and then proven.
 
 A leg that is straight for an autopilot is not quite straight in local metres, altitudes above ground follow the ground,
 and MAVLink rounds to 1e-7 degrees. The difference is bounded for each leg and added to the clearance.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.leg_geometry import (
-    Base,
-    Checked,
-    ObstacleSearch,
-    Segments,
-    Shortfall,
+    GroundUnder,
     ceiling_margin,
+    corner_lines,
     greatest_height,
     ground_under,
+    growth_of,
     is_straight,
     leg_deviation,
     lowered,
-    search_corner,
+    place_text,
     steepest,
     towards,
 )
+from skyverse.exports.leg_space import Checked, LegSpace, Place, Segments, first_unproven
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
 from skyverse.space.tube import NO_ERROR
-from skyverse.space.world import World
+
+
+class Polyline(NamedTuple):
+    """Waypoints: (n, 3) metres, the acceptance radius, metres, and (n,) not 0 where a corner is not cut."""
+
+    points: Floats
+    radius: float
+    stops: Floats
 
 
 @dataclass(frozen=True, eq=False)
 class LegChecker:
-    """Checks the legs and corners of one scenario, with altitudes of one reference; it remembers its answers.
-
-    It searches with the planners' `World`, which is fast. Whatever is exported is then proven by the referee, in
-    `leg_certificate`.
+    """Checks the legs and corners of one UAV; it remembers its answers.
 
     Attributes
     ----------
-    scenario, reference
-        As given.
+    space
+        What they are asked in.
     error
         How far the flown position may be from the legs.
     lifts
-        (base, top) of the vertical lines over the UAV's own start and target in which the error does not count for what
-        lies below, (3,) metres each.
-    worlds
-        What is compiled for each error; checkers of the same scenario and reference may share it.
+        (base, top) of the axes of the pads at the UAV's own start and target on which the error does not count for
+        what lies below, (3,) metres each.
     """
 
-    scenario: Scenario
-    reference: AltitudeReference
+    space: LegSpace
     error: TrackingError = NO_ERROR
     lifts: tuple[tuple[Floats, Floats], ...] = ()
-    worlds: dict[TrackingError, World] = field(default_factory=dict)
     _known: dict[bytes, Checked] = field(default_factory=dict)
     _known_margins: dict[bytes, tuple[float, float]] = field(default_factory=dict)
 
-    @cached_property
-    def search(self) -> ObstacleSearch:
-        """What finds obstacles."""
-        return ObstacleSearch(self.scenario, self.reference, self.error, self.worlds)
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self.space.given
 
-    def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, Shortfall | Segments] | None:
-        """Return the first fault of a polyline, (n, 3), whose corners are cut within a radius, or ``None``.
+    def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str | Segments] | None:
+        """Return the first fault of a `Polyline`, or ``None``.
 
-        Where `stops`, (n,), is not 0, the corner is not cut. A fault comes with an index: that of the first vertex of
-        the leg, or n plus that of the corner.
+        It comes with an index: that of the first vertex of the leg, or n plus that of the corner.
         """
         for where, checked, _ in self.parts(points, radius, stops):
             if checked.fault is not None:
@@ -87,10 +86,9 @@ class LegChecker:
         """Yield the index, as in `trouble`, of each leg and corner of a polyline, what is found of it, and its key."""
         for k in range(len(points) - 1):
             yield k, *self._remembered(self.leg, points[k : k + 2])
-        if radius <= 0:
-            return
-        for k, corner in cut_corners(points, radius, stops):
-            yield len(points) + k, *self._remembered(self.corner, corner, radius)
+        if radius > 0:
+            for k, corner in cut_corners(points, radius, stops):
+                yield len(points) + k, *self._remembered(self.corner, corner, radius)
 
     def _remembered(self, check: Callable[..., Checked], points: Floats, *radius: float) -> tuple[Checked, bytes]:
         asked = np.r_[points.ravel(), radius].tobytes()
@@ -108,51 +106,51 @@ class LegChecker:
         fault = next((one.fault for one in found if one.fault is not None), None)
         return Checked(fault, () if fault is not None else tuple(part for one in found for part in one.clear))
 
-    def _cut_at_pads(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool, Base | None]]:
+    def _cut_at_pads(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool, Place | None]]:
         """Yield the parts of a leg, whether the error counts for each, and the place of a pad in which it does."""
+        low, high = (a, b) if a[2] <= b[2] else (b, a)
         for base, top in self.lifts:
-            low, high = (a, b) if a[2] <= b[2] else (b, a)
-            if np.abs(np.stack([a, b])[:, :2] - base[:2]).max() > SAME_PLACE or low[2] < base[2] - SAME_PLACE:
-                continue
-            if low[2] >= top[2]:
-                yield a, b, True, None
+            on_axis = np.abs(np.stack([a, b])[:, :2] - base[:2]).max() <= SAME_PLACE
+            if on_axis and base[2] - SAME_PLACE <= low[2] < top[2]:
+                held = (a, b) if high[2] <= top[2] else (low, top)
+                x, y, z = base.tolist()
+                yield *held, False, None
+                yield *held, True, (x, y, z)
+                if high[2] > top[2]:
+                    yield top, high, True, None
                 return
-            held = (a, b) if high[2] <= top[2] else (low, top)
-            x, y, z = base.tolist()
-            yield *held, False, None
-            yield *held, True, (x, y, z)
-            if high[2] > top[2]:
-                yield top, high, True, None
-            return
         yield a, b, True, None
 
-    def _straight(self, a: Floats, b: Floats, strays: bool, base: Base | None) -> Checked:
+    def _straight(self, a: Floats, b: Floats, strays: bool, pad: Place | None) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each, with or without the tracking error."""
-        if self.reference == "agl":
-            ends = np.stack([a, b])
-            fault = self._limits(ends, self._above(ends), strays, below=base is None)
+        ends = np.stack([a, b])
+        if self.space.reference == "agl":
+            fault = self._heights_fault(ends, self._above(ends), strays, ground=pad is None)
             if fault is not None:
                 return Checked(fault)
-        beside, upright = self._margins(np.stack([a, b]), strays)
-        return self.search.checked(Segments(a[None], b[None], beside, strays, base, upright))
+        near, upright = self._margins(ends, strays)
+        return self.space.check(Segments(a[None], b[None], near, self._stray(strays, upright), pad))
 
-    def _limits(self, points: Floats, above: Floats, strays: bool, *, below: bool = True) -> Shortfall | None:
-        """Return where a UAV that follows the ground may be too low, or above the ceiling.
+    def _stray(self, strays: bool, upright: float) -> TrackingError:
+        """Return the tracking error or none, with some metres more up and down."""
+        error = self.error if strays else NO_ERROR
+        return derived(error, vertical=error.vertical + growth_of(upright)) if upright else error
+
+    def _heights_fault(self, points: Floats, above: Floats, strays: bool, *, ground: bool = True) -> str | None:
+        """Return in words where a UAV that follows the ground may be too low, or above the ceiling.
 
         Parameters
         ----------
         points, above
             (n, 3) metres and heights above ground, (n,): the ends of a leg, or more points around a cut corner. Between
             any two the height above ground changes linearly.
-        strays, below
+        strays, ground
             Whether the tracking error counts, and whether the ground does.
         """
-        scenario, terrain = self.scenario, self.scenario.terrain
-        assert terrain is not None
-        aside = MAVLINK_ROUNDING + self._beside(points) + self.error.horizontal * strays
-        ground = ground_under(terrain, points, aside)
-        off = (ground.slope * self.error.horizontal + self.error.vertical) * strays
-        low, high = float(above.min()) - ground.lower, float(above.max()) + ground.lower
+        aside = MAVLINK_ROUNDING + self._deviation(points) + self.error.horizontal * strays
+        under = self._ground_under(points, aside)
+        off = (under.slope * self.error.horizontal + self.error.vertical) * strays
+        low, high, lower = float(above.min()) - under.lower, float(above.max()) + under.lower, under.lower
         if len(points) == 2:
             shift = ground_under(self._lower, points, aside).slope * aside
             signs = np.array([1.0, -1.0])[:, None] * above
@@ -160,17 +158,16 @@ class LegChecker:
                 float(greatest_height(np.column_stack([points[:, :2], z]), self._lower, -np.inf).max()) for z in signs
             )
             low, high = max(low, -lowest - shift), min(high, highest + shift)
-        lower = ground.lower
         if _is_climb(points):
             low, lower = float(above.min()), 0.0
-        needed, most = scenario.ground_clearance - LEG_ALLOWANCE / 2, scenario.max_height
-        if below and low - off < needed:
-            said = f"may be {low - off:.4g} m above ground, and {needed:.4g} m are required"
+        needed, most = self.scenario.ground_clearance - LEG_ALLOWANCE / 2, self.scenario.max_height
+        if ground and low - off < needed:
             why = f", as the ground that its autopilot knows may be {lower:.3g} m lower (not with amsl)"
-            return Shortfall(said + (why if lower else ""), points[np.argmin(above)])
+            said = f"may be {low - off:.4g} m above ground, and {needed:.4g} m are required{why if lower else ''}"
+            return f"{said}, at {place_text(points[np.argmin(above)])}"
         if most is not None and high + off + LEG_ALLOWANCE / 2 > most:
             said = f"may be {high + off:.5g} m above ground, above the ceiling of {most:.5g} m"
-            return Shortfall(said, points[np.argmax(above)])
+            return f"{said}, at {place_text(points[np.argmax(above)])}"
         return None
 
     @cached_property
@@ -185,8 +182,12 @@ class LegChecker:
         assert self.scenario.terrain is not None
         return np.asarray(points[:, 2] - self.scenario.terrain.height(points[:, :2]))
 
-    def _beside(self, points: Floats) -> float:
-        """Return how far beside straight legs between points, (n, 3), they may be flown, metres."""
+    def _ground_under(self, points: Floats, near: float) -> GroundUnder:
+        assert self.scenario.terrain is not None
+        return ground_under(self.scenario.terrain, points, near)
+
+    def _deviation(self, points: Floats) -> float:
+        """Return how far aside of straight legs between points, (n, 3), they may be flown, metres."""
         longest = float(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1).max())
         return float(leg_deviation(self.scenario, longest))
 
@@ -195,30 +196,25 @@ class LegChecker:
 
         What is above the ceiling stays there, and so does what is on the pad at the UAV's own start or target.
         """
-        most = self.scenario.max_height
+        most, terrain = self.scenario.max_height, self.scenario.terrain
         if most is None:
             return points
+        assert terrain is not None
+        lowest = lowered(terrain.lowest_ground, self.error)
         room = ceiling_margin(self.scenario)
-        excess = greatest_height(points, self._lowest, most - room) - most + room
-        above = points[:, 2] - self._lowest.height(points[:, :2])
+        excess = greatest_height(points, lowest, most - room) - most + room
+        above = points[:, 2] - lowest.height(points[:, :2])
         excess[above > most + LEG_ALLOWANCE] = 0.0  # a waypoint cannot mend that
         for base, top in self.lifts:
-            beside = np.abs(points[:, :2] - base[:2]).max(axis=1) <= SAME_PLACE
-            excess[beside & (points[:, 2] <= top[2])] = 0.0
+            on_axis = np.abs(points[:, :2] - base[:2]).max(axis=1) <= SAME_PLACE
+            excess[on_axis & (points[:, 2] <= top[2])] = 0.0
         return points - np.maximum(excess, 0.0)[:, None] * np.array([0.0, 0.0, 1.0])
-
-    @cached_property
-    def _lowest(self) -> Terrain:
-        """The lowest ground, lowered by what it may fall, and the UAV rise, within the error."""
-        terrain = self.scenario.terrain
-        assert terrain is not None
-        return lowered(terrain.lowest_ground, self.error)
 
     @cached_property
     def _slope(self) -> float:
         """The steepest slope of the ground and of the ceiling above it; 0 where altitudes follow the ground."""
         terrain = self.scenario.terrain
-        if terrain is None or self.reference == "agl":
+        if terrain is None or self.space.reference == "agl":
             return 0.0
         return max(steepest(terrain), steepest(terrain.lowest_ground))
 
@@ -233,24 +229,28 @@ class LegChecker:
         if is_straight(cut, after - at):
             return Checked(None)
         corner = np.stack([entered, before, at, after])
-        if self.reference == "agl":
+        if self.space.reference == "agl":
             first, second, here, on = self._above(corner)
             ends = [at + cut[0], at + cut[1], at, after]
             shares = [min(radius / max(math.dist(one, at), SAME_PLACE), 1.0) for one in (before, entered)]
             turns = [here + share * (high - here) for share, high in zip(shares, (second, first), strict=True)]
-            fault = self._limits(np.stack(ends), np.array([*turns, here, on]), strays=True)
+            fault = self._heights_fault(np.stack(ends), np.array([*turns, here, on]), strays=True)
             if fault is not None:
                 return Checked(fault)
-        apart, upright = self._around(corner, cut)
-
-        def judge(starts: Floats, ends: Floats, beside: float) -> Checked:
-            return self.search.checked(Segments(starts, ends, apart + beside, True, None, upright))
-
-        return search_corner(cut, at, after, radius, self._slope, judge)
-
-    def apart(self, a: Floats, b: Floats) -> float:
-        """Return how many metres a leg, (3,) metres each, may be flown off the straight line in local metres."""
-        return math.hypot(*self._margins(np.stack([a, b]), strays=True))
+        off, upright = self._around(corner, cut)
+        error, found = self._stray(True, upright), Checked(None)
+        for starts, late, whole, near, near_late in corner_lines(cut, at, after, radius, self._slope):
+            hopeless = self.space.check(Segments(starts, whole, off, error))
+            if hopeless.fault is not None:
+                return hopeless  # the line itself meets something, so finer lines would, too
+            halves = (
+                self.space.check(Segments(starts, late, off + near, error)),
+                self.space.check(Segments(late, whole, off + near_late, error)),
+            )
+            found = next((half for half in halves if half.fault is not None), Checked(None))
+            if found.fault is None:
+                return Checked(None, (*halves[0].clear, *halves[1].clear))
+        return found
 
     def _margins(self, points: Floats, strays: bool) -> tuple[float, float]:
         """Return what must be added to the clearance of legs between points, (n, 3) metres, and more up and down.
@@ -260,13 +260,12 @@ class LegChecker:
         """
         asked = points.tobytes() + bytes([strays])
         if asked not in self._known_margins:
-            beside, upright = self._beside(points), 0.0
-            if self.reference == "agl" and not _is_climb(points):
-                assert self.scenario.terrain is not None
-                aside = MAVLINK_ROUNDING + beside + self.error.horizontal * strays
-                ground = ground_under(self.scenario.terrain, points, aside)
-                upright = ground.slope * aside + ground.lower + (ground.bend if beside else 0.0)
-            self._known_margins[asked] = MAVLINK_ROUNDING + beside * (1 + self._slope), upright
+            off, upright = self._deviation(points), 0.0
+            if self.space.reference == "agl" and not _is_climb(points):
+                aside = MAVLINK_ROUNDING + off + self.error.horizontal * strays
+                under = self._ground_under(points, aside)
+                upright = under.slope * aside + under.lower + (under.bend if off else 0.0)
+            self._known_margins[asked] = MAVLINK_ROUNDING + off * (1 + self._slope), upright
         return self._known_margins[asked]
 
     def _around(self, corner: Floats, cut: Floats) -> tuple[float, float]:
@@ -279,23 +278,21 @@ class LegChecker:
         return max(before[0], after[0]), before[1] + after[1]
 
     def deviations(self, points: Floats, radius: float, stops: Floats) -> Floats:
-        """Return how far each leg of a polyline, as in `trouble`, may be off the straight line, (n - 1,) metres.
+        """Return how far each leg of a `Polyline` may be off the straight line, (n - 1,) metres.
 
         With altitudes above ground that also holds for what is flown after a cut corner.
         """
-        found = np.array([self.apart(a, b) for a, b in pairwise(points)])
-        if self.reference == "agl" and radius > 0:
+        found = np.array([math.hypot(*self._margins(np.stack(leg), strays=True)) for leg in pairwise(points)])
+        if self.space.reference == "agl" and radius > 0:
             for k, corner in cut_corners(points, radius, stops):
                 cut = np.stack([towards(place - corner[2], radius) for place in corner[:2]])
                 found[k] = max(found[k], math.hypot(*self._around(corner, cut)) + float(np.abs(cut[:, 2]).max()))
         return found
 
-    def swell(self, a: Floats, b: Floats) -> float:
+    def bend(self, a: Floats, b: Floats) -> float:
         """Return how far a leg is off the straight line, metres, as far as that depends on how long it is."""
-        if self.reference != "agl":
-            return self.apart(a, b)
-        assert self.scenario.terrain is not None
-        return ground_under(self.scenario.terrain, np.stack([a, b]), 0.0).bend
+        ends = np.stack([a, b])
+        return self._ground_under(ends, 0.0).bend if self.space.reference == "agl" else self._deviation(ends)
 
 
 def _is_climb(points: Floats) -> bool:
@@ -304,7 +301,7 @@ def _is_climb(points: Floats) -> bool:
 
 
 def cut_corners(points: Floats, radius: float, stops: Floats) -> Iterator[tuple[int, Floats]]:
-    """Yield the index of each vertex of a polyline, as in `LegChecker.trouble`, whose corner is cut, and four points.
+    """Yield the index of each vertex of a `Polyline` whose corner is cut, and four points.
 
     These, (4, 3) metres, are that where the leg before begins, if its corner is cut as far as possible, the vertex
     before, the vertex and the one after.
@@ -316,3 +313,28 @@ def cut_corners(points: Floats, radius: float, stops: Floats) -> Iterator[tuple[
         if k > 1 and not stops[k - 1]:
             entered = points[k - 1] + towards(points[k - 2] - points[k - 1], radius)
         yield k, np.concatenate([entered[None], points[k - 1 : k + 2]])
+
+
+def refused(checkers: Sequence[LegChecker], polylines: Sequence[Polyline]) -> set[int]:
+    """Return the numbers of polylines that the referee does not prove; their checkers then know which parts are not.
+
+    Each polyline has a checker, all of one space; what these found clear is judged, all that asks the same at once.
+    """
+    wanted: dict[tuple[float, TrackingError, Place | None], list[tuple[int, bytes, Segments]]] = defaultdict(list)
+    for number, (legs, polyline) in enumerate(zip(checkers, polylines, strict=True)):
+        for _, checked, key in legs.parts(*polyline):
+            for segments in checked.clear:
+                wanted[segments[2:]].append((number, key, segments))
+    found = set()
+    for parts in wanted.values():
+        world = checkers[0].space.referee(parts[0][2])
+        while parts:
+            of = np.repeat(np.arange(len(parts)), [len(segments.starts) for _, _, segments in parts])
+            starts, ends = (np.concatenate([part[2][end] for part in parts]) for end in (0, 1))
+            piece = first_unproven(world, starts, ends)
+            if piece is None:
+                break
+            number, key, segments = parts.pop(int(of[piece]))
+            checkers[number].refuse(key, segments.only(piece - int(np.argmax(of == of[piece]))))
+            found.add(number)
+    return found

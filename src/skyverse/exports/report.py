@@ -1,0 +1,414 @@
+"""What exports say of waypoints: a table, a line for each thing that a pilot must heed, and all that is proven."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.atomic import write_text
+from skyverse.draw import LandingPlace, page, scene
+from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
+from skyverse.exports.global_positions import home_on_globe, origin_of
+from skyverse.exports.landing import starts_in_the_air, why_not_level
+from skyverse.exports.requirements import ExportOptions
+from skyverse.exports.return_space import CLEARANCE_SHARE
+from skyverse.exports.separation import Apart, FleetApart, circle_reach, few, fleet_apart, named_pairs
+from skyverse.exports.speed_limits import may_return_too_fast, zones_of
+from skyverse.exports.way_home import WayHome, layer
+from skyverse.model.caution import Caution
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.mission import Mission
+from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import told_seconds
+from skyverse.numerics.tolerances import SAME_PLACE
+from skyverse.space.pads import fleet_pads, pads_sentence
+from skyverse.space.tube import NO_ERROR
+
+MAX_TOLD = 6
+"""UAVs that one sentence names; of more it says only how many."""
+MAX_GAPS = 2
+"""Times without a way home that a line of the table tells; of more it says only how many."""
+MAX_OTHERS = 3
+"""Names of other UAVs in a cell of the table; of more it says only how many."""
+HIGH = 120.0
+"""Metres above home: most rules allow no more above ground."""
+HEADS = ("UAV", "legs", "at its end", "way home", "apart in flight")
+"""The columns of the table."""
+AT_END = {"loiter": "stays at its target", "land": "lands below its target", "rtl": "lands at home"}
+"""How the table tells what UAVs do at their ends."""
+KEPT = {
+    Apart.SPACE: "in space",
+    Apart.TIMING: "by timing",
+    Apart.SCHEDULE: f"{Caution.ONLY} on schedule",
+    Apart.CLOSE: Caution.NOT,
+}
+"""How the table tells the ways to keep a separation."""
+AS_PLANNED = Remedy("apart_in_space", True, "to export them apart in space as planned")
+"""What helps UAVs that are apart in space as planned, but not on the waypoints."""
+OTHER_ENDS = (
+    Remedy("end", "land", "to land below the last waypoints"),
+    Remedy("end", "loiter", "to stay there"),
+)
+"""What helps UAVs that are not apart in space on the returns that end their mission."""
+
+
+class ExportedFleet(NamedTuple):
+    """All that is told of an export: its flight plans and their ways home, how they are apart, and what was asked."""
+
+    mission: Mission
+    plans: Sequence[FlightPlan]
+    returns: Sequence[WayHome | None]
+    apart: FleetApart
+    options: ExportOptions
+
+    @property
+    def scenario(self) -> Scenario:
+        """The mission's scenario, with an origin."""
+        return self.mission.scenario
+
+    def name(self, plan: FlightPlan) -> str:
+        """Return the name of the UAV that flies a plan."""
+        return self.scenario.uavs[plan.route.uav].name
+
+    def place(self, place: Floats) -> tuple[float, float, float]:
+        """Return latitude, longitude and altitude above mean sea level of a place, (3,) metres."""
+        latitude, longitude, sea = to_wgs84(origin_of(self.scenario), place[None])[0].tolist()
+        return latitude, longitude, sea
+
+
+@dataclass(frozen=True)
+class FlightVerdict:
+    """What matters most of one exported flight.
+
+    Attributes
+    ----------
+    uav
+        The name of the UAV.
+    legs_proven
+        Whether all that is flown between its waypoints is proven clear; not so for an aeroplane whose autopilot turns
+        at a distance of its own.
+    at_end
+        What it does at its end, in words: whether it stays or circles, and otherwise where it lands.
+    duration
+        Seconds from the start of all UAVs to its last waypoint.
+    gaps
+        Seconds of the exported schedule between which no way home is proven; all of the flight where none is at all.
+    apart
+        The least sure way in which it keeps its separation from any other UAV; ``None`` if it flies alone.
+    depends_on
+        The UAVs from which it is apart in no surer way than that, unless it is apart from all in space.
+    return_altitude
+        Metres above home at which it returns; ``None`` where its file names none.
+    """
+
+    uav: str
+    legs_proven: bool
+    at_end: str
+    duration: float
+    gaps: tuple[tuple[float, float], ...]
+    apart: Apart | None
+    depends_on: tuple[str, ...]
+    return_altitude: float | None = None
+
+    @property
+    def has_way_home(self) -> bool:
+        """Whether its way home is proven at every instant."""
+        return not self.gaps
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Its line of the table."""
+        legs = "proven" if self.legs_proven else f"{Caution.NOT} proven at corners"
+        up = "" if self.return_altitude is None else f", {self.return_altitude:.4g} m up"
+        cells = (self.uav, legs, self.at_end, self._way_home + up)
+        if self.apart is None:
+            return cells
+        flying = KEPT[self.apart] + (f" from {few(self.depends_on, MAX_OTHERS)}" if self.depends_on else "")
+        return (*cells, flying)
+
+    @property
+    def _way_home(self) -> str:
+        if self.has_way_home:
+            return "at every instant"
+        if self.gaps[0][0] <= 0 and self.gaps[-1][1] >= self.duration and len(self.gaps) == 1:
+            return f"{Caution.NOT} proven"
+        spans = [f"{told_seconds(begin).removesuffix(' s')} to {told_seconds(end)}" for begin, end in self.gaps]
+        return f"{Caution.NOT} from {few(spans, MAX_GAPS)}"
+
+
+@dataclass(frozen=True, eq=False)
+class ExportCertificate:
+    """What is proven of exported waypoints.
+
+    Attributes
+    ----------
+    apart
+        How each two UAVs keep their separation.
+    returns
+        The way home of each UAV that flies, ``None`` for an aeroplane.
+    flights
+        What matters most of each UAV that flies.
+    """
+
+    apart: FleetApart
+    returns: tuple[WayHome | None, ...]
+    flights: tuple[FlightVerdict, ...]
+
+
+def flight_verdicts(fleet: ExportedFleet) -> tuple[FlightVerdict, ...]:
+    """Return the verdict on each UAV that flies."""
+    names = {plan.route.uav: fleet.name(plan) for plan in fleet.plans}
+    made = []
+    for plan, back in zip(fleet.plans, fleet.returns, strict=True):
+        uav = plan.route.uav
+        kinds = {other: fleet.apart.pairs[min(uav, other), max(uav, other)] for other in names if other != uav}
+        weakest = max(kinds.values(), key=list(Apart).index, default=None)
+        timed = [names[other] for other in kinds if weakest is not Apart.SPACE and kinds[other] is weakest]
+        duration, reach = float(plan.arrivals[-1]), circle_reach(fleet.scenario, uav)
+        gaps = ((0.0, duration),) if back is None else tuple((gap.begin, gap.end) for gap in back.gaps)
+        circles = f"circles within {reach:.3g} m of its target ({Caution.NOT} proven)"
+        at_end, up = circles if reach else AT_END[fleet.options.end], None if back is None else back.altitude
+        made.append(FlightVerdict(names[uav], plan.corners_proven, at_end, duration, gaps, weakest, tuple(timed), up))
+    return tuple(made)
+
+
+def verdict_table(flights: Sequence[FlightVerdict]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the head and the rows of the table of some flights; the last row is the fleet's, if there are several."""
+    rows = [flight.row for flight in flights]
+    if len(flights) > 1:
+        rows.append(_fleet_row(flights))
+    return HEADS[: len(rows[0])] if rows else HEADS, rows
+
+
+def _fleet_row(flights: Sequence[FlightVerdict]) -> tuple[str, ...]:
+    """Return the line of the fleet: of how many UAVs each good thing holds."""
+    count, ends = len(flights), Counter(flight.at_end.partition(",")[0] for flight in flights)
+    kinds = [flight.apart for flight in flights if flight.apart is not None]
+
+    def share(held: int, good: str, bad: str) -> str:
+        return good if held == count else f"{bad} for {count - held} of {count}"
+
+    return (
+        "fleet",
+        share(sum(flight.legs_proven for flight in flights), "proven", f"{Caution.NOT} proven at corners"),
+        next(iter(ends)) if len(ends) == 1 else "; ".join(f"{words}: {number}" for words, number in ends.items()),
+        share(sum(flight.has_way_home for flight in flights), "at every instant", f"{Caution.NOT} at every instant"),
+        KEPT[max(kinds, key=list(Apart).index)],
+    )
+
+
+def cautions(fleet: ExportedFleet, *, planned: bool) -> Iterator[str]:
+    """Yield what a pilot must heed, one line for each thing; `planned` if the mission is apart in space as planned."""
+    scenario = fleet.scenario
+    _, plans, returns, apart, options = fleet
+    if options.altitude == "home":
+        homes = [f"{fleet.name(plan)} {home_on_globe(scenario, plan.route.uav)[2]:z.2f} m" for plan in plans]
+        yield (
+            f"{Caution.BEFORE} each flight, compare home, above mean sea level: {few(homes, MAX_TOLD)}; where a UAV "
+            "arms lower, it flies as much lower."
+        )
+    yield from _of_homes(fleet)
+    yield from _of_slow_returns(fleet)
+    timed = [pair for pair, kind in apart.pairs.items() if kind in (Apart.TIMING, Apart.SCHEDULE)]
+    if timed:
+        said = f"{Caution.ONLY} apart if they start at the same time: {named_pairs(scenario, timed)}"
+        yield Sentence(said, give=[AS_PLANNED]) if planned and not options.apart_in_space else f"{said}."
+    if options.end == "rtl":
+        yield from not_apart_when_returning(scenario, plans, apart)
+    flown = [back for back in returns if back is not None]
+    near = [
+        (a.plan.route.uav, b.plan.route.uav)
+        for a, b in combinations(flown, 2)
+        if abs(a.level - b.level) < layer(scenario, a.plan, b.plan) - SAME_PLACE
+    ]
+    if near:
+        yield (
+            f"{Caution.WARNING}: return altitudes are less than a separation apart: {named_pairs(scenario, near)}; "
+            "let one land before the other returns."
+        )
+    high = [f"{fleet.name(back.plan)} {back.altitude:.4g} m" for back in flown if back.altitude > HIGH]
+    if high:
+        yield (
+            f"{Caution.WARNING}: return altitudes of more than {HIGH:g} m above home, where most rules end: "
+            f"{few(high, MAX_TOLD)}; give a lower one, or ask."
+        )
+    backs = zip(plans, returns, strict=True)
+    without = [fleet.name(plan) for plan, back in backs if back is None or not back.everywhere]
+    if without:
+        yield (
+            f"{Caution.WARNING}: no way home is proven at every instant of the flight of {few(without, MAX_TOLD)}: the "
+            "table says when."
+        )
+
+
+def _of_homes(fleet: ExportedFleet) -> Iterator[str]:
+    """Yield warnings of homes that are not known or not level, and of what is not known where UAVs land."""
+    scenario = fleet.scenario
+    unknown = [fleet.name(plan) for plan in fleet.plans if starts_in_the_air(scenario, plan.route.uav)]
+    if unknown:
+        yield (
+            f"{Caution.WARNING}: homes that are not known, as the scenario has no terrain, and are taken to be the "
+            f"starts: {few(unknown, MAX_TOLD)}. Where a UAV arms lower, it returns as much lower than is proven: state "
+            "its home."
+        )
+    steep = []
+    for plan in fleet.plans:
+        vehicle = scenario.uavs[plan.route.uav]
+        known = vehicle.fixed_wing is None and (scenario.terrain is not None or vehicle.home is not None)
+        if known and why_not_level(scenario, plan.route.uav, plan.home) is not None:
+            steep.append(vehicle.name)
+    if steep:
+        yield (
+            f"{Caution.WARNING}: homes that are not level: {few(steep, MAX_TOLD)}. Choose other starts, or level the "
+            "places."
+        )
+    if scenario.terrain is not None and not any(shape.solid for shape in scenario.obstacles):
+        yield (
+            f"{Caution.WARNING}: the scenario knows the ground and no obstacles: trees, buildings and water are "
+            "unknown; look at where UAVs fly low and land."
+        )
+
+
+def _of_slow_returns(fleet: ExportedFleet) -> Iterator[str]:
+    """Yield warnings of returns that are slow because of a speed limit, and of UAVs that may exceed one then."""
+    slow = [plan for plan in fleet.plans if plan.top_speed < fleet.scenario.uavs[plan.route.uav].max_speed / 2]
+    away = [float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max()) for plan in slow]
+    if slow:
+        seconds, longest, plan = max((way / one.top_speed, way, one) for way, one in zip(away, slow, strict=True))
+        yield (
+            f"{Caution.WARNING}: returns are as slow as the slowest zone demands, wherever that zone is: that of "
+            f"{fleet.name(plan)} at {plan.top_speed:.3g} m/s from {longest:,.0f} m away takes {seconds:,.0f} s."
+        )
+    names = [fleet.name(plan) for plan in fleet.plans if may_return_too_fast(fleet.scenario, plan)]
+    if names:
+        yield (f"{Caution.WARNING}: the speed limits of zones are not proven of the returns of {few(names, MAX_TOLD)}.")
+
+
+def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], apart: FleetApart) -> Iterator[Sentence]:
+    """Yield a warning on the UAVs that are apart in space up to their last waypoints, but not on the returns."""
+    if apart.only(Apart.SPACE):
+        return
+    before = fleet_apart(scenario, [replace(plan, ending=plan.ending[:0]) for plan in plans])
+    pairs = [pair for pair in before.of(Apart.SPACE) if apart.pairs[pair] is not Apart.SPACE]
+    if pairs:
+        yield Sentence(
+            f"{Caution.WARNING}: apart in space up to their last waypoints, but {Caution.NOT} on the returns that end "
+            f"the mission: {named_pairs(scenario, pairs)}",
+            give=OTHER_ENDS,
+        )
+
+
+def loading(fleet: ExportedFleet, beside: Sequence[Path | None]) -> Iterator[str]:
+    """Yield what parameter files are to be loaded."""
+    files = zip(beside, fleet.plans, strict=True)
+    rates = [f"{file} into {fleet.name(plan)}" for file, plan in files if file is not None]
+    title = fleet.plans[0].autopilot.title
+    if rates:
+        yield f"{Caution.BEFORE} the first flight, load the rates for {title}: {few(rates, MAX_TOLD)}."
+    else:
+        yield f"Made for {title}."
+
+
+def details(fleet: ExportedFleet) -> Iterator[str]:
+    """Yield all that is proven, of each UAV and of the fleet."""
+    scenario = fleet.scenario
+    mission, plans, _, apart, options = fleet
+    for plan, back in zip(plans, fleet.returns, strict=True):
+        corners = plan.route.corners if plan.corners_proven else f"corners {Caution.NOT} proven"
+        yield plan.route.sentence(scenario, corners)
+        if plan.breaks:
+            most = plan.autopilot.max_waypoints
+            yield (
+                f"{fleet.name(plan)}: {len(plan.parts)} files of at most {most} waypoints; after each it waits for the "
+                "next."
+            )
+        rise = float(plan.waypoints[0][2] - plan.home[2])
+        if plan.autopilot.rises is None and np.isfinite(plan.rates.climb) and rise < options.takeoff - SAME_PLACE:
+            yield (
+                f"{fleet.name(plan)}: its take-off ends {rise:.4g} m above where it stands, as there is no room to "
+                f"rise by {options.takeoff:g} m."
+            )
+        yield from _of_way_home(fleet, plan, back)
+    if pads := pads_sentence(scenario, fleet_pads(scenario, mission.assignment)):
+        yield pads
+    yield from (said for _, said in apart.sentences(scenario))
+    if any(zones_of(scenario, plan.route.uav) for plan in plans):
+        yield (
+            "The commanded speeds keep the speed limits of zones, also where an autopilot flies up to "
+            f"{SPEED_TOLERANCE:.0%} faster than it is told; returns do where the parameter file is loaded. Wind, and "
+            "the turns and circles of aeroplanes, are not counted."
+        )
+    late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in plans)
+    later = told_seconds(max(late, 0.0))
+    begin = "when they do in the mission"  # as of aeroplanes, which do not take off
+    if later != told_seconds(0.0):
+        begin = f"{later} later than in the mission, when all take-offs have ended"
+    yield (
+        "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
+        f"{begin}."
+    )
+
+
+def _of_way_home(fleet: ExportedFleet, plan: FlightPlan, back: WayHome | None) -> Iterator[str]:
+    """Yield sentences on the way home of a flight plan, and what it keeps."""
+    scenario, name = fleet.scenario, fleet.name(plan)
+    if back is None:
+        yield f"{name}: no way home is proven of an aeroplane; choose the altitude of its return yourself."
+        return
+    latitude, longitude, ground = fleet.place(plan.home)
+    yield (
+        f"{name}: it returns at {back.altitude:.4g} m above home, which is at {latitude:.6f}, {longitude:.6f}, "
+        f"{ground:z.1f} m above mean sea level, or as high as it is if that is higher."
+    )
+    if not back.nowhere:
+        kept = f"{CLEARANCE_SHARE * scenario.clearance:.4g} m"
+        if scenario.terrain is not None and scenario.ground_clearance < scenario.clearance:
+            kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
+        error = " and its tracking error" if scenario.uavs[plan.route.uav].tracking_error != NO_ERROR else ""
+        when = "at every other instant" if back.gaps else "at every instant"
+        yield f"{name}: its way home is proven {when}: climb, level way and descent are clear by {kept}{error}."
+    for gap in back.gaps[:MAX_TOLD]:
+        latitude, longitude, sea = fleet.place(gap.place)
+        yield (
+            f"{name}: no way home is proven from t = {told_seconds(gap.begin)} to {told_seconds(gap.end)}: {gap.why}, "
+            f"from {latitude:.5f}, {longitude:.5f}, {sea:z.0f} m above mean sea level."
+        )
+
+
+def require_returns(scenario: Scenario, backs: Sequence[tuple[int, WayHome | None]]) -> None:
+    """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why.
+
+    `backs` are the indices of UAVs and their ways home, ``None`` for aeroplanes.
+    """
+    stay = [Remedy("end", "loiter", "to stay at the target")]
+    planes = [scenario.uavs[uav].name for uav, back in backs if back is None]
+    if planes:
+        raise InputError(f"{', '.join(planes)}: the return of an aeroplane cannot be proven", field="end", give=stay)
+    lost = [(scenario.uavs[uav].name, back) for uav, back in backs if back is not None and not back.ends_safely]
+    if lost:
+        told = [f"{name}: at {back.altitude:.4g} m above home {back.gaps[-1].why}" for name, back in lost]
+        raise InputError(f"no way home is proven from the last waypoint: {few(told, MAX_TOLD)}", field="end", give=stay)
+
+
+def write_export_page(path: Path, mission: Mission, proven: ExportCertificate, notes: Sequence[str]) -> None:
+    """Write the page of an export: a judged mission whose scenario has an origin, what is proven, and what is said."""
+    landings = []
+    for back in proven.returns:
+        if back is None:
+            continue
+        uav, (x, y, z) = back.plan.route.uav, back.plan.home.tolist()
+        latitude, longitude, ground = to_wgs84(origin_of(mission.scenario), back.plan.home[None])[0].tolist()
+        words = (
+            f"{mission.scenario.uavs[uav].name}: home, {latitude:.6f}, {longitude:.6f}, {ground:z.1f} m above mean sea "
+            f"level; it returns there {back.altitude:.4g} m above it, or higher"
+        )
+        landings.append(LandingPlace(uav, words, (x, y, z), back.level))
+    head, rows = verdict_table(proven.flights)
+    told = replace(scene(mission), landings=tuple(landings), export_notes=tuple(notes), export_verdicts=(head, *rows))
+    write_text(path, page(told))
