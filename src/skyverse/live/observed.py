@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pydantic import ValidationError
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_whole, shown
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
@@ -32,10 +32,8 @@ MAX_OBSTACLES, MAX_ZONES = 10_000, 1_000
 def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int) -> dict[int, Floats]:
     """Return the states (3, 3) of UAVs, without acceleration, or raise `InputError`."""
     states = {}
-    _require_mapping(given, "states")
+    _require_indices(given, "states", count)
     for uav, known in given.items():
-        if uav not in range(count):
-            raise InputError(f"expected a UAV's index below {count}, but it is {uav!r}", field="states")
         try:
             state = np.array([*known, np.zeros(3)], dtype=np.float64)
         except (TypeError, ValueError):
@@ -49,12 +47,12 @@ def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int)
     return states
 
 
-def _require_mapping(given: object, field: str) -> None:
+def _require_indices(given: object, field: str, count: int) -> None:
     """Raise `InputError` if what is given for UAVs is not a mapping from their indices."""
     if not isinstance(given, Mapping):
-        raise InputError(f"expected a mapping from indices of UAVs, but it is {given!r:.60}", field=field)
-    if not all(isinstance(uav, int | np.integer) for uav in given):
-        raise InputError(f"expected indices of UAVs, but they are {[*given]!r:.60}", field=field)
+        raise InputError(f"expected a mapping from indices of UAVs, found {shown(given)}", field=field)
+    for uav in given:
+        require_whole(uav, field, 0, count - 1)
 
 
 def with_seen(
@@ -121,10 +119,8 @@ def with_targets(
     Each of these targets, (3,) metres, is in the place of the one that the UAV had.
     """
     targets, assigned = list(scenario.targets), list(assignment)
-    _require_mapping(given, "targets")
+    _require_indices(given, "targets", len(assigned))
     for uav, place in given.items():
-        if uav not in range(len(assigned)):
-            raise InputError(f"expected a UAV's index below {len(assigned)}, but it is {uav!r}", field="targets")
         name = f"target of {scenario.uavs[uav].name}"
         try:
             target = Target.model_validate({"name": name, "position": place})
