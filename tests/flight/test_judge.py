@@ -8,7 +8,6 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse.flight import passings, strayed
-from skyverse.model.flight_record import Flown
 
 
 def judged(made, margin=0.05):
@@ -77,9 +76,9 @@ def test_a_uav_that_is_lost_before_it_is_due_is_not_safe():
     trajectory = mission.trajectories[0]
     times = np.array([0.0, 0.01])
     place = trajectory.at(times).position
-    flown = Flown(0, times, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
+    flown = sky.Flown(0, times, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
     assert "is lost at 0.01 s: it is more" in strayed(mission.scenario, flown, 0.1, trajectory.end, "")[0].message
-    hovering = Flown(0, times - 2.0, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
+    hovering = sky.Flown(0, times - 2.0, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
     (lost,) = strayed(mission.scenario, hovering, 0.1, trajectory.end, "")
     assert "is lost 1.99 s before the mission begins, in the hover at the start: it is more" in lost.message
 
@@ -99,7 +98,7 @@ def test_over_terrain_the_grounds_own_clearance_is_kept_less_the_margin(low, say
     )
     times = np.arange(3) / 100
     place = np.array([(5, 5, 100), (20, 30, terrain.height((20, 30)) + low), (5, 5, 100)])
-    flown = Flown(0, times, place, place * 0, place, 0.0, 0.0, np.inf, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0, low)
+    flown = sky.Flown(0, times, place, place * 0, place, 0.0, 0.0, np.inf, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0, low)
     wrong = strayed(scenario, flown, 5.0, 0.02, "")
     if says is None:
         assert wrong == []

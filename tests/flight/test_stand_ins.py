@@ -8,10 +8,8 @@ import pytest
 
 import skyverse as sky
 from skyverse.flight import vehicle_of
-from skyverse.model.flight_record import Flight, Flown
-from skyverse.model.verdict import Fault, Violation
 
-LOST = Violation(Fault.TRAJECTORY_ENDS, (0,), "uav-1 is lost")
+LOST = sky.Violation(sky.Fault.TRAJECTORY_ENDS, (0,), "uav-1 is lost")
 
 
 def mission(vehicle, **limits):
@@ -58,7 +56,7 @@ def test_a_vehicle_holds_less_airspeed_the_lower_its_tilt_and_thrust():
 
 @pytest.mark.parametrize("wrong", [(), (LOST,)])
 def test_what_a_stand_in_does_is_no_verdict_on_the_mission(heavy, wrong):
-    flight = Flight(heavy, sky.Conditions(vehicle="thesis"), 0, 0.5, (None,), (), wrong)
+    flight = sky.Flight(heavy, sky.Conditions(vehicle="thesis"), 0, 0.5, (None,), (), wrong)
     assert flight.sentence.startswith("No verdict: thesis is not the vehicle that was planned")
     assert "afe" not in flight.sentence
     assert not flight.safe
@@ -114,8 +112,9 @@ def test_one_flight_says_whether_the_stated_tracking_error_held(off, held):
     assert planned.scenario.uavs[0].tracking_error == sky.TrackingError(horizontal=1.6, vertical=3.0)
     meant = np.array([[30.0, 10.0, 8.0], [29.0, 10.0, 8.0]])
     where = meant + np.array([(0.0, 0.0, 0.0), off])
-    one = Flown(0, np.array([0.0, 0.01]), where, np.zeros((2, 3)), meant, 0.1, 1.0, 9.0, 0.0, 0.0, 0.5, 0.5, 9.0, 1.0)
-    flight = Flight(planned, sky.Conditions(vehicle="camera"), 0, 0.5, (one,), (), ())
+    times, still = np.array([0.0, 0.01]), np.zeros((2, 3))
+    one = sky.Flown(0, times, where, still, meant, 0.1, 1.0, 9.0, 0.0, 0.0, 0.5, 0.5, 9.0, 1.0)
+    flight = sky.Flight(planned, sky.Conditions(vehicle="camera"), 0, 0.5, (one,), (), ())
     assert flight.held is held
     assert ("held" if held else "exceeded") in flight.tube_sentence
     exact = replace(flight, mission=mission("camera", tracking_error={"horizontal": 0.0, "vertical": 0.0}))

@@ -6,7 +6,6 @@ import pytest
 import skyverse as sky
 from replanned import BALL, certified, hall
 from skyverse.live import FleetSensors, out_of_reach, seen_movers
-from skyverse.model.mover import Doubt
 
 CROSSING = sky.Mover(
     name="cart", shape=BALL, motion=sky.WaypointMotion(points=[(10, 0, 1), (10, 10, 1)], times=[0, 20], then="returns")
@@ -51,7 +50,7 @@ def test_a_mover_out_of_reach_cannot_meet_a_uav_and_a_nearer_one_could(range):
     speed, rng = scenario.uavs[0].max_speed, np.random.default_rng(0)
     stands = sky.WaypointMotion(points=[(10, 0, 1)], times=[0])
     for top_speed in rng.uniform(0.1, 5.0, 200):
-        doubts = {"turns at once": Doubt(growth=top_speed), "turns": Doubt(acceleration=1, top_speed=top_speed)}
+        doubts = {"turns at once": sky.Doubt(growth=top_speed), "turns": sky.Doubt(acceleration=1, top_speed=top_speed)}
         held = [sky.Mover(name=name, shape=BALL, motion=stands, doubt=doubt) for name, doubt in doubts.items()]
         gap = range - seconds * (speed + top_speed)  # of a UAV and a mover that fly towards each other
         expected = [] if gap < scenario.clearance else [*doubts]

@@ -5,9 +5,7 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL
-from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.temporary_zones import TimedShape
-from skyverse.model.uav import TrackingError
 from skyverse.space.contact import first_contact, share_avoided
 from skyverse.space.moving_shapes import LEAST_DOUBT, moving_shapes
 
@@ -17,8 +15,8 @@ KNOTS = np.array([0.0, 4.0])
 
 def beside(doubt, apart=APART):
     """A ball that flies beside a UAV, which flies 4 m along x in 4 s; and the coefficients of the UAV's motion."""
-    motion = WaypointMotion(points=[(0, apart, 0), (4, apart, 0)], times=[0, 4])
-    shapes = moving_shapes([TimedShape(BALL, motion, doubt, KEPT)], TrackingError())
+    motion = sky.WaypointMotion(points=[(0, apart, 0), (4, apart, 0)], times=[0, 4])
+    shapes = moving_shapes([TimedShape(BALL, motion, doubt, KEPT)], sky.TrackingError())
     return shapes, KNOTS, np.array([[(0, 0, 0), (1, 0, 0)]], dtype=float)
 
 
@@ -51,6 +49,6 @@ def test_a_motion_that_meets_no_doubt_is_clear_of_all_of_it_and_one_through_a_mo
 
 
 def test_a_mover_that_comes_head_on_and_may_do_nothing_else_is_not_avoided():
-    comes = WaypointMotion(points=[(-4, 0, 0), (4, 0, 0)], times=[0, 4])
-    shapes = moving_shapes([TimedShape(BALL, comes, sky.Doubt(growth=0.05), KEPT)], TrackingError())
+    comes = sky.WaypointMotion(points=[(-4, 0, 0), (4, 0, 0)], times=[0, 4])
+    shapes = moving_shapes([TimedShape(BALL, comes, sky.Doubt(growth=0.05), KEPT)], sky.TrackingError())
     assert share_avoided(shapes, KNOTS, np.array([[(0, 0, 0)]], dtype=float), 0.0, 4.0)[0] < 0.0

@@ -9,8 +9,6 @@ import pytest
 import skyverse as sky
 from replanned import hall
 from skyverse.live import LiveSession, live_schema
-from skyverse.model.frame import Frame, Origin
-from skyverse.model.geodesy import to_local
 
 BALL = {"shape": "sphere", "centre": [0, 0, 0], "radius": 0.4}
 SCHEMA = live_schema()
@@ -85,12 +83,12 @@ def test_setpoints_are_the_motion_sampled_up_to_the_horizon():
 
 
 def test_setpoints_in_degrees_are_where_the_motion_leads():
-    origin = Origin(latitude=47.0, longitude=8.0, altitude=400.0)
-    live = session(sky.Scenario(**{**dict(hall()), "frame": Frame(origin=origin)}), setpoints=10, wgs84=True)
+    origin = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0)
+    live = session(sky.Scenario(**{**dict(hall()), "frame": sky.Frame(origin=origin)}), setpoints=10, wgs84=True)
     assert told(live.hello())["origin"]["latitude"] == 47.0
     (uav,) = asked(live, t=0.0)["uavs"]
     points = uav["setpoints"]
-    assert to_local(origin, points["wgs84"]) == pytest.approx(np.array(points["position"]), abs=1e-6)
+    assert sky.to_local(origin, points["wgs84"]) == pytest.approx(np.array(points["position"]), abs=1e-6)
 
 
 def test_states_are_given_by_name_or_by_index():

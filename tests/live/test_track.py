@@ -8,7 +8,6 @@ import skyverse as sky
 from movers import depth_at
 from replanned import BALL
 from skyverse.live import Track
-from skyverse.model.mover_motions import CircularMotion
 
 SEEN, HORIZON = 1.5, 2.0
 
@@ -20,7 +19,7 @@ SEEN, HORIZON = 1.5, 2.0
 )  # fmt: skip
 def test_a_mover_stays_within_its_doubt_up_to_the_horizon(radius, period, bearing, error, count, hard, seed):
     rng = np.random.default_rng(seed)
-    motion = CircularMotion(centre=(0, 0, 0), radius=radius, period=period, bearing=bearing)
+    motion = sky.CircularMotion(centre=(0, 0, 0), radius=radius, period=period, bearing=bearing)
     rate = 2 * np.pi / period
     track = Track()
     for t in rng.permutation(np.linspace(SEEN - 1.0, SEEN, count)):
