@@ -12,7 +12,7 @@ from browser import opened
 from skyverse.cli.report import report
 from skyverse.draw import flight_table, mission_tiles, page, scene, search_table, total_cost_sentence
 from skyverse.model.flight_table import flight_columns, search_columns
-from skyverse.space.nearest_obstacle import nearest_obstacle
+from skyverse.space.mission_cautions import nearest_obstacle
 
 
 def cells(columns):

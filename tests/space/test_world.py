@@ -65,13 +65,13 @@ def test_why_a_point_is_unsafe_is_said_in_words():
 
 
 @pytest.mark.parametrize("points", [[1, 2], [[1, 2, 3, 4]], np.zeros((2, 2, 3))])
-def test_points_that_are_not_rows_of_three_are_refused(points):
-    with pytest.raises(ValueError, match="rows of x, y, z"):
+def test_points_that_are_not_rows_of_three_are_refused(points, refuses):
+    with refuses():
         sky.World(CUBE).free(points)
 
 
-def test_there_must_be_as_many_starts_as_ends():
-    with pytest.raises(ValueError, match="1 ends and 2 starts"):
+def test_there_must_be_as_many_starts_as_ends(refuses):
+    with refuses():
         sky.World(CUBE).segments_free([[0, 0, 0], [1, 1, 1]], [[0, 0, 0]])
 
 

@@ -59,3 +59,29 @@ def extruded(shape: AnyShape, top: float) -> tuple[AnyShape, ...]:
             above = np.repeat(filled[:, :, -1:], max(layers, 0), axis=2)
             return (derived(shape, occupied=np.concatenate([filled, above], axis=2)),)
     return (derived(shape, high=max(shape.high, top) + ABOVE_BOUNDS),)
+
+
+def roof_z(shape: AnyShape, point: tuple[float, float, float], clearance: float) -> float:
+    """Return the z at which an obstacle ends, metres.
+
+    Parameters
+    ----------
+    shape
+        The obstacle.
+    point
+        x, y, z in metres: of voxels, only those count that are nearer to this point, as seen from above, than the
+        clearance along x and y.
+    clearance
+        Metres.
+    """
+    if isinstance(shape, Box):
+        return shape.max[2]
+    if isinstance(shape, Sphere):
+        return shape.centre[2] + shape.radius
+    if not isinstance(shape, Voxels):
+        return shape.high
+    first, step = np.array(shape.origin), np.array(shape.step)
+    cells = [np.floor((np.array(point) + side * clearance - first) / step).astype(int) for side in (-1, 1)]
+    (i, j, _), (last_i, last_j, _) = np.clip(cells, 0, np.array(shape.occupied.shape) - 1).tolist()
+    levels = np.flatnonzero(shape.occupied[i : last_i + 1, j : last_j + 1].any(axis=(0, 1)))
+    return float(first[2] + step[2] * (levels.max(initial=-1) + 1))

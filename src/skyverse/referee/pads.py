@@ -16,7 +16,7 @@ from skyverse.model.pad import Pad, pad_at
 from skyverse.referee.boxes import GrownBoxes
 from skyverse.referee.ground import Ceiling, GrownGround
 from skyverse.referee.prisms import GrownPrisms
-from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
+from skyverse.referee.round_solids import GrownCylinders, GrownEllipsoids
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.tolerances import EXEMPT_SLOPE, LET_PASS, ON_AXIS
 from skyverse.referee.tube import EXACT, narrower, shorter
@@ -107,7 +107,7 @@ def _tops(kind: GrownSolids, which: Indices, world: RefereeWorld) -> Floats:
             return shorter(kind.high[which], world.error)
         case GrownPrisms():
             return shorter(kind.outlines.high[which], world.error)
-        case GrownSpheres():
+        case GrownEllipsoids():  # spheres, of obstacles
             return kind.centre[which, 2] + narrower(kind.radius[which], world.error)
     raise TypeError(f"{type(kind).__name__} has no tops")
 

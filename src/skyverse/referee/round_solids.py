@@ -16,36 +16,6 @@ from skyverse.referee.tube import EXACT, taller, wider
 
 
 @dataclass(frozen=True, eq=False)
-class GrownSpheres(GrownSolids):
-    """Spheres.
-
-    Attributes
-    ----------
-    centre, radius
-        (m, 3) and (m,) metres, as given.
-    grown_radius
-        (m,) metres.
-    """
-
-    centre: Floats
-    radius: Floats
-    grown_radius: Floats
-
-    def hulls(self) -> tuple[Floats, Floats]:
-        """Return the corners of boxes about the grown spheres."""
-        return self.centre - self.grown_radius[:, None], self.centre + self.grown_radius[:, None]
-
-    def depth(self, part: Floats, which: Indices) -> Floats:
-        """Return how deep parts may be inside; exactly, where they are straight."""
-        chord = chords(part)
-        return self.grown_radius[which] - distance_to_segment(self.centre[which], chord.a, chord.b) + chord.off
-
-    def gap(self, position: Floats, which: int) -> float:
-        """Return the distance of a position to a sphere, metres."""
-        return float(math.dist(position, self.centre[which]) - self.radius[which])
-
-
-@dataclass(frozen=True, eq=False)
 class GrownCylinders(GrownSolids):
     """Vertical cylinders.
 
@@ -85,15 +55,6 @@ class GrownCylinders(GrownSolids):
         return float(max(level, self.low[which] - position[2], position[2] - self.high[which]))
 
 
-def grown_spheres(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownSpheres:
-    """Return all spheres, for a UAV with a tracking error."""
-    spheres, number = shapes.of(Sphere)
-    radius = wider(np.array([sphere.radius for sphere in spheres]), error)
-    centre = np.reshape([sphere.centre for sphere in spheres], (len(spheres), 3))
-    clearance = shapes.clearance + error.horizontal
-    return GrownSpheres(clearance, number, centre, radius, radius + (clearance - LET_PASS))
-
-
 def grown_cylinders(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownCylinders:
     """Return all cylinders, for a UAV with a tracking error."""
     cylinders, number = shapes.of(Cylinder)
@@ -107,7 +68,7 @@ def grown_cylinders(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownC
 
 @dataclass(frozen=True, eq=False)
 class GrownEllipsoids(GrownSolids):
-    """Upright ellipsoids, grown in proportion, so that the shorter semi-axis grows by the clearance.
+    """Upright ellipsoids, spheres among them, grown in proportion: the shorter semi-axis grows by the clearance.
 
     Attributes
     ----------
@@ -152,3 +113,12 @@ def grown_ellipsoids(shapes: SolidShapes, error: TrackingError = EXACT) -> Grown
     scale = shorter[:, None] / rows[:, [3, 3, 4]]
     clearance = shapes.clearance + math.hypot(error.horizontal, error.vertical)
     return GrownEllipsoids(clearance, number, rows[:, :3], scale, shorter, shorter + (clearance - LET_PASS))
+
+
+def grown_spheres(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownEllipsoids:
+    """Return all spheres, for a UAV with a tracking error."""
+    spheres, number = shapes.of(Sphere)
+    radius = wider(np.array([sphere.radius for sphere in spheres]), error)
+    centre = np.reshape([sphere.centre for sphere in spheres], (len(spheres), 3))
+    clearance = shapes.clearance + error.horizontal
+    return GrownEllipsoids(clearance, number, centre, np.ones_like(centre), radius, radius + (clearance - LET_PASS))

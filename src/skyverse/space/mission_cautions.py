@@ -3,6 +3,7 @@
 All that prints, draws or exports a mission takes its cautions from here.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -15,12 +16,11 @@ from skyverse.model.flight_table import FlightMeasures, measure_flight, places_a
 from skyverse.model.mission import Mission, PlannedFlight, planned_flights
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.shape_extent import extent
+from skyverse.model.shape_extent import extent, roof_z
 from skyverse.model.shapes import NO_FLY_ZONE, AnyShape, Voxels
 from skyverse.model.short_lines import listed
 from skyverse.model.trajectory import Trajectory
 from skyverse.space.later_cautions import later_cautions
-from skyverse.space.roof import roof_z
 from skyverse.space.world import World
 
 MAX_NAMED = 6
@@ -150,3 +150,12 @@ def _knows_trees(scenario: Scenario) -> bool:
 def _named(names: Sequence[str]) -> str:
     more = len(names) - MAX_NAMED
     return listed([*names[:MAX_NAMED], *([f"{more} more"] if more > 0 else [])])
+
+
+def nearest_obstacle(mission: Mission) -> float | None:
+    """Return metres to the nearest obstacle, rounded down to centimetres, negative inside; ``None`` without any."""
+    flown = [one for one in mission.trajectories if one is not None]
+    if not flown or not mission.scenario.obstacles:
+        return None
+    world = World(derived(mission.scenario, terrain=None, max_height=None))
+    return math.floor(100 * min(float(world.distance(places_along(one)).min()) for one in flown)) / 100

@@ -16,8 +16,8 @@ from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
+from skyverse.model.shape_extent import roof_z
 from skyverse.model.shapes import Prism, Terrain, Voxels
-from skyverse.space.roof import roof_z
 
 
 def named_places(places: GlobalPlaces, kind: str) -> dict[str, GlobalPlace]:
