@@ -114,16 +114,16 @@ def _digest():
 
 
 @pytest.mark.parametrize("file", ["own_package/steps.py", "own_package/search.py", "beside_it.py", "further.py"])
-def test_the_digest_is_of_all_that_was_imported_and_an_edit_is_refused(package, file):
+def test_the_digest_is_of_all_that_was_imported_and_an_edit_is_refused(package, file, refuses):
     own = make_planner("own_package.search:Shake")
     before, plain = _digest(), code_digest(sky.MVO())
     refuse_edited(own)
     with (package / file).open("a") as written:
         written.write("# edited\n")
     assert _digest() == before  # as it is imported
-    with pytest.raises(sky.InputError, match="what it imports as they were imported"):
+    with refuses():
         refuse_edited(own)
-    with pytest.raises(sky.InputError, match="what it imports as they were imported"):
+    with refuses():
         run_jobs([job(own)], Rows(":memory:"))
     _forget()
     assert _digest() != before
@@ -166,12 +166,12 @@ def test_versions_of_packages_count(package, monkeypatch):
             assert _digest() not in (before, code_digest(sky.MVO()))
 
 
-def test_a_worker_with_other_code_refuses_the_run(package):
+def test_a_worker_with_other_code_refuses_the_run(package, refuses):
     here = job(make_planner("own_package.search:Shake"), stop=sky.MaxPaths(60))
     assert RunMaker().row_of(here).success is not None
     sent = replace(here)
     vars(sent)["code"] = "of another process"
-    with pytest.raises(sky.InputError, match="expected the code of the process that asks"):
+    with refuses():
         RunMaker().row_of(pickle.loads(pickle.dumps(sent)))
 
 
@@ -226,12 +226,12 @@ def test_settings_that_no_other_process_finds_again_are_refused(quiet, value):
             Study(scenarios=["map1"], planners=[said])
 
 
-def test_a_class_of_the_script_itself_is_not_written_into_a_file(quiet, tmp_path, monkeypatch):
+def test_a_class_of_the_script_itself_is_not_written_into_a_file(quiet, tmp_path, monkeypatch, refuses):
     monkeypatch.setattr(quiet, "__module__", "__main__")
     monkeypatch.setattr(sys.modules["__main__"], "Quiet", quiet, raising=False)
     monkeypatch.setattr(sys.modules["__main__"], "__file__", __file__, raising=False)  # also in a worker of pytest
     study = Study(scenarios=["map1"], planners=[quiet()], seeds=1)
-    with pytest.raises(sky.InputError, match="'__main__:Quiet'"):
+    with refuses():
         write_study(study, tmp_path / "study.yaml")
     assert not (tmp_path / "study.yaml").exists()
 
@@ -269,20 +269,13 @@ def test_versions_name_the_packages_and_the_module(shake):
 
 
 @pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("nowhere:Shake", "'nowhere' cannot be imported"),
-        ("math:pi", "'math:pi', which is 3.14"),
-        ("skyverse:Missing", "which is None"),
-        ("skyverse:Scenario", "expected a Planner as module:Class"),
-        ("skyverse:Metaheuristic", "expected a Planner as module:Class"),
-        (":", "cannot be imported"),
-    ],
+    "name",
+    ["nowhere:Shake", "math:pi", "skyverse:Missing", "skyverse:Scenario", "skyverse:Metaheuristic", ":"],
 )
-def test_what_is_no_planner_is_refused_by_name(name, says):
-    with pytest.raises(sky.InputError, match=says):
+def test_what_is_no_planner_is_refused_by_name(name, refuses):
+    with refuses():
         make_planner(name)
-    with pytest.raises(ValueError, match=says):
+    with pytest.raises(ValueError, match="planners"):
         Study(scenarios=["map1"], planners=[name])
 
 

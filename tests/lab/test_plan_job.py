@@ -99,7 +99,7 @@ def test_an_exact_planner_needs_no_budget():
     assert (row.cost, row.gap, row.stopped_by) == (265, 0, "finished")
 
 
-def test_check_result_judges_one_result_alone():
+def test_check_result_judges_one_result_alone(refuses):
     scenario = sky.read("map1")
     result = sky.AStar().plan(sky.Problem(scenario))
     assert sky.check_result(scenario, 0, 0, result) == []
@@ -110,14 +110,14 @@ def test_check_result_judges_one_result_alone():
     assert sky.Fault.TRAJECTORY_SHAPE not in faults
     unfinished = replace(result, status=sky.Status.NO_PATH)
     assert sky.Fault.STATUS in {v.fault for v in sky.check_result(scenario, 0, 0, unfinished)}
-    with pytest.raises(sky.InputError, match=r"target: .* found 3"):
+    with refuses():
         sky.check_result(scenario, 0, 3, result)
 
 
-def test_a_planner_that_returns_no_result_is_refused():
+def test_a_planner_that_returns_no_result_is_refused(refuses):
     class Silent(sky.Taut):
         def plan(self, problem, *, stop=None, rng=None):
             return None
 
-    with pytest.raises(sky.InputError, match="expected it to return a Result, found None"):
+    with refuses():
         plan_job(job(Silent(), seed=0))

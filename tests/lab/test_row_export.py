@@ -58,9 +58,9 @@ def test_parquet_reads_back_by_pyarrow_with_types_and_nulls(rows, tmp_path):
     assert long.num_rows == sum(len(history.cost) for history in rows.histories())
 
 
-def test_other_suffixes_and_folders_that_are_not_there_are_refused(rows, tmp_path):
-    for name, sentence in (("out.xlsx", "not as '.xlsx'"), ("nowhere/out.csv", "cannot be written")):
-        with pytest.raises(sky.InputError, match=sentence):
+def test_other_suffixes_and_folders_that_are_not_there_are_refused(rows, tmp_path, refuses):
+    for name in ("out.xlsx", "nowhere/out.csv"):
+        with refuses():
             rows.export(tmp_path / name)
     assert sorted(path.suffix for path in tmp_path.iterdir() if "sqlite" not in path.name) == []
 

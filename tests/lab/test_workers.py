@@ -54,12 +54,12 @@ def test_what_is_done_is_not_run_again(rows):
     assert told == [(5, 5)]
 
 
-def test_an_edited_scenario_is_not_taken_for_the_old_one(rows):
+def test_an_edited_scenario_is_not_taken_for_the_old_one(rows, refuses):
     run_jobs(jobs(2), rows)
     edited = job(Instant(length=3), 0, "Instant", scenario=ROOM.model_copy(update={"clearance": 0.2}))
-    with pytest.raises(sky.InputError, match="holds the run room, Instant, 30 paths, seed 0, but of another scenario"):
+    with refuses():
         run_jobs([edited], rows)
-    with pytest.raises(sky.InputError, match="asked for twice"):
+    with refuses():
         run_jobs([job(), job()], rows)
 
 
@@ -78,9 +78,9 @@ def test_a_run_that_kills_every_worker_is_named_and_the_others_are_kept(rows, tm
     assert 0 in rows.select(("seed",))["seed"]
 
 
-def test_an_error_in_a_worker_is_an_error_here_and_leaves_no_process_behind(rows):
+def test_an_error_in_a_worker_is_an_error_here_and_leaves_no_process_behind(rows, refuses):
     clock = job(sky.MVO(), stop=sky.MaxSeconds(1) | sky.MaxSeconds(2))  # counts nothing
-    with pytest.raises(sky.InputError, match="counts nothing"):
+    with refuses():
         run_jobs([clock], rows, workers=2)
     with pytest.raises(RuntimeError, match=r"in the run room, planner, 30 paths, seed 0:\n(.*\n)*TypeError"):
         run_jobs([job(Instant(length="many"))], rows, workers=2)

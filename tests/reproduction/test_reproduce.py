@@ -21,13 +21,13 @@ def test_every_table_and_figure_is_a_part():
     assert wanted | {"cells", "acceptance", "claims"} == set(reproduce.THESIS_PARTS)
 
 
-def test_a_part_that_does_not_exist_is_refused_with_the_list_of_those_that_do():
-    with pytest.raises(sky.InputError, match=r"no part 'table-9'.*table-4\.2"):
+def test_a_part_that_does_not_exist_is_refused_with_the_list_of_those_that_do(refuses):
+    with refuses():
         reproduce.named(["table-4.2", "table-9"])
 
 
-def test_one_run_a_cell_is_too_few(tmp_path):
-    with pytest.raises(sky.InputError, match="from 2 to 10,000, found 1"):
+def test_one_run_a_cell_is_too_few(tmp_path, refuses):
+    with refuses():
         reproduce.reproduce(["table-4.2"], tmp_path, runs=1)
 
 
