@@ -11,7 +11,7 @@ from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.model.shapes import Cylinder, Prism, Zone
 from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel, query, writable
-from skyverse.numerics.norm import norm
+from skyverse.numerics.norm import distance, norm
 from skyverse.numerics.tolerances import COLLINEAR, OPTIMALITY_GAP, STATED_COST
 from skyverse.space import band, chord
 from skyverse.space.ground import Ground, make_ground
@@ -241,6 +241,28 @@ def _mean_above(least: float, most: float) -> float:
     return most / (most - least) * most / 2
 
 
+@inner
+def leg_price(rates: Rates, a: Floats, b: Floats, shares: Floats) -> float:
+    """Return the price of a straight leg a-b without turns; `shares`, (3,), is memory that is overwritten."""
+    price = rates.metre * distance(a, b)
+    if rates.soft:
+        shares[:] = 0.0
+        add_soft(rates, a, b, shares)
+        price += shares[0] + shares[1] + shares[2]
+    return price
+
+
+@inner
+def turn_price(rates: Rates, a: Floats, v: Floats, b: Floats) -> float:
+    """Return the price of the joint v between the legs a-v and v-b: that of a turn, or 0 where they are in line."""
+    if rates.turn == 0.0:
+        return 0.0
+    px, py, pz = v[0] - a[0], v[1] - a[1], v[2] - a[2]
+    qx, qy, qz = b[0] - v[0], b[1] - v[1], b[2] - v[2]
+    across = norm(py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx)
+    return rates.turn if across > COLLINEAR * norm(px, py, pz) * norm(qx, qy, qz) else 0.0
+
+
 @kernel
 def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
     """Return the weighted shares of a path (n, 3) of straight legs, metres: (6,) in the order of `terms_of_legs`.
@@ -250,26 +272,18 @@ def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
     shares = np.zeros(6)
     soft_shares = shares[3:]
     before = path[0]
-    size_before = 0.0
     for i in range(1, len(path)):
         a, b = path[i - 1], path[i]
-        dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        size = norm(dx, dy, dz)
+        size = distance(a, b)
         if size == 0.0:  # a place twice in a row hides no turn
             continue
         shares[0] += rates.metre * size
-        if size_before > 0.0:
-            ex, ey, ez = a[0] - before[0], a[1] - before[1], a[2] - before[2]
-            cx, cy, cz = ey * dz - ez * dy, ez * dx - ex * dz, ex * dy - ey * dx
-            if norm(cx, cy, cz) > COLLINEAR * size_before * size:
-                shares[1] += rates.turn
+        shares[1] += turn_price(rates, before, a, b)
         if rates.soft:
             add_soft(rates, a, b, soft_shares)
         before = a
-        size_before = size
     last = path[-1]
-    gap = norm(last[0] - goal[0], last[1] - goal[1], last[2] - goal[2])
-    shares[2] = rates.end * gap
+    shares[2] = rates.end * distance(last, goal)
     return shares
 
 

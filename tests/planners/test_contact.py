@@ -8,8 +8,8 @@ import pytest
 
 import skyverse as sky
 from skyverse.planners.contact import contact_of, without_movers
+from skyverse.planners.metaheuristic import make_workspace
 from skyverse.planners.moves import LatticeTask, judge
-from skyverse.planners.run import make_workspace
 from skyverse.trajectory.path_to_trajectory import needed_waypoints
 from timed_flights import seconds_inside
 from worlds import ROOM

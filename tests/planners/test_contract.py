@@ -11,6 +11,7 @@ import pytest
 
 import skyverse as sky
 from patience import PATIENCE_S
+from skyverse.planners import make_planner
 from skyverse.planners.base import provenance
 from skyverse.trajectory import fly_along
 from worlds import ROOM, price_of
@@ -253,12 +254,12 @@ def test_every_planner_gives_the_same_answer_in_a_spawned_process():
             assert same(job.get(timeout=PATIENCE_S), planner.plan(problem, stop=STOP, rng=5))
 
 
-@pytest.mark.parametrize("kind", [sky.MVO, sky.RandomRestart, sky.AStar, sky.ThetaStar])
-def test_a_misspelt_setting_is_refused_with_the_list_of_settings(kind):
+@pytest.mark.parametrize("name", ["mvo", "random-restart", "astar", "theta-star"])
+def test_a_misspelt_setting_is_refused_with_the_list_of_settings(name):
     with pytest.raises(sky.InputError) as refused:
-        kind(univeres=3)
+        make_planner(name, univeres=3)
     assert "'univeres'" in str(refused.value)
-    for field in dataclasses.fields(kind):
+    for field in dataclasses.fields(make_planner(name)):
         assert field.name in str(refused.value)
 
 
@@ -292,6 +293,28 @@ def test_a_misspelt_setting_is_refused_with_the_list_of_settings(kind):
         (sky.RandomRestart, {"samples": 0}),
         (sky.RandomRestart, {"retries": None}),
         (sky.RandomRestart, {"generator": None}),
+        (sky.GSO, {"glowworms": 1}),
+        (sky.GSO, {"as_run": 1}),
+        (sky.GSO, {"decay": 1.5}),
+        (sky.GSO, {"gain": 0}),
+        (sky.GSO, {"reach": 60.0}),
+        (sky.GSO, {"neighbours": 0}),
+        (sky.GSO, {"beta": -1}),
+        (sky.BBO, {"habitats": 1}),
+        (sky.BBO, {"as_run": None}),
+        (sky.BBO, {"mutation": 1.1}),
+        (sky.BBO, {"elites": -1}),
+        (sky.BBO, {"elites": 25}),
+        (sky.WOA, {"waypoints": 0}),
+        (sky.WOA, {"waypoints": 2.5}),
+        (sky.WOA, {"candidates": 5}),
+        (sky.WOA, {"candidates": True}),
+        (sky.WOA, {"collision": -1.0}),
+        (sky.WOA, {"collision": "dear"}),
+        (sky.WOA, {"legs": "curved"}),
+        (sky.WOA, {"objective": "short"}),
+        (sky.Cheapest, {"legs": -1}),
+        (sky.Cheapest, {"proof": -1}),
     ],
 )
 def test_a_setting_that_cannot_be_is_refused_by_name(kind, settings):

@@ -3,7 +3,6 @@
 import itertools
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -189,16 +188,6 @@ def test_judging_counts_an_evaluation_and_copying_stops_at_the_end_of_the_draft(
     assert workspace.spent[EVALUATIONS] == 1
 
 
-@pytest.mark.parametrize("counter", range(3))
-def test_a_budget_is_exhausted_at_its_limit(counter):
-    _, workspace = task_and_desk(ROOM)
-    workspace.limit[counter] = 10
-    workspace.spent[counter] = 9
-    assert not moves.exhausted(workspace)
-    workspace.spent[counter] = 10
-    assert moves.exhausted(workspace)
-
-
 @given(st.integers(0, 2**32))
 def test_a_detour_ends_at_a_free_node_or_has_tried_often_enough(seed):
     task, workspace = task_and_desk(ROOM)
@@ -213,21 +202,6 @@ def test_a_random_node_is_any_free_one():
     rng = np.random.default_rng(0)
     drawn = {moves.random_node(task.grid, rng) for _ in range(20 * len(task.grid.exits))}
     assert drawn == set(np.flatnonzero(exits_of(ROOM, task.grid.moves).any(axis=1)).tolist())
-
-
-@pytest.mark.parametrize("connectivity", [6, 26])
-@pytest.mark.parametrize("directed", [True, False])
-def test_the_kernels_walk_as_their_plain_python_does(directed, connectivity):
-    scenario = ROOM.model_copy(update={"lattice": sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=connectivity)})
-    goal = 1000
-    drafts = []
-    for walk in (moves.generate, plain(moves.generate)):
-        task, workspace = task_and_desk(scenario, directed)
-        workspace.draft[0] = 0
-        length = walk(task, workspace, np.random.default_rng(8), 1, goal, 30)
-        drafts.append(workspace.draft[:length].tolist())
-    assert drafts[0] == drafts[1]
-    assert len(drafts[0]) > 3
 
 
 def plain(kernel):

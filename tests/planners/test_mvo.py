@@ -11,7 +11,7 @@ import pytest
 
 import skyverse as sky
 from patience import PATIENCE_S
-from skyverse.planners import moves, mvo, selection
+from skyverse.planners import moves, mvo, path_changes
 from worlds import ROOM
 
 SEEDS = 50
@@ -161,7 +161,7 @@ def test_tdr_has_its_effect_on_case_1(monkeypatch):
 def test_the_roulette_wheel_gives_better_ranks_more_room():
     rng = np.random.default_rng(2)
     n, spins = 5, 30_000
-    counts = np.bincount([selection.rank_wheel(n, rng) for _ in range(spins)], minlength=n)
+    counts = np.bincount([path_changes.rank_wheel(n, rng) for _ in range(spins)], minlength=n)
     assert len(counts) == n
     share = np.arange(n, 0, -1) / 15
     assert np.abs(counts - spins * share).max() < 5 * np.sqrt(spins * 0.25)

@@ -162,11 +162,6 @@ def test_a_list_of_prices_counts_as_an_array():
     assert listed.cost == found.cost
 
 
-def test_what_is_no_objective_is_refused():
-    with pytest.raises(sky.InputError, match="WOA's objective is a PathObjective"):
-        sky.WOA(objective="short")
-
-
 @pytest.mark.parametrize("bound", [1e9, math.nan, "3"])
 def test_a_bound_that_a_path_undercuts_proves_nothing_and_is_refused(bound):
     class Bounded(Danger):

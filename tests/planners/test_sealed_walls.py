@@ -11,6 +11,7 @@ import handmade
 import skyverse as sky
 from sealed_walls import WALL, sealed_walls, with_ends
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from worlds import hall
 
 EXACT = (sky.Taut(), sky.AStar(), sky.ThetaStar())
 DRAWN = (
@@ -51,19 +52,6 @@ def test_no_planner_starts_or_ends_where_shapes_meet(wall, data):
             assert not planner.plan(sky.Problem(scenario)).status.reached
 
 
-def hall(*obstacles, start, end, clearance=0.001):
-    return sky.Scenario(
-        name="hall",
-        bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 5)),
-        obstacles=obstacles,
-        clearance=clearance,
-        lattice=sky.Lattice(step=(0.5, 0.5, 0.5)),
-        objective=sky.Objective(unit="metres"),
-        uavs=(sky.UAV(start=start),),
-        targets=(sky.Target(position=end),),
-    )
-
-
 def prism(x0, x1, y0, y1, **span):
     return Prism(vertices=((x0, y0), (x1, y0), (x1, y1), (x0, y1)), **span)
 
@@ -79,7 +67,7 @@ HOUSES = {
 @pytest.mark.parametrize("shape", HOUSES)
 @pytest.mark.parametrize("gap", [0.0, -1e-9, -1.5e-6, 1e-9, 0.0019])
 def test_two_terraced_houses_from_bound_to_bound_leave_no_way(shape, gap, planner):
-    scenario = hall(*HOUSES[shape](gap), start=(5, 1, 2), end=(5, 9, 2))
+    scenario = hall(*HOUSES[shape](gap), start=(5, 1, 2), target=(5, 9, 2), connectivity=6)
     mission = sky.plan_mission(scenario, planner, rng=1)
     proves = isinstance(planner, sky.Taut) and shape != "prisms"  # among which the lattice has the last word
     assert mission.results[0].status is (sky.Status.NO_PATH_EXISTS if proves else sky.Status.NO_PATH)
@@ -106,7 +94,7 @@ def corridor(kind, wide):
 @pytest.mark.parametrize("off", [-3e-6, 0.0, 1e-3])
 def test_a_corridor_of_just_twice_the_clearance_is_open(kind, clearance, off):
     shapes = corridor(kind, 2 * clearance + off)
-    scenario = hall(*shapes, start=(5, 1, 2), end=(5, 9, 2), clearance=clearance)
+    scenario = hall(*shapes, start=(5, 1, 2), target=(5, 9, 2), clearance=clearance)
     world = sky.World(scenario)
     assert world.segments_free([(5, 1, 2)], [(5, 9, 2)])[0] == (off >= 0)
     uav, target = scenario.uavs[0], scenario.targets[0]
@@ -123,7 +111,9 @@ def test_a_corridor_of_just_twice_the_clearance_is_open(kind, clearance, off):
 def test_among_boxes_a_way_is_found_through_a_corridor_of_just_twice_the_clearance(kind, clearance, off):
     shapes = corridor(kind, 2 * clearance + off)
     for x in (5, 3, 7.3):
-        mission = sky.plan_mission(hall(*shapes, start=(x, 1, 2), end=(10 - x, 9, 3), clearance=clearance), sky.Taut())
+        mission = sky.plan_mission(
+            hall(*shapes, start=(x, 1, 2), target=(10 - x, 9, 3), clearance=clearance), sky.Taut()
+        )
         assert mission.results[0].status.reached == (off >= 0)
         assert mission.violations == ()
         if off >= 0:
@@ -171,7 +161,9 @@ FLUSH = {
 @pytest.mark.parametrize("case", FLUSH)
 def test_what_touches_outer_faces_only_is_flown_and_proven(case, planner):
     shapes, start, end = FLUSH[case]
-    mission = sky.plan_mission(hall(*shapes, start=start, end=end), planner, rng=1, stop=sky.MaxIterations(5))
+    mission = sky.plan_mission(
+        hall(*shapes, start=start, target=end, connectivity=6), planner, rng=1, stop=sky.MaxIterations(5)
+    )
     if case == "a gap a millimetre wider" and planner == sky.ThetaStar():
         assert mission.results[0].status is sky.Status.NO_PATH  # the lattice does not go through it
         return

@@ -1,6 +1,5 @@
 """Straight legs: what a polyline costs, what is kept of it, and searches that leave the lattice."""
 
-import dataclasses
 import itertools
 import math
 
@@ -13,7 +12,6 @@ import skyverse as sky
 from skyverse.planners.base import provenance
 from skyverse.planners.straight_legs import judge_legs, open_straight_run
 from skyverse.space.world import segment_free
-from skyverse.trajectory import fly_along
 from worlds import ROOM, scenarios
 
 STOP = sky.MaxIterations(4)
@@ -71,26 +69,6 @@ def test_fitness_is_price_and_metres_inside_and_the_free_part_is_kept(scenario, 
     np.testing.assert_array_equal(run.workspace.spent, [2, 2 * (len(path) - 1), 2])
 
 
-@settings(max_examples=25)
-@given(scenarios(), st.sampled_from([sky.WOA, sky.MFO, sky.DA]), st.integers(0, 99))
-def test_the_referee_passes_whatever_is_reported(scenario, kind, seed):
-    problem = sky.Problem(scenario)
-    result = kind(waypoints=2, candidates=6, legs="straight").plan(problem, stop=STOP, rng=seed)
-    assert sky.check_result(scenario, 0, 0, result) == []
-    if not len(result.path):
-        assert result.status is problem.any_angle_refusal
-        return
-    assert result.any_angle
-    np.testing.assert_array_equal(result.path[0], problem.start)
-    assert result.status.reached == np.array_equal(result.path[-1], problem.end)
-    if result.status.reached:
-        assert result.bound <= result.cost * (1 + 1e-12)
-    mission = sky.Mission(
-        scenario, (0,), (result,), (fly_along(problem, result),), (), provenance(repr(kind()), STOP, seed)
-    )
-    assert sky.check(scenario, mission) == []
-
-
 def hall(*obstacles, step=0.5):
     return sky.Scenario.model_validate(
         {**dict(ROOM), "obstacles": obstacles, "lattice": sky.Lattice(step=(step, step, step))}
@@ -116,57 +94,3 @@ def test_a_way_is_found_where_the_lattice_has_none():
     result = sky.MFO(waypoints=2, legs="straight").plan(problem, stop=sky.MaxPaths(3000), rng=1)
     assert result.status is sky.Status.COMPLETE
     assert sky.check_result(scenario, 0, 0, result) == []
-
-
-def test_a_target_at_the_start_is_reached_without_a_search():
-    there = hall().model_copy(update={"targets": (sky.Target(position=(0.6, 0.7, 1.2)),)})
-    result = sky.WOA(legs="straight").plan(sky.Problem(there), rng=1)
-    assert (result.status, result.stopped_by, result.cost) == (sky.Status.OPTIMAL, "finished", 0.0)
-    assert sky.check_result(there, 0, 0, result) == []
-
-
-@pytest.mark.parametrize("gap", [1e-260, 1e-160, 5e-324])
-@pytest.mark.parametrize(
-    "planner",
-    [sky.Cheapest(legs=1000), sky.Taut(), sky.ThetaStar()],
-    ids=lambda p: type(p).__name__,
-)
-def test_a_target_next_to_the_start_costs_no_less_than_the_bound(planner, gap):
-    """The squares of such a distance underflow: the path once cost 0, less than the bound."""
-    there = hall().model_copy(
-        update={"uavs": (sky.UAV(start=(0.0, 0.7, 1.2)),), "targets": (sky.Target(position=(gap, 0.7, 1.2)),)}
-    )
-    result = planner.plan(sky.Problem(there), stop=STOP, rng=1)
-    assert (result.status, result.cost, result.bound) == (sky.Status.OPTIMAL, gap, gap)
-    assert sky.check_result(there, 0, 0, result) == []
-
-
-@pytest.mark.parametrize(
-    ("start", "status"), [((2.5, 1, 1), sky.Status.START_UNSAFE), ((-1, 1, 1), sky.Status.START_OUT_OF_BOUNDS)]
-)
-def test_what_cannot_be_planned_is_refused_with_the_reason(start, status):
-    scenario = ROOM.model_copy(update={"uavs": (sky.UAV(name="uav-1", start=start),)})
-    result = sky.WOA(legs="straight").plan(sky.Problem(scenario), rng=1)
-    assert result.status is status
-    assert sky.check_result(scenario, 0, 0, result) == []
-
-
-def test_legs_are_of_two_kinds():
-    with pytest.raises(ValueError, match="WOA's legs is 'lattice' or 'straight', not 'curved'"):
-        sky.WOA(legs="curved")
-    assert dataclasses.replace(sky.WOA(), legs="straight") != sky.WOA()
-
-
-def test_no_leg_slips_between_boxes_that_touch():
-    wall = sky.Scenario(
-        name="seam",
-        bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 10)),
-        obstacles=(sky.Box(min=(4, 0, 0), max=(6, 5, 10)), sky.Box(min=(4, 5, 0), max=(6, 10, 10))),
-        clearance=0.001,
-        lattice=sky.Lattice(step=(0.5, 0.5, 0.5)),
-        objective=sky.Objective(unit="metres"),
-        uavs=(sky.UAV(start=(1, 5, 5)),),
-        targets=(sky.Target(position=(9, 5, 5)),),
-    )
-    result = sky.WOA(legs="straight", candidates=6).plan(sky.Problem(wall), stop=sky.MaxIterations(5), rng=1)
-    assert not result.status.reached

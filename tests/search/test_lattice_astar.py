@@ -13,9 +13,8 @@ from scipy.sparse.csgraph import dijkstra
 
 import skyverse as sky
 from skyverse.search import lattice_astar as exact
-from skyverse.search.few_turns import price_with_few_turns
+from skyverse.search.few_turns import ORIGIN, SEEN, price_with_few_turns
 from skyverse.search.lattice_astar import prices_to, shortest_route
-from skyverse.search.state_flags import ORIGIN, SEEN
 from worlds import OBJECTIVES, exits_of, indices_of, neighbours, price_of, scenarios, shape_of
 
 
@@ -204,27 +203,6 @@ def test_the_path_from_a_node_to_itself_is_that_node():
         route = shortest_route(airspace.grid, pricing, 5, 5)
         assert route.nodes.tolist() == [5]
         assert route.price == 1
-
-
-def test_the_plain_python_finds_the_same_route():
-    scenario = sky.Scenario(
-        name="small",
-        bounds=sky.Bounds(min=(0, 0, 0), max=(3, 3, 3)),
-        obstacles=(sky.Box(min=(1.4, 0, 0), max=(1.6, 2.2, 3)),),
-        clearance=0.001,
-        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
-        objective=sky.Objective(divergence=0.3, unit="metres"),
-    )
-    grid, pricing = compiled(scenario)
-    plain = getattr(exact._search, "py_func", exact._search)
-    for turning in (True, False):
-        args = (0, np.array([63]), 63, np.empty(0), math.inf)
-        found = (
-            search(grid, pricing, exact._Query(turning, np.zeros(64 * (13 if turning else 1), np.uint8), *args))
-            for search in (exact._search, plain)
-        )
-        for one, other in zip(*found, strict=True):
-            np.testing.assert_array_equal(one, other)
 
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "voxels"

@@ -140,3 +140,21 @@ ROOM = Scenario(
     targets=(Target(position=(5.8, 4.3, 3.1)),),
 )
 """Two walls with a gap at opposite ends: a small problem that no straight walk solves."""
+
+
+def hall(*obstacles, start, target, **changes):
+    """A hall of 10 m by 10 m by 5 m in which length is priced; boxes may be given as their two corners."""
+    boxes = tuple(Box(min=one[0], max=one[1]) if isinstance(one, tuple) else one for one in obstacles)
+    given = {
+        "clearance": 0.001,
+        "lattice": Lattice(step=(0.5, 0.5, 0.5), connectivity=changes.pop("connectivity", 26)),
+        "objective": Objective(unit="metres"),
+    }
+    return Scenario(
+        name="hall",
+        bounds=Bounds(min=(0, 0, 0), max=changes.pop("size", (10, 10, 5))),
+        obstacles=boxes,
+        uavs=(UAV(start=start),),
+        targets=(Target(position=target),),
+        **{**given, **changes},
+    )

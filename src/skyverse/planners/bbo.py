@@ -6,12 +6,11 @@ from numpy.random import Generator
 
 from skyverse.errors import InputError
 from skyverse.numerics.kernel import kernel
+from skyverse.planners.base import require_boolean, require_integer, require_number
 from skyverse.planners.lattice import LatticeSearch
+from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, put
-from skyverse.planners.path_changes import graft, reroute
-from skyverse.planners.run import LatticeRun
-from skyverse.planners.selection import ranked
-from skyverse.planners.settings import require_boolean, require_integer, require_number
+from skyverse.planners.path_changes import graft, ranked, reroute
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,9 +13,8 @@ from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import Stopwatch, writable
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
 from skyverse.planners.astar import AStar
-from skyverse.planners.base import DirectPlanner
+from skyverse.planners.base import DirectPlanner, require_integer
 from skyverse.planners.results import SearchRecord, any_angle_result
-from skyverse.planners.settings import require_integer
 from skyverse.planners.straight_legs import joined_to_ends, straight_bound
 from skyverse.planners.taut import Taut
 from skyverse.planners.waypoint_own import WaypointMVO

@@ -9,11 +9,11 @@ from numpy.random import Generator
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import by_reference, kernel
+from skyverse.planners.base import require_boolean, require_integer, require_number
 from skyverse.planners.lattice import LatticeSearch
+from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, exhausted
 from skyverse.planners.path_changes import graft, reroute
-from skyverse.planners.run import LatticeRun
-from skyverse.planners.settings import require_boolean, require_integer, require_number
 from skyverse.space.lattice import position
 
 PATH_SAMPLES = 16

@@ -10,8 +10,10 @@ from skyverse import cost
 from skyverse._typing import Ints
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import DETOUR_GAIN, GAIN_ROUNDING, NOT_DEARER
+from skyverse.planners.base import require_boolean, require_integer, require_number
 from skyverse.planners.contact import contact_of, without_movers
 from skyverse.planners.lattice import LatticeSearch
+from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import (
     EVALUATIONS,
     LatticeTask,
@@ -27,9 +29,7 @@ from skyverse.planners.moves import (
     put,
     random_node_near,
 )
-from skyverse.planners.run import LatticeRun
-from skyverse.planners.selection import rank_wheel, ranked
-from skyverse.planners.settings import require_boolean, require_integer, require_number
+from skyverse.planners.path_changes import rank_wheel, ranked
 from skyverse.planners.subpaths import (
     begin_stretch,
     counts_nodes_only,

@@ -11,12 +11,10 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.result import Result
 from skyverse.numerics.kernel import query
-from skyverse.planners.base import Seed
+from skyverse.planners.base import Seed, require_integer
 from skyverse.planners.kept_paths import checked_paths, kept_paths, nodes_ahead, rejoin
-from skyverse.planners.metaheuristic import Metaheuristic
+from skyverse.planners.metaheuristic import LatticeRun, Metaheuristic
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, generate
-from skyverse.planners.run import LatticeRun
-from skyverse.planners.settings import require_integer
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid
 from skyverse.stop import OnIteration, Stop

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.random import Generator
 
 from skyverse.numerics.kernel import inner_query, query
+from skyverse.planners.base import require_boolean, require_integer, require_number
 from skyverse.planners.lattice import LatticeSearch
+from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import (
     LatticeTask,
     Paths,
@@ -23,10 +25,7 @@ from skyverse.planners.moves import (
     put,
     random_node_near,
 )
-from skyverse.planners.path_changes import reroute
-from skyverse.planners.run import LatticeRun
-from skyverse.planners.selection import rank_wheel, ranked
-from skyverse.planners.settings import require_boolean, require_integer, require_number
+from skyverse.planners.path_changes import rank_wheel, ranked, reroute
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,9 +11,9 @@ from skyverse.errors import InputError, require_number
 from skyverse.model.result import History, Result, Status
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
 from skyverse.planners.base import numbers_of
+from skyverse.planners.metaheuristic import Run
 from skyverse.planners.moves import note_best
 from skyverse.planners.results import SearchRecord, refused_result
-from skyverse.planners.run import Run
 from skyverse.problem import Problem
 
 FORBIDDEN = 1e100

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from skyverse.numerics.kernel import kernel
+from skyverse.planners.base import require_integer
 from skyverse.planners.lattice import LatticeSearch
+from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import (
     LatticeTask,
     Paths,
@@ -18,8 +20,6 @@ from skyverse.planners.moves import (
     judge,
     keep_if_best,
 )
-from skyverse.planners.run import LatticeRun
-from skyverse.planners.settings import require_integer
 
 
 @dataclass(frozen=True, kw_only=True)

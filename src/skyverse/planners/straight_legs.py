@@ -11,9 +11,9 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Rates
 from skyverse.model.result import Provenance, Result
 from skyverse.numerics.kernel import by_reference, inner, kernel
+from skyverse.planners.metaheuristic import Run, make_workspace
 from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace, note_best
 from skyverse.planners.results import SearchRecord, any_angle_result, refused_result
-from skyverse.planners.run import Run, make_workspace
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_repeated
 from skyverse.space.obstacles import Space, shapes_hold

@@ -10,9 +10,8 @@ from skyverse.cost import make_pricing
 from skyverse.model.result import Effort, Provenance, Result, Status
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.numerics.kernel import Stopwatch
-from skyverse.planners.base import DirectPlanner
+from skyverse.planners.base import DirectPlanner, require_integer
 from skyverse.planners.results import SearchRecord, any_angle_result
-from skyverse.planners.settings import require_integer
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
 from skyverse.search.taut.among_shapes import path_among_shapes

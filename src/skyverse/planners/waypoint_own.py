@@ -8,7 +8,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.arrays import exp, power
-from skyverse.planners.settings import require_boolean, require_integer, require_number
+from skyverse.planners.base import require_boolean, require_integer, require_number
 from skyverse.planners.waypoints import Evaluate, Iterations, WaypointSearch
 
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.planners.settings import require_number
+from skyverse.planners.base import require_number
 from skyverse.planners.waypoints import Evaluate, Iterations, WaypointSearch
 
 

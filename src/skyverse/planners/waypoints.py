@@ -15,8 +15,8 @@ from skyverse.errors import InputError
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.planners.base import numbers_of
-from skyverse.planners.metaheuristic import Metaheuristic
+from skyverse.planners.base import numbers_of, require_integer, require_number
+from skyverse.planners.metaheuristic import LatticeRun, Metaheuristic, Run, make_workspace
 from skyverse.planners.moves import (
     NODES,
     PATHS,
@@ -32,8 +32,6 @@ from skyverse.planners.moves import (
 )
 from skyverse.planners.objective import ObjectiveRun, PathObjective, PricedPath, in_order
 from skyverse.planners.results import refused_result
-from skyverse.planners.run import LatticeRun, Run, make_workspace
-from skyverse.planners.settings import require_integer, require_number
 from skyverse.planners.straight_legs import StraightPath, StraightRun, StraightTask, judge_legs, open_straight_run
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid, positions

@@ -9,8 +9,13 @@ from skyverse._typing import Floats
 from skyverse.cost import Pricing, add_soft
 from skyverse.numerics.kernel import inner
 from skyverse.numerics.tolerances import PRICE_ROUNDING
-from skyverse.search.state_flags import ORIGIN, SEEN
 from skyverse.space.lattice import Grid, position
+
+SEEN = 64
+CLOSED = 128
+
+ORIGIN = 31
+"""In place of a move or an axis: the search began here."""
 
 
 @inner

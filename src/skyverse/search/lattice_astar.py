@@ -20,8 +20,7 @@ from skyverse.cost import Pricing, add_soft
 from skyverse.numerics.arrays import doubled
 from skyverse.numerics.kernel import inner, inner_query, kernel, query
 from skyverse.numerics.tolerances import PRICE_ROUNDING
-from skyverse.search.few_turns import price_with_few_turns
-from skyverse.search.state_flags import CLOSED, ORIGIN, SEEN
+from skyverse.search.few_turns import CLOSED, ORIGIN, SEEN, price_with_few_turns
 from skyverse.space.lattice import Grid, write_position
 
 BYTES_PER_STATE = 9

@@ -10,7 +10,7 @@ import pytest
 
 from skyverse.numerics.arrays import put, put_box
 from skyverse.numerics.kernel import in_plain_python
-from skyverse.planners.selection import rank_wheel
+from skyverse.planners.path_changes import rank_wheel
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 

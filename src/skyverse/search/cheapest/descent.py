@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.cost import Rates
+from skyverse.cost import Rates, leg_price, turn_price
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.norm import distance
 from skyverse.numerics.tolerances import DESCENT_GAIN
-from skyverse.search.cheapest.leg_price import leg_price, turn_price
 from skyverse.space.obstacles import Space, in_bounds
 from skyverse.space.world import segment_free
 

@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.cost import Rates
+from skyverse.cost import Rates, leg_price
 from skyverse.numerics.kernel import by_reference, inner
 from skyverse.numerics.norm import distance
-from skyverse.search.cheapest.leg_price import leg_price
 from skyverse.space.obstacles import Space
 from skyverse.space.world import segment_free
 
