@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.course import part_of, parted, spliced
+from skyverse.live.course import AnyCourse, part_of, spliced
 from skyverse.live.course import timed as timed_as
 from skyverse.model.arrays import arctan2
 from skyverse.model.trajectory import Trajectory
@@ -173,22 +173,16 @@ class Reference(NamedTuple):
 
 
 @dataclass(frozen=True)
-class AeroplaneCourse:
-    """What an aeroplane is flying.
+class AeroplaneCourse(AnyCourse):
+    """What an aeroplane is flying, to the end of a full turn, or of the reference; before its departure it stands.
 
     Attributes
     ----------
-    flown
-        The motions flown before `motion` begins, one after another.
-    motion
-        From some instant before now, or from its departure, to the end of a full turn, or of the reference.
     reference, leaves
         What it follows, ``None`` if nothing, and the instant at which it leaves that and begins to loiter; infinite if
         it stays where it is.
     """
 
-    flown: tuple[Trajectory, ...]
-    motion: Trajectory
     reference: Reference | None
     leaves: float
 
@@ -214,11 +208,6 @@ class AeroplaneCourse:
         """Return the instant of the planned trajectory up to which it is flown at an instant; -inf if it is not."""
         reference, t = self.reference, min(t, self.leaves)
         return -math.inf if reference is None or t < reference.joins else t - reference.later
-
-    def since(self, now: float) -> "AeroplaneCourse":
-        """Return the same course, of which the pieces that end before now are counted as flown."""
-        past, motion = parted(self.motion, now)
-        return replace(self, flown=(*self.flown, *past), motion=motion)
 
     def joined(self, motion: Trajectory, reference: Reference | None, leaves: float) -> "AeroplaneCourse":
         """Return the course that leaves this one for a motion when that begins."""

@@ -6,7 +6,7 @@ The mission's own trajectory, followed for as long as the UAV can still come to 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -22,15 +22,32 @@ STAY = 1.0
 
 
 @dataclass(frozen=True)
-class Course:
-    """What a UAV is flying.
+class AnyCourse:
+    """What any UAV is flying.
 
     Attributes
     ----------
     flown
         The motions flown before `motion` begins, one after another.
     motion
-        From some instant before now to rest.
+        From some instant before now on.
+    """
+
+    flown: tuple[Trajectory, ...]
+    motion: Trajectory
+
+    def since(self, now: float) -> Self:
+        """Return the same course, of which the pieces that end before now are counted as flown."""
+        past, motion = parted(self.motion, now)
+        return replace(self, flown=(*self.flown, *past), motion=motion)
+
+
+@dataclass(frozen=True)
+class Course(AnyCourse):
+    """What a multirotor is flying, to rest.
+
+    Attributes
+    ----------
     way, passed
         The way that it follows, and the instants at which its points are passed, (n,) seconds, infinite for those that
         it does not reach.
@@ -40,8 +57,6 @@ class Course:
         The instant at which `motion` leaves the mission's own trajectory; minus infinity if it has left it already.
     """
 
-    flown: tuple[Trajectory, ...]
-    motion: Trajectory
     way: Way
     passed: Floats
     ahead: int
@@ -67,11 +82,6 @@ class Course:
             if t < knots[k] <= until and math.hypot(*rows[k, 2]) <= ACCELERATION_LEFT:
                 return float(knots[k])
         return None
-
-    def since(self, now: float) -> "Course":
-        """Return the same course, of which the pieces that end before now are counted as flown."""
-        past, motion = parted(self.motion, now)
-        return replace(self, flown=(*self.flown, *past), motion=motion)
 
     def stop(self, t: float, limits: Limits) -> Floats:
         """Return where the UAV comes to rest if it brakes from an instant on, (3,) metres."""

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from itertools import count
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
+from skyverse.live.course import AnyCourse
 from skyverse.live.surroundings import FirstContact, Surroundings
-from skyverse.model.trajectory import Trajectory
 
 LOOKED_AT = 0.5
 """The share of the horizon after which motions are compared by what they still have to fly."""
@@ -42,14 +42,6 @@ class Choice(NamedTuple):
     contact: FirstContact
     tried: int
     held_up: bool = False
-
-
-class AnyCourse(Protocol):
-    """What a UAV is flying."""
-
-    @property
-    def motion(self) -> Trajectory:
-        """From some instant before now on."""
 
 
 class Flyable(Protocol):
