@@ -173,7 +173,7 @@ def test_returns_that_a_slow_zone_far_away_makes_slow_are_told_with_their_second
     sky.export(mission(far), tmp_path / "m.plan", sky.ExportOptions(altitude="amsl"), on_note=notes.append)
     (said,) = (note for note in notes if "returns are as slow" in note)
     assert said.startswith("WARNING: ")
-    assert "uav-1 at 1.82 m/s from 163 m away takes 90 s." in said
+    assert "uav-1 at 1.82 m/s from 163 m away, 90 s." in said
     notes.clear()
     sky.export(mission(), tmp_path / "m.plan", sky.ExportOptions(altitude="amsl"), on_note=notes.append)
     assert not any("returns are as slow" in note for note in notes)

@@ -125,6 +125,7 @@ def global_positions(
         altitude = points[:, 2] - scenario.terrain.height(points[:, :2])
     else:
         altitude = sea
+    altitude = np.round(altitude, 4) + 0.0  # files never say -0.0
     return GlobalPositions(latitude, longitude, altitude, sea, ALTITUDE_TYPES[reference])
 
 

@@ -181,6 +181,6 @@ def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str, back:
     """
     if plan.autopilot.name not in SUFFIXES or not parameters(plan, back):
         return None
-    beside = file.with_name(file.name[: -len(suffix)] + SUFFIXES[plan.autopilot.name])
-    write_text(beside, parameters_text(plan, name, back))
-    return beside
+    own = file.with_name(file.name[: -len(suffix)] + SUFFIXES[plan.autopilot.name])
+    write_text(own, parameters_text(plan, name, back))
+    return own

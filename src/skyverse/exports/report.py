@@ -12,7 +12,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.atomic import write_text
 from skyverse.draw import LandingPlace, page, scene
-from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.errors import Remedy, Sentence
 from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
 from skyverse.exports.landing import starts_in_the_air, why_not_level
@@ -213,18 +213,23 @@ def cautions(fleet: ExportedFleet, *, planned: bool) -> Iterator[str]:
             f"{Caution.BEFORE} each flight, compare home, above mean sea level: {few(homes, MAX_TOLD)}; where a UAV "
             "arms lower, it flies as much lower."
         )
-    yield from _of_homes(fleet)
-    yield from _of_slow_returns(fleet)
+    if scenario.terrain is not None and not any(shape.solid for shape in scenario.obstacles):
+        yield (
+            f"{Caution.WARNING}: the scenario knows the ground and no obstacles: trees, buildings and water are "
+            "unknown; look at where UAVs fly low and land."
+        )
+    for names, said in _warnings(fleet):
+        if names:
+            yield f"{Caution.WARNING}: {said.format(few(names, MAX_TOLD))}"
     timed = [pair for pair, kind in apart.pairs.items() if kind in (Apart.TIMING, Apart.SCHEDULE)]
     if timed:
         said = f"{Caution.ONLY} apart if they start at the same time: {named_pairs(scenario, timed)}"
         yield Sentence(said, give=[AS_PLANNED]) if planned and not options.apart_in_space else f"{said}."
     if options.end == "rtl":
         yield from not_apart_when_returning(scenario, plans, apart)
-    flown = [back for back in returns if back is not None]
     near = [
         (a.plan.route.uav, b.plan.route.uav)
-        for a, b in combinations(flown, 2)
+        for a, b in combinations([back for back in returns if back is not None], 2)
         if abs(a.level - b.level) < layer(scenario, a.plan, b.plan) - SAME_PLACE
     ]
     if near:
@@ -232,62 +237,47 @@ def cautions(fleet: ExportedFleet, *, planned: bool) -> Iterator[str]:
             f"{Caution.WARNING}: return altitudes are less than a separation apart: {named_pairs(scenario, near)}; "
             "let one land before the other returns."
         )
-    high = [f"{fleet.name(back.plan)} {back.altitude:.4g} m" for back in flown if back.altitude > HIGH]
-    if high:
-        yield (
-            f"{Caution.WARNING}: return altitudes of more than {HIGH:g} m above home, where most rules end: "
-            f"{few(high, MAX_TOLD)}; give a lower one, or ask."
-        )
-    backs = zip(plans, returns, strict=True)
-    without = [fleet.name(plan) for plan, back in backs if back is None or not back.everywhere]
-    if without:
-        yield (
-            f"{Caution.WARNING}: no way home is proven at every instant of the flight of {few(without, MAX_TOLD)}: the "
-            "table says when."
-        )
 
 
-def _of_homes(fleet: ExportedFleet) -> Iterator[str]:
-    """Yield warnings of homes that are not known or not level, and of what is not known where UAVs land."""
-    scenario = fleet.scenario
-    unknown = [fleet.name(plan) for plan in fleet.plans if starts_in_the_air(scenario, plan.route.uav)]
-    if unknown:
-        yield (
-            f"{Caution.WARNING}: homes that are not known, as the scenario has no terrain, and are taken to be the "
-            f"starts: {few(unknown, MAX_TOLD)}. Where a UAV arms lower, it returns as much lower than is proven: state "
-            "its home."
-        )
-    steep = []
-    for plan in fleet.plans:
-        vehicle = scenario.uavs[plan.route.uav]
-        known = vehicle.fixed_wing is None and (scenario.terrain is not None or vehicle.home is not None)
-        if known and why_not_level(scenario, plan.route.uav, plan.home) is not None:
-            steep.append(vehicle.name)
-    if steep:
-        yield (
-            f"{Caution.WARNING}: homes that are not level: {few(steep, MAX_TOLD)}. Choose other starts, or level the "
-            "places."
-        )
-    if scenario.terrain is not None and not any(shape.solid for shape in scenario.obstacles):
-        yield (
-            f"{Caution.WARNING}: the scenario knows the ground and no obstacles: trees, buildings and water are "
-            "unknown; look at where UAVs fly low and land."
-        )
-
-
-def _of_slow_returns(fleet: ExportedFleet) -> Iterator[str]:
-    """Yield warnings of returns that are slow because of a speed limit, and of UAVs that may exceed one then."""
-    slow = [plan for plan in fleet.plans if plan.top_speed < fleet.scenario.uavs[plan.route.uav].max_speed / 2]
-    away = [float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max()) for plan in slow]
-    if slow:
-        seconds, longest, plan = max((way / one.top_speed, way, one) for way, one in zip(away, slow, strict=True))
-        yield (
-            f"{Caution.WARNING}: returns are as slow as the slowest zone demands, wherever that zone is: that of "
-            f"{fleet.name(plan)} at {plan.top_speed:.3g} m/s from {longest:,.0f} m away takes {seconds:,.0f} s."
-        )
-    names = [fleet.name(plan) for plan in fleet.plans if may_return_too_fast(fleet.scenario, plan)]
-    if names:
-        yield (f"{Caution.WARNING}: the speed limits of zones are not proven of the returns of {few(names, MAX_TOLD)}.")
+def _warnings(fleet: ExportedFleet) -> Iterator[tuple[list[str], str]]:
+    """Yield of which UAVs, or of nobody, each warning is, and what it says."""
+    scenario, plans = fleet.scenario, fleet.plans
+    yield (
+        [fleet.name(plan) for plan in plans if starts_in_the_air(scenario, plan.route.uav)],
+        "homes that are not known, as the scenario has no terrain, and are taken to be the starts: {}. Where a UAV "
+        "arms lower, it returns as much lower than is proven: state its home.",
+    )
+    vehicles = [(plan, scenario.uavs[plan.route.uav]) for plan in plans]
+    known = [
+        plan
+        for plan, uav in vehicles
+        if uav.fixed_wing is None and (scenario.terrain is not None or uav.home is not None)
+    ]
+    yield (
+        [fleet.name(plan) for plan in known if why_not_level(scenario, plan.route.uav, plan.home) is not None],
+        "homes that are not level: {}. Choose other starts, or level the places.",
+    )
+    slow = [
+        f"{fleet.name(plan)} at {plan.top_speed:.3g} m/s from {away:,.0f} m away, {away / plan.top_speed:,.0f} s"
+        for plan, uav in vehicles
+        if plan.top_speed < uav.max_speed / 2
+        for away in [float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max())]
+    ]
+    yield slow, "returns are as slow as the slowest zone demands, wherever that zone is: {}."
+    yield (
+        [fleet.name(plan) for plan in plans if may_return_too_fast(scenario, plan)],
+        "the speed limits of zones are not proven of the returns of {}.",
+    )
+    flown = [back for back in fleet.returns if back is not None]
+    yield (
+        [f"{fleet.name(back.plan)} {back.altitude:.4g} m" for back in flown if back.altitude > HIGH],
+        f"return altitudes of more than {HIGH:g} m above home, where most rules end: {{}}; give a lower one, or ask.",
+    )
+    backs = zip(plans, fleet.returns, strict=True)
+    yield (
+        [fleet.name(plan) for plan, back in backs if back is None or not back.everywhere],
+        "no way home is proven at every instant of the flight of {}: the table says when.",
+    )
 
 
 def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], apart: FleetApart) -> Iterator[Sentence]:
@@ -304,9 +294,9 @@ def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], ap
         )
 
 
-def loading(fleet: ExportedFleet, beside: Sequence[Path | None]) -> Iterator[str]:
+def loading(fleet: ExportedFleet, parameter_files: Sequence[Path | None]) -> Iterator[str]:
     """Yield what parameter files are to be loaded."""
-    files = zip(beside, fleet.plans, strict=True)
+    files = zip(parameter_files, fleet.plans, strict=True)
     rates = [f"{file} into {fleet.name(plan)}" for file, plan in files if file is not None]
     title = fleet.plans[0].autopilot.title
     if rates:
@@ -379,21 +369,6 @@ def _of_way_home(fleet: ExportedFleet, plan: FlightPlan, back: WayHome | None) -
             f"{name}: no way home is proven from t = {told_seconds(gap.begin)} to {told_seconds(gap.end)}: {gap.why}, "
             f"from {latitude:.5f}, {longitude:.5f}, {sea:z.0f} m above mean sea level."
         )
-
-
-def require_returns(scenario: Scenario, backs: Sequence[tuple[int, WayHome | None]]) -> None:
-    """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why.
-
-    `backs` are the indices of UAVs and their ways home, ``None`` for aeroplanes.
-    """
-    stay = [Remedy("end", "loiter", "to stay at the target")]
-    planes = [scenario.uavs[uav].name for uav, back in backs if back is None]
-    if planes:
-        raise InputError(f"{', '.join(planes)}: the return of an aeroplane cannot be proven", field="end", give=stay)
-    lost = [(scenario.uavs[uav].name, back) for uav, back in backs if back is not None and not back.ends_safely]
-    if lost:
-        told = [f"{name}: at {back.altitude:.4g} m above home {back.gaps[-1].why}" for name, back in lost]
-        raise InputError(f"no way home is proven from the last waypoint: {few(told, MAX_TOLD)}", field="end", give=stay)
 
 
 def write_export_page(path: Path, mission: Mission, proven: ExportCertificate, notes: Sequence[str]) -> None:

@@ -120,7 +120,7 @@ def file_stems(names: list[str]) -> list[str]:
 
 def write_zip(path: Path, parts: dict[str, str]) -> None:
     """Write an archive of texts, given by their names in it; equal texts give equal bytes."""
-    with whole_file(path) as beside, zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED) as archive:
+    with whole_file(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in parts.items():
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
 
@@ -189,7 +189,7 @@ def require_no_movers(scenario: Scenario, what: str) -> None:
 
 
 def require_homes(scenario: Scenario, uavs: Sequence[int]) -> None:
-    """Raise `InputError` if an obstacle lies between a UAV's home and its start, as where it starts on a roof."""
+    """Raise `InputError` if an obstacle lies between a UAV's home and its start, as where it starts on a building."""
     ways = [(uav, home(scenario, uav), np.array(scenario.uavs[uav].start)) for uav in uavs]
     ways = [way for way in ways if way[1][2] < way[2][2]]
     if not ways:

@@ -91,8 +91,8 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
         length = math.dist(b, a)
         least = swift * max(length - turned, 0.0) / length if length else 0.0
         braking = min(braking_seconds(a, b, float(speed), plan.rates, tolerance), slow)
-        beside = float(route.deviations[k - 1])
-        made.add(a, b, early, early + least, late + braking, late + slow, turned + beside, beside)
+        off = float(route.deviations[k - 1])
+        made.add(a, b, early, early + least, late + braking, late + slow, turned + off, off)
         soon = reach
         if holds[k] > 0 and plan.autopilot.name == "px4" and wing is None:
             soon = stop_acceptance(plan.autopilot, plan.rates, route.radius, float(speed))

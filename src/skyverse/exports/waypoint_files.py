@@ -16,6 +16,7 @@ from skyverse.exports.mavlink_formats import FlightFile, geofence, plan_text, wa
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.report import (
     AS_PLANNED,
+    MAX_TOLD,
     OTHER_ENDS,
     ExportCertificate,
     ExportedFleet,
@@ -24,12 +25,11 @@ from skyverse.exports.report import (
     flight_verdicts,
     loading,
     not_apart_when_returning,
-    require_returns,
 )
 from skyverse.exports.requirements import ExportOptions, file_for_each, write_zip
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
-from skyverse.exports.separation import Apart, FleetApart, fleet_apart
+from skyverse.exports.separation import Apart, FleetApart, few, fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds
 from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.exports.wpml import wpml_parts
@@ -65,19 +65,34 @@ def export_waypoints(
         said = "aeroplanes return as their autopilots are set: files name no altitude"
         raise InputError(said, field="return_altitude")
     if options.end == "rtl":
-        require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
+        _require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
         plans = [with_limited_speeds(scenario, _returning(*each)) for each in zip(plans, returns, strict=True)]
     apart = fleet_apart(scenario, plans)
     planned = not apart_by_timing_only(mission)
     _require_apart(scenario, apart, plans, options, path, planned=planned)
-    files, beside = _written(path, suffix, scenario, plans, returns, options)
+    files, rates = _written(path, suffix, scenario, plans, returns, options)
     told = ExportedFleet(mission, plans, returns, apart, options)
-    notes = [*cautions(told, planned=planned), *loading(told, beside), *details(told)]
+    notes = [*cautions(told, planned=planned), *loading(told, rates), *details(told)]
     return files, ExportCertificate(apart, tuple(returns), flight_verdicts(told)), notes
 
 
+def _require_returns(scenario: Scenario, backs: Sequence[tuple[int, WayHome | None]]) -> None:
+    """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why.
+
+    `backs` are the indices of UAVs and their ways home, ``None`` for aeroplanes.
+    """
+    stay = [Remedy("end", "loiter", "to stay at the target")]
+    planes = [scenario.uavs[uav].name for uav, back in backs if back is None]
+    if planes:
+        raise InputError(f"{', '.join(planes)}: the return of an aeroplane cannot be proven", field="end", give=stay)
+    lost = [(scenario.uavs[uav].name, back) for uav, back in backs if back is not None and not back.ends_safely]
+    if lost:
+        told = [f"{name}: at {back.altitude:.4g} m above home {back.gaps[-1].why}" for name, back in lost]
+        raise InputError(f"no way home is proven from the last waypoint: {few(told, MAX_TOLD)}", field="end", give=stay)
+
+
 def _returning(plan: FlightPlan, back: WayHome | None) -> FlightPlan:
-    """Return a flight plan that ends with the return, which `require_returns` knows to be proven."""
+    """Return a flight plan that ends with the return, which `_require_returns` knows to be proven."""
     assert back is not None
     home = np.array([*plan.route.points[0][:2], plan.home[2]])
     top, over = plan.waypoints[-1].copy(), home.copy()
@@ -166,11 +181,11 @@ def _written(
 ) -> tuple[list[Path], list[Path | None]]:
     """Write the files of each flight plan; return their paths, and those of the parameter files beside them."""
     names = [scenario.uavs[plan.route.uav].name for plan in plans]
-    fence, files, beside = geofence(scenario), list[Path](), list[Path | None]()
+    fence, files, rates = geofence(scenario), list[Path](), list[Path | None]()
     for own, plan, name, back in zip(file_for_each(path, suffix, names), plans, names, returns, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
             WRITERS[suffix](file, FlightFile(scenario, plan, part, options.altitude, options.end, back, fence))
             files.append(file)
-        beside.append(write_parameters(own, suffix, plan, name, back))
-    return files, beside
+        rates.append(write_parameters(own, suffix, plan, name, back))
+    return files, rates

@@ -179,10 +179,10 @@ class WaypointPlacement:
         while k < len(self.nodes) - 1:
             without = self.nodes[:k] + self.nodes[k + 1 :]
             near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach and not self._bends(k - 1, k + 1)
-            beside = np.concatenate([self.lead, np.array([point for _, point in without])])
+            points = np.concatenate([self.lead, np.array([point for _, point in without])])
             j = k + len(self.lead)
             part = slice(max(j - 3, 0), j + 3)
-            if near and self.legs.trouble(beside[part], self.radius, self._stops(without)[part]) is None:
+            if near and self.legs.trouble(points[part], self.radius, self._stops(without)[part]) is None:
                 self.nodes = without
             else:
                 k += 1
