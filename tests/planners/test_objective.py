@@ -9,7 +9,6 @@ import pytest
 import skyverse as sky
 from skyverse.cost import wrong_figures
 from skyverse.lab import plan_job, read_study, write_study
-from skyverse.model.uav import TrackingError
 from skyverse.planners.objective import priced_result, rescored
 from studies import job
 from worlds import ROOM
@@ -90,7 +89,7 @@ def test_a_path_that_was_sought_for_something_else_is_priced_where_it_ended():
 
 
 def test_what_is_priced_lies_between_the_pads_and_what_is_told_begins_at_the_uav():
-    uav = sky.UAV(start=(0.6, 0.7, 0.02), tracking_error=TrackingError(vertical=0.05))
+    uav = sky.UAV(start=(0.6, 0.7, 0.02), tracking_error=sky.TrackingError(vertical=0.05))
     low = EMPTY.model_copy(update={"uavs": (uav,)})
     problem, objective = sky.Problem(low), Danger()
     assert len(problem.lifts[0]) == 1
@@ -144,11 +143,11 @@ class Told(Danger):
 
 
 @pytest.mark.parametrize("way", WRONG)
-def test_what_is_no_price_for_each_path_is_refused_however_the_path_was_found(way):
+def test_what_is_no_price_for_each_path_is_refused_however_the_path_was_found(way, refuses):
     problem = sky.Problem(EMPTY)
-    with pytest.raises(sky.InputError, match="expected a price for each of 25 paths"):
+    with refuses():
         sky.WOA(objective=Told(way=way)).plan(problem, stop=STOP, rng=0)
-    with pytest.raises(sky.InputError, match="expected a price for each of 1 paths"):
+    with refuses():
         rescored(problem, Told(way=way), sky.Taut().plan(problem))
 
 
@@ -163,15 +162,15 @@ def test_a_list_of_prices_counts_as_an_array():
 
 
 @pytest.mark.parametrize("bound", [1e9, math.nan, "3"])
-def test_a_bound_that_a_path_undercuts_proves_nothing_and_is_refused(bound):
+def test_a_bound_that_a_path_undercuts_proves_nothing_and_is_refused(bound, refuses):
     class Bounded(Danger):
         def bound(self, problem):
             return bound
 
     problem = sky.Problem(EMPTY)
-    with pytest.raises(sky.InputError, match=r"objective: .*bound"):
+    with refuses():
         rescored(problem, Bounded(), sky.Taut().plan(problem))
-    with pytest.raises(sky.InputError, match=r"objective: .*bound"):
+    with refuses():
         sky.WOA(objective=Bounded()).plan(problem, stop=STOP, rng=0)
 
 
@@ -243,9 +242,9 @@ def test_a_study_compares_all_planners_by_the_objective(tmp_path):
     assert by_name.objective.make() == Length()
 
 
-def test_a_planner_with_an_objective_of_its_own_is_not_compared_with_others():
+def test_a_planner_with_an_objective_of_its_own_is_not_compared_with_others(refuses):
     study = sky.Study(scenarios=["map1"], planners=[sky.WOA(objective=Length()), sky.DA(legs="straight")])
-    with pytest.raises(sky.InputError, match=r"woa objective=.*: expected the study's objective"):
+    with refuses():
         list(study.jobs())
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.uav import TrackingError
 
 MAP1 = sky.read("map1")
 PROBLEM = sky.Problem(MAP1)
@@ -14,7 +13,7 @@ PATH = sky.Taut().plan(PROBLEM).path
 STRAYING = MAP1.model_copy(
     update={
         "clearance": 0.1,
-        "uavs": tuple(uav.model_copy(update={"tracking_error": TrackingError(vertical=0.05)}) for uav in MAP1.uavs),
+        "uavs": tuple(uav.model_copy(update={"tracking_error": sky.TrackingError(vertical=0.05)}) for uav in MAP1.uavs),
     }
 )
 
@@ -54,20 +53,20 @@ def test_a_path_that_ends_elsewhere_is_incomplete():
 
 
 @pytest.mark.parametrize(
-    ("path", "says"),
+    "path",
     [
-        ([[0, -4, 1], [2, 17, 3]], "leg 0 is not free: .* lies inside obstacles"),
-        ([[0, -4, 1], [0, -4, 2], [-1, -4, 2]], "leg 1 is not free: .* outside the bounds"),
-        ([[0, -4, 2], [2, 17, 3]], "expected it to begin at .0, -4, 1."),
-        (PATH[0], "expected rows of x, y, z"),
-        (PATH[:, :2], "expected rows of x, y, z"),
-        ([], "expected rows of x, y, z"),
-        ("straight on", "expected rows of x, y, z"),
-        (PATH * np.nan, "expected rows of x, y, z"),
+        [[0, -4, 1], [2, 17, 3]],
+        [[0, -4, 1], [0, -4, 2], [-1, -4, 2]],
+        [[0, -4, 2], [2, 17, 3]],
+        PATH[0],
+        PATH[:, :2],
+        [],
+        "straight on",
+        PATH * np.nan,
     ],
 )
-def test_what_is_no_free_path_is_refused(path, says):
-    with pytest.raises(sky.InputError, match=rf"path: {says}"):
+def test_what_is_no_free_path_is_refused(path, refuses):
+    with refuses():
         sky.result_of_path(PROBLEM, path)
 
 
@@ -90,9 +89,9 @@ def test_a_planner_of_ones_own_plans_a_proven_mission():
 
 
 @pytest.mark.parametrize("planner", [Ruler(None), Ruler(len), Returning()])
-def test_a_planner_that_returns_anything_else_is_refused(planner):
+def test_a_planner_that_returns_anything_else_is_refused(planner, refuses):
     for door in (sky.plan_mission, sky.plan_many):
-        with pytest.raises(sky.InputError, match="expected it to return a Result") as refused:
+        with refuses() as refused:
             door(MAP1, planner)
         assert refused.value.sentence.field == "planner"
 

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 import handmade
 import skyverse as sky
 from sealed_walls import WALL, sealed_walls, with_ends
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 from worlds import hall
 
 EXACT = (sky.Taut(), sky.AStar(), sky.ThetaStar())
@@ -53,13 +52,13 @@ def test_no_planner_starts_or_ends_where_shapes_meet(wall, data):
 
 
 def prism(x0, x1, y0, y1, **span):
-    return Prism(vertices=((x0, y0), (x1, y0), (x1, y1), (x0, y1)), **span)
+    return sky.Prism(vertices=((x0, y0), (x1, y0), (x1, y1), (x0, y1)), **span)
 
 
 HOUSES = {
-    "boxes": lambda gap: (Box(min=(-1, 4, -1), max=(5, 5, 6)), Box(min=(5 + gap, 4, -1), max=(11, 5, 6))),
+    "boxes": lambda gap: (sky.Box(min=(-1, 4, -1), max=(5, 5, 6)), sky.Box(min=(5 + gap, 4, -1), max=(11, 5, 6))),
     "prisms": lambda gap: (prism(-1, 5, 4, 5, low=-1, high=6), prism(5 + gap, 11, 4, 5, low=-1, high=6)),
-    "voxels": lambda gap: (Voxels(origin=(0, 4, 0), step=(1, 1, 1), occupied=np.ones((10, 1, 5))),),
+    "voxels": lambda gap: (sky.Voxels(origin=(0, 4, 0), step=(1, 1, 1), occupied=np.ones((10, 1, 5))),),
 }
 
 
@@ -78,15 +77,15 @@ def corridor(kind, wide):
     """Two shapes across the hall that leave a straight corridor along y, at x = 5, between z = 0 and 5."""
     a, b = 5 - wide / 2, 5 + wide / 2
     if kind == "boxes":
-        return Box(min=(-1, 4, -1), max=(a, 6, 6)), Box(min=(b, 4, -1), max=(11, 6, 6))
+        return sky.Box(min=(-1, 4, -1), max=(a, 6, 6)), sky.Box(min=(b, 4, -1), max=(11, 6, 6))
     if kind == "voxels":
         cells = {"step": (1, 1, 1), "occupied": np.ones((6, 2, 7))}
-        return Voxels(origin=(a - 6, 4, -1), **cells), Voxels(origin=(b, 4, -1), **cells)
+        return sky.Voxels(origin=(a - 6, 4, -1), **cells), sky.Voxels(origin=(b, 4, -1), **cells)
     if kind == "prisms":
         return prism(-1, a, 4, 6, low=-1, high=6), prism(b, 11, 4, 6, low=-1, high=6)
     if kind == "cylinders":
-        return tuple(Cylinder(centre=(x, 5), radius=4, low=-1, high=6) for x in (a - 4, b + 4))
-    return tuple(Sphere(centre=(x, 5, 2), radius=6) for x in (a - 6, b + 6))
+        return tuple(sky.Cylinder(centre=(x, 5), radius=4, low=-1, high=6) for x in (a - 4, b + 4))
+    return tuple(sky.Sphere(centre=(x, 5, 2), radius=6) for x in (a - 6, b + 6))
 
 
 @pytest.mark.parametrize("kind", ["boxes", "voxels", "prisms", "cylinders", "spheres"])
@@ -122,7 +121,7 @@ def test_among_boxes_a_way_is_found_through_a_corridor_of_just_twice_the_clearan
 
 FLUSH = {
     "a facade of two houses": (
-        (Box(min=(4, 2, 0), max=(4.9, 5, 5)), Box(min=(4, 5, 0), max=(4.9, 8, 5))),
+        (sky.Box(min=(4, 2, 0), max=(4.9, 5, 5)), sky.Box(min=(4, 5, 0), max=(4.9, 8, 5))),
         (4.901, 1, 2),
         (4.901, 9, 2),
     ),
@@ -137,23 +136,23 @@ FLUSH = {
         (5, 9, 2),
     ),
     "an inner corner": (
-        (Box(min=(3, 0, 0), max=(4.9, 10, 5)), Box(min=(3, 3, 0), max=(10, 3.9, 1.9))),
+        (sky.Box(min=(3, 0, 0), max=(4.9, 10, 5)), sky.Box(min=(3, 3, 0), max=(10, 3.9, 1.9))),
         (4.901, 3.901, 1),
         (4.901, 9, 2),
     ),
     "a gap a millimetre wider": (
-        (Box(min=(-1, 4, -1), max=(5, 5, 6)), Box(min=(5.003, 4, -1), max=(11, 5, 6))),
+        (sky.Box(min=(-1, 4, -1), max=(5, 5, 6)), sky.Box(min=(5.003, 4, -1), max=(11, 5, 6))),
         (5, 1, 2),
         (5.003, 9, 2),
     ),
     "from wall to wall": (
-        (Box(min=(4, 0, 0), max=(6, 1, 5)), Box(min=(4, 9, 0), max=(6, 10, 5))),
+        (sky.Box(min=(4, 0, 0), max=(6, 1, 5)), sky.Box(min=(4, 9, 0), max=(6, 10, 5))),
         (5, 1.001, 2),
         (5, 8.999, 2),
     ),
-    "under a wall along the floor": ((Box(min=(-1, 4, 2e-3), max=(11, 5, 6)),), (5, 1, 0), (5, 9, 0)),
+    "under a wall along the floor": ((sky.Box(min=(-1, 4, 2e-3), max=(11, 5, 6)),), (5, 1, 0), (5, 9, 0)),
     "on a cylinder": ((sky.Cylinder(centre=(5, 5), radius=2, low=0, high=5),), (5, 2.999, 2), (5, 7.001, 2)),
-    "on a sphere": ((Sphere(centre=(5, 5, 2), radius=2),), (5, 2.999, 2), (5, 7.001, 2)),
+    "on a sphere": ((sky.Sphere(centre=(5, 5, 2), radius=2),), (5, 2.999, 2), (5, 7.001, 2)),
 }
 
 

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 
 
 def valley(clearance=1.0):
     """A ridge across, 12 m high, with a hill on it."""
     x, y = np.meshgrid(np.arange(0.0, 61.0, 4.0), np.arange(0.0, 41.0, 4.0), indexing="ij")
     heights = np.maximum(0.0, 12.0 - 1.2 * np.abs(x - 30.0)) + 4.0 * np.exp(-((x - 30.0) ** 2 + (y - 20.0) ** 2) / 60.0)
-    return Terrain(origin=(0, 0), step=(4, 4), heights=heights, clearance=clearance)
+    return sky.Terrain(origin=(0, 0), step=(4, 4), heights=heights, clearance=clearance)
 
 
 def everything(**changes):
@@ -22,12 +21,12 @@ def everything(**changes):
     occupied = np.zeros((3, 2, 6), bool)
     occupied[:, :, :4] = True
     obstacles = (
-        Prism(vertices=((12, 14), (18, 11), (21, 22), (15, 25)), low=0, high=16, kind="building"),
-        Cylinder(centre=(44, 22), radius=4, low=0, high=30),
-        Sphere(centre=(30, 12, 18), radius=3),
-        Box(min=(46, 30, 0), max=(50, 34, 20)),
-        Voxels(origin=(8, 28, 0), step=(2, 2, 2), occupied=occupied),
-        Prism(
+        sky.Prism(vertices=((12, 14), (18, 11), (21, 22), (15, 25)), low=0, high=16, kind="building"),
+        sky.Cylinder(centre=(44, 22), radius=4, low=0, high=30),
+        sky.Sphere(centre=(30, 12, 18), radius=3),
+        sky.Box(min=(46, 30, 0), max=(50, 34, 20)),
+        sky.Voxels(origin=(8, 28, 0), step=(2, 2, 2), occupied=occupied),
+        sky.Prism(
             vertices=((22, 26), (28, 26), (28, 34), (22, 34)),
             holes=(((24, 28), (26, 28), (26, 32), (24, 32)),),
             low=0,
@@ -109,7 +108,7 @@ def wrapped(start, target, centre, radius):
 
 @pytest.mark.parametrize("clearance", [0.001, 0.7])
 def test_around_a_cylinder_it_is_tangent_arc_and_tangent(clearance):
-    pillar = Cylinder(centre=(1, 0), radius=4, low=-1, high=11)
+    pillar = sky.Cylinder(centre=(1, 0), radius=4, low=-1, high=11)
     result = taut(alone(pillar, start=(-9, -1, 3), target=(11, 2, 6), clearance=clearance))
     flat = wrapped((-9, -1), (11, 2), (1, 0), 4 + clearance)
     assert result.cost == pytest.approx(math.hypot(flat, 3), rel=3e-4)
@@ -118,7 +117,7 @@ def test_around_a_cylinder_it_is_tangent_arc_and_tangent(clearance):
 
 
 def test_over_or_beside_a_sphere_it_is_tangent_arc_and_tangent():
-    ball = Sphere(centre=(0, 0, 0), radius=5)
+    ball = sky.Sphere(centre=(0, 0, 0), radius=5)
     scenario = alone(ball, start=(-12, 1, 2), target=(11, -2, 1), clearance=0.5, high=(20, 20, 15))
     length = wrapped((-12, 1, 2), (11, -2, 1), (0, 0, 0), 5.5)
     assert length <= taut(scenario).cost <= length * 1.0005
@@ -127,7 +126,7 @@ def test_over_or_beside_a_sphere_it_is_tangent_arc_and_tangent():
 @pytest.mark.parametrize("across", [0.0, 9.0])
 def test_over_a_ridge_it_bends_where_the_unfolded_slopes_are_straight(across):
     heights = np.array([[0.0, 0.0], [0.0, 0.0], [8.0, 8.0], [0.0, 0.0], [0.0, 0.0]])
-    ridge = Terrain(origin=(-20, -20), step=(10, 40), heights=heights, clearance=1.0)
+    ridge = sky.Terrain(origin=(-20, -20), step=(10, 40), heights=heights, clearance=1.0)
     scenario = alone(
         start=(-15, -across / 2, 2), target=(18, across / 2, 4), terrain=ridge, high=(20, 20, 30), step=2.0
     )
@@ -142,7 +141,7 @@ def test_around_a_turned_block_it_bends_at_two_of_its_corners(angle):
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     corners = np.array([(-3, -5), (3, -5), (3, 4), (-3, 4)]) @ turn.T
     start, target = turn @ (-9, 0.5), turn @ (10, -1)
-    turned = Prism(vertices=tuple(map(tuple, corners.tolist())), low=-1, high=8)
+    turned = sky.Prism(vertices=tuple(map(tuple, corners.tolist())), low=-1, high=8)
     result = taut(alone(turned, start=(*start, 2), target=(*target, 3)))
     flat = math.hypot(6, 3.5) + 6 + math.hypot(7, 5)
     assert result.cost == pytest.approx(math.hypot(flat, 1), rel=1e-4)
@@ -150,13 +149,13 @@ def test_around_a_turned_block_it_bends_at_two_of_its_corners(angle):
 
 
 def test_under_a_beam_it_goes_under_and_not_around():
-    beam = Prism(vertices=((-2, -18), (2, -19), (2, 18), (-2, 19)), low=3, high=9)
+    beam = sky.Prism(vertices=((-2, -18), (2, -19), (2, 18), (-2, 19)), low=3, high=9)
     result = taut(alone(beam, start=(-9, 0, 5), target=(9, 0, 5), step=2.0))
     assert result.cost == pytest.approx(2 * math.hypot(7, 2) + 4, rel=1e-4)
 
 
 def test_where_a_wall_of_prisms_leaves_no_way_it_says_so():
-    wall = Prism(vertices=((-1, -21), (1, -21), (2, 21), (0, 21)), low=-1, high=11)
+    wall = sky.Prism(vertices=((-1, -21), (1, -21), (2, 21), (0, 21)), low=-1, high=11)
     assert taut(alone(wall, start=(-9, 0, 3), target=(9, 0, 3))).status is sky.Status.NO_PATH
     lower = wall.model_copy(update={"high": 6.0})
     assert taut(alone(lower, start=(-9, 0, 3), target=(9, 0, 3))).status.reached

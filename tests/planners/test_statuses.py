@@ -9,10 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 import skyverse as sky
+from judged_missions import mission_of
 from skyverse.errors import Sentence
-from skyverse.model.result import Status
-from skyverse.planners.base import provenance
-from skyverse.trajectory import fly_along
 from worlds import exits_of, indices_of, neighbours, scenarios, shape_of
 
 PLANNERS = [
@@ -51,18 +49,18 @@ def hall(start, target, *obstacles, **changes):
 @pytest.mark.parametrize(
     ("scenario", "status"),
     [
-        (hall((1.1, 1.1, 1.1), (3, 0, 0), BLOCK), Status.START_UNSAFE),
-        (hall((3, 0, 0), (1.1, 1.1, 1.1), BLOCK), Status.TARGET_UNSAFE),
-        (hall((1.1, 1.1, 1.1), (1.1, 1.1, 1.1), BLOCK), Status.START_UNSAFE),
-        (hall((-0.1, 0, 0), (3, 0, 0)), Status.START_OUT_OF_BOUNDS),
-        (hall((0, 0, 0), (3, 0, 3.001)), Status.TARGET_OUT_OF_BOUNDS),
-        (hall((2.9, 2.9, 2.9), (0, 0, 0), *CELL), Status.START_SHUT_IN),
-        (hall((0, 0, 0), (2.9, 2.9, 2.9), *CELL), Status.NO_PATH),
-        (hall((0, 0, 0), (3, 3, 3), WALL), Status.NO_PATH),
-        (hall((0, 0, 0), (3, 3, 3), WALL, objective="turns"), Status.NO_PATH),
-        (hall((0, 0, 0), (3, 3, 3), WALL, lattice=sky.Lattice(step=(1, 1, 1), connectivity=26)), Status.NO_PATH),
+        (hall((1.1, 1.1, 1.1), (3, 0, 0), BLOCK), sky.Status.START_UNSAFE),
+        (hall((3, 0, 0), (1.1, 1.1, 1.1), BLOCK), sky.Status.TARGET_UNSAFE),
+        (hall((1.1, 1.1, 1.1), (1.1, 1.1, 1.1), BLOCK), sky.Status.START_UNSAFE),
+        (hall((-0.1, 0, 0), (3, 0, 0)), sky.Status.START_OUT_OF_BOUNDS),
+        (hall((0, 0, 0), (3, 0, 3.001)), sky.Status.TARGET_OUT_OF_BOUNDS),
+        (hall((2.9, 2.9, 2.9), (0, 0, 0), *CELL), sky.Status.START_SHUT_IN),
+        (hall((0, 0, 0), (2.9, 2.9, 2.9), *CELL), sky.Status.NO_PATH),
+        (hall((0, 0, 0), (3, 3, 3), WALL), sky.Status.NO_PATH),
+        (hall((0, 0, 0), (3, 3, 3), WALL, objective="turns"), sky.Status.NO_PATH),
+        (hall((0, 0, 0), (3, 3, 3), WALL, lattice=sky.Lattice(step=(1, 1, 1), connectivity=26)), sky.Status.NO_PATH),
     ],
-    ids=lambda value: value.value if isinstance(value, Status) else "",
+    ids=lambda value: value.value if isinstance(value, sky.Status) else "",
 )
 def test_a_problem_without_an_answer_gets_the_status_that_says_why(planner, scenario, status):
     problem = sky.Problem(scenario)
@@ -73,16 +71,15 @@ def test_a_problem_without_an_answer_gets_the_status_that_says_why(planner, scen
     assert result.terms == {}
     assert result.gap is None
     assert result.effort == sky.Effort()
-    assert fly_along(problem, result) is None
-    mission = sky.Mission(scenario, (0,), (result,), (None,), (), provenance("", None, 0))
-    assert sky.check(scenario, mission) == []
+    assert sky.fly_along(problem, result) is None
+    assert sky.check(scenario, mission_of(problem, result)) == []
 
 
 def test_every_status_has_a_sentence_of_its_own():
-    sentences = [status.sentence for status in Status]
+    sentences = [status.sentence for status in sky.Status]
     assert len(set(sentences)) == len(sentences)
     assert all((s.endswith(".") or isinstance(s, Sentence)) and len(s) > 20 for s in sentences)
-    assert {status for status in Status if status.reached} == {Status.OPTIMAL, Status.COMPLETE}
+    assert {status for status in sky.Status if status.reached} == {sky.Status.OPTIMAL, sky.Status.COMPLETE}
 
 
 @every_planner
@@ -92,11 +89,11 @@ def test_a_start_that_is_the_target_is_reached_by_staying(planner, unit, turn):
     objective = sky.Objective(unit=unit, divergence=turn)
     problem = sky.Problem(hall((1.2, 2.3, 0.1), (1.2, 2.3, 0.1), objective=objective))
     result = planner.plan(problem, stop=STOP, rng=0)
-    assert result.status is Status.OPTIMAL
+    assert result.status is sky.Status.OPTIMAL
     np.testing.assert_array_equal(result.path, [(1, 2, 0)])
     assert result.cost == (1 if unit == "nodes" else 0)
     assert result.gap == 0
-    trajectory = fly_along(problem, result)
+    trajectory = sky.fly_along(problem, result)
     np.testing.assert_allclose(trajectory.at([0, 1e6]).position, [(1.2, 2.3, 0.1)] * 2)
 
 
@@ -115,9 +112,9 @@ def test_on_every_lattice_all_planners_agree_on_whether_there_is_a_path(scenario
     n = len(indices)
     _, part = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(n, n)).tocsr())
     joined = part[problem.source] == part[problem.goal]
-    assert (statuses[sky.AStar()] is Status.OPTIMAL) == joined
+    assert (statuses[sky.AStar()] is sky.Status.OPTIMAL) == joined
     for status in statuses.values():
-        assert (status is Status.NO_PATH) == (not joined)
+        assert (status is sky.Status.NO_PATH) == (not joined)
 
 
 @pytest.mark.parametrize(("uav", "target", "field"), [(1, 0, "uav"), (-1, 0, "uav"), (0, 5, "target")])

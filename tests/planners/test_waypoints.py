@@ -14,10 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from judged_missions import mission_of
 from skyverse.planners import waypoints
-from skyverse.planners.base import provenance
 from skyverse.planners.metaheuristic import lattice_run
-from skyverse.trajectory import fly_along
 from worlds import ROOM, exits_of, neighbours, price_of, scenarios, shape_of
 
 STOP = sky.MaxIterations(4)
@@ -170,10 +169,7 @@ def test_the_referee_passes_whatever_is_reported(scenario, kind, legs, seed):
         return
     if result.status.reached:
         assert result.bound <= result.cost * (1 + 1e-12)
-    mission = sky.Mission(
-        scenario, (0,), (result,), (fly_along(problem, result),), (), provenance(repr(kind()), STOP, seed)
-    )
-    assert sky.check(scenario, mission) == []
+    assert sky.check(scenario, mission_of(problem, result)) == []
 
 
 def test_a_draft_has_room_for_the_longest_path_and_no_more():

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+import skyverse as sky
 from skyverse.model.mission import Mission
 from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
@@ -13,6 +14,11 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 
 MADE_BY = Provenance("0", "by hand", "", None, "")
+
+
+def mission_of(problem, result):
+    """The mission of one UAV that flies along the path of a result."""
+    return sky.Mission(problem.scenario, (0,), (result,), (sky.fly_along(problem, result),), (), MADE_BY)
 
 
 def quintic(start, end, seconds, speed_in=(0, 0, 0), speed_out=(0, 0, 0), bend_in=(0, 0, 0), bend_out=(0, 0, 0)):
