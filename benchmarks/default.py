@@ -18,7 +18,7 @@ from machine import describe, table
 
 import skyverse as sky
 from skyverse.files.builtin import BUILTIN_NAMES
-from skyverse.mission.plan_mission import assign_targets
+from skyverse.mission.assignment import assign_targets
 
 NEAR = 0.005
 ROUNDING = 1e-9

@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.verdict import Fault
 
 UAVS = (
     sky.UAV(start=(9.940066039047426, 5.928732200495413, 3.864272430177087), priority=-2),
@@ -78,7 +77,7 @@ def test_no_exchange_brings_two_targets_too_close_for_those_that_fly_there():
     mission = sky.plan_mission(scenario, sky.AStar())
     assert mission.deconfliction.found
     assert close_targets(scenario, mission.assignment) == set()
-    assert {v.uavs for v in mission.violations if v.fault is Fault.GIVEN} <= {(2, 4)}  # whose starts are given
+    assert {v.uavs for v in mission.violations if v.fault is sky.Fault.GIVEN} <= {(2, 4)}  # whose starts are given
 
 
 def test_that_starts_given_too_close_cannot_be_passed_is_known_at_once():

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 
 from curves import random_flight
 from nearness import Timed, moved_to_meet, nearness
-from skyverse.deconfliction.curve_store import CurveStore
-from skyverse.deconfliction.curves import TimedCurve
-from skyverse.deconfliction.forbidden_departures import TICK, forbid_departures, free_departures, next_free, sweep_of
+from skyverse.deconfliction import TICK, CurveStore, TimedCurve, free_departures, in_conflict
+from skyverse.deconfliction.forbidden_departures import forbid_at_rest, forbid_departures, next_free, sweep_of
 
 TINY = 1e-9
 
@@ -91,3 +90,37 @@ def test_the_next_free_delay_is_the_first_that_is_not_forbidden(forbidden, data)
     for i in range(len(forbidden) + 1):
         expected = next((k for k in range(i, len(forbidden)) if not forbidden[k]), len(forbidden))
         assert next_free(free, i) == expected
+
+
+XY, Z = 0.8, 1.2
+
+
+def shifted(flight, gap):
+    moved = flight.coefficients.copy()
+    moved[:, 0] += gap
+    return type(flight)(flight.knots, moved)
+
+
+@given(
+    st.integers(0, 2**32),
+    st.sampled_from(["starts", "targets", "another's way"]),
+    st.floats(0.1, 1.2),
+    st.sampled_from([1.0, 1.4]),
+    st.floats(0, 3),
+)
+def test_every_delay_that_is_forbidden_is_in_conflict(seed, close, nearness, scale, departure):
+    rng = np.random.default_rng(seed)
+    a, b = random_flight(rng), random_flight(rng)
+    gap = rng.normal(size=3)
+    gap *= nearness / np.linalg.norm(gap / (XY, XY, Z))
+    ours, theirs = b.at([b.start, b.end]).position, a.at([a.start, a.end]).position
+    here, there = {"starts": (0, 0), "targets": (1, 1), "another's way": (0, 1)}[close]
+    b = shifted(b, theirs[there] - ours[here] + gap)
+    store = CurveStore()
+    store.add(a), store.add(b)
+    curves = store.arrays.curves
+    other = TimedCurve(0, departure, 1.0)
+    free = free_departures(departure + a.end - a.start)
+    forbid_at_rest(curves, other, 1, scale, XY, Z, free)
+    for k in np.flatnonzero(free[:-1] != np.arange(len(free) - 1))[::10]:
+        assert in_conflict(curves, other, TimedCurve(1, k * TICK, scale), XY, Z)

@@ -3,16 +3,13 @@
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
 from curves import random_flight
 from nearness import Timed, moved_to_meet, nearness
-from skyverse.deconfliction.curve_store import CurveStore
-from skyverse.deconfliction.curves import Schedule, TimedCurve
-from skyverse.deconfliction.forbidden_departures import TICK, free_departures
-from skyverse.deconfliction.pair_conflicts import in_conflict
+from skyverse.deconfliction import TICK, CurveStore, Schedule, TimedCurve, free_departures, in_conflict
 from skyverse.deconfliction.traffic import (
     STRIDE,
     Traffic,
@@ -40,20 +37,6 @@ def first_departure(a, b, scale, free, *, close_ends):
     schedule = Schedule(np.array([0]), np.array([a.start]), np.array([1.0]))
     traffic = Traffic(schedule, np.array([SEMI_AXIS_XY]), np.array([SEMI_AXIS_Z]), np.array([close_ends]))
     return earliest_departure(store.arrays, traffic, 1, scale, free)
-
-
-@given(st.integers(0, 2**32), st.sampled_from([1.0, 1.4]))
-@settings(max_examples=30)
-def test_the_earliest_free_departure_is_free_and_no_earlier_one_is_clearly_so(seed, scale):
-    rng = np.random.default_rng(seed)
-    a, own = random_flight(rng), Timed(random_flight(rng), rng.uniform(0, 2), scale)
-    b = moved_to_meet(rng, own, Timed(a, a.start, 1.0)).trajectory
-    found = first_departure(a, b, scale, free_departures(a.end, 0.0), close_ends=False)
-    refused = np.arange(0.0, found if found >= 0 else a.end, 5 * TICK)
-    # boxes are larger than the curve in them, by its speed of some metres a second times hundredths of a second
-    assert all(least_nearness(a, b, at, scale) < 1.5 for at in refused)
-    if found >= 0:
-        assert least_nearness(a, b, found, scale) > 1 - 1e-9
 
 
 def test_a_flight_that_starts_or_ends_just_far_enough_is_tested_every_few_delays():

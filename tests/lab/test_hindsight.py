@@ -6,7 +6,7 @@ import pytest
 import skyverse as sky
 from replanned import hall
 from skyverse.lab import Case, least_lengths, least_seconds
-from skyverse.trajectory.rest_to_rest import rest_to_rest
+from skyverse.trajectory import rest_to_rest
 
 
 @pytest.mark.parametrize("length", [0.001, 0.05, 1.0, 7.3, 400.0])

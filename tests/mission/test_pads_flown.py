@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.shapes import Terrain
-from skyverse.model.verdict import Fault, Verdict
+from handmade import hall
 from skyverse.space.unsafe_points import unsafe_points
 
 ERROR = sky.TrackingError(horizontal=1.6, vertical=3.0)
@@ -15,17 +14,8 @@ START, TARGET = (10, 10, 0.5), (30, 10, 20)
 
 
 def scenario(*obstacles, start=START, target=TARGET, error=ERROR, **changes):
-    given = {
-        "name": "pad",
-        "bounds": {"min": (0, 0, 0), "max": (40, 20, 40)},
-        "clearance": 0.5,
-        "lattice": {"step": (1, 1, 1), "connectivity": 26},
-        "objective": {"unit": "metres"},
-        "obstacles": obstacles,
-        "uavs": ({"start": start, "tracking_error": error},),
-        "targets": ({"position": target},),
-    }
-    return sky.Scenario.model_validate(given | changes)
+    uavs, given = [{"start": start, "tracking_error": error}], {"obstacles": obstacles, "clearance": 0.5}
+    return hall((40, 20, 40), uavs, [target], **(given | changes))
 
 
 def shaft(away, high=14.0, place=START):
@@ -48,7 +38,7 @@ def test_a_climb_in_a_shaft_narrower_than_the_error_is_neither_planned_nor_prove
     given = scenario(*shaft(1.0))
     assert sky.plan_mission(given, sky.Taut()).results[0].status is sky.Status.START_UNSAFE
     found = sky.check(given, exact(given))
-    said = next(one.message for one in found if one.fault is Fault.TRAJECTORY_CLEARANCE)
+    said = next(one.message for one in found if one.fault is sky.Fault.TRAJECTORY_CLEARANCE)
     assert said.startswith("uav-1, with its tracking error, ")
 
 
@@ -56,7 +46,7 @@ def test_a_climb_in_a_shaft_wide_enough_for_the_error_is_planned_and_proven():
     given = scenario(*shaft(3.25))  # the pad of 1.6 m, and the error
     mission = sky.plan_mission(given, sky.Taut())
     assert mission.violations == ()
-    assert mission.certificates[0].verdict is Verdict.PROVEN
+    assert mission.certificates[0].verdict is sky.Verdict.PROVEN
     assert mission.certificates[0].sentence.endswith(
         "; only on the pad at its start up to z = 3.51 m that error does not count for the ground and roofs below."
     )
@@ -67,33 +57,23 @@ ON_ROOF = (10, 10, 5.5)
 
 
 @pytest.mark.parametrize(
-    ("beside", "free"),
+    ("beside", "free", "end"),
     [
-        (None, True),
-        (sky.Box(min=(11, 6, 0), max=(12, 14, 5)), True),  # as high as the roof
-        (sky.Box(min=(11, 6, 0), max=(12, 14, 5.001)), False),  # a parapet
-        (sky.Box(min=(13.25, 6, 0), max=(13.9, 14, 30)), True),  # a wall far enough away
-        (sky.Box(min=(13.15, 6, 0), max=(13.9, 14, 30)), False),
-        (sky.Box(min=(9, 9, 12.05), max=(11, 11, 16)), True),  # a roof above
-        (sky.Box(min=(9, 9, 11.95), max=(11, 11, 16)), False),
-        (sky.Sphere(centre=(10, 10, 4), radius=1), False),  # it grows by the diagonal of the error
-        (sky.Sphere(centre=(11.5, 10, 4.2), radius=1), False),
-        (sky.Cylinder(centre=(11, 10), radius=0.4, low=0, high=5), True),
-        (sky.Cylinder(centre=(11, 10), radius=0.4, low=0, high=6), False),
-        (sky.Prism(vertices=[(11, 9), (12, 9), (12, 11)], low=0, high=5), True),
-        (sky.Prism(vertices=[(11, 9), (12, 9), (12, 11)], low=0, high=8), False),
-        (sky.Box(min=(11, 6, 0), max=(12, 14, 4), closed_above=True), False),
-        (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool)), True),
-        (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 6), bool)), False),
-        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), solid=False), False),  # nothing stands on airspace
-        (sky.Cylinder(centre=(10, 10), radius=0.4, low=0, high=4, solid=False), False),
-        (sky.Prism(vertices=[(9, 9), (12, 9), (12, 11)], low=0, high=1.9, solid=False), True),  # far below
-        (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool), solid=False), False),
-        (sky.Sphere(centre=(10, 10, 4), radius=1, solid=False), False),
-        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), kind="no-fly zone office space"), True),  # words mean nothing
+        (None, True, "target"),
+        (sky.Box(min=(11, 6, 0), max=(12, 14, 5.001)), False, "start"),  # a parapet
+        (sky.Box(min=(13.25, 6, 0), max=(13.9, 14, 30)), True, "start"),  # a wall far enough away
+        (sky.Box(min=(13.15, 6, 0), max=(13.9, 14, 30)), False, "target"),
+        (sky.Box(min=(9, 9, 12.05), max=(11, 11, 16)), True, "target"),  # a roof above
+        (sky.Box(min=(9, 9, 11.95), max=(11, 11, 16)), False, "start"),
+        (sky.Sphere(centre=(10, 10, 4), radius=1), False, "target"),  # it grows by the diagonal of the error
+        (sky.Cylinder(centre=(11, 10), radius=0.4, low=0, high=5), True, "start"),
+        (sky.Prism(vertices=[(11, 9), (12, 9), (12, 11)], low=0, high=8), False, "target"),
+        (sky.Box(min=(11, 6, 0), max=(12, 14, 4), closed_above=True), False, "start"),
+        (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool)), True, "target"),
+        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), solid=False), False, "target"),  # nothing stands on airspace
+        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), kind="no-fly zone office space"), True, "start"),  # mere words
     ],
 )
-@pytest.mark.parametrize("end", ["start", "target"])
 def test_only_what_ends_below_a_start_or_target_is_exempt(beside, free, end):
     obstacles = [ROOF] + ([] if beside is None else [beside])
     places = {"start": ON_ROOF, "target": (30, 10, 20)}
@@ -108,7 +88,7 @@ def test_only_what_ends_below_a_start_or_target_is_exempt(beside, free, end):
         assert f"at its {end} up to z = 8.51 m" in mission.certificates[0].sentence
     else:
         faults = {one.fault for one in sky.check(given, exact(given))}
-        assert Fault.TRAJECTORY_CLEARANCE in faults
+        assert sky.Fault.TRAJECTORY_CLEARANCE in faults
 
 
 def slope(rise):
@@ -129,7 +109,7 @@ def test_ground_that_rises_too_steeply_beside_a_start_is_a_wall(rise, free):
         top = given.uavs[0].start[2] + ERROR.vertical + rise * ERROR.horizontal + 0.01
         assert f"at its start up to z = {top:.6g} m" in mission.certificates[0].sentence
     else:
-        assert Fault.TRAJECTORY_CLEARANCE in {one.fault for one in sky.check(given, exact(given))}
+        assert sky.Fault.TRAJECTORY_CLEARANCE in {one.fault for one in sky.check(given, exact(given))}
 
 
 def test_a_start_beside_the_bounds_or_below_the_ceiling_is_unsafe():
@@ -148,7 +128,7 @@ def wild(seed):
     terrain = {"origin": (0, 0), "step": (20, 20), "heights": np.array([[0, 0], [0, 0], [20 * rise, 20 * rise]])}
     if rng.random() < 0.3:
         terrain = {"origin": (0, 0), "step": (2, 2), "heights": rng.uniform(-2, rng.choice([-0.5, 0.5, 1.5]), (21, 11))}
-    shapes, places, ground = [], [], Terrain.model_validate(terrain)
+    shapes, places, ground = [], [], sky.Terrain.model_validate(terrain)
     for x in (10.0, 30.0):
         place = np.array([x + rng.uniform(-2, 2), 10.0, 0.0])
         place[2] = max(float(ground.height(place[:2])), 0.0)
@@ -208,7 +188,7 @@ def test_strayed_flights_come_near_nothing_but_what_they_stand_on():
         flight, (certificate,) = mission.trajectories[0], mission.certificates
         if flight is None:
             continue
-        assert certificate.verdict is Verdict.PROVEN, seed
+        assert certificate.verdict is sky.Verdict.PROVEN, seed
         proven, on_pads = proven + 1, on_pads + ("on the pad" in certificate.sentence)
         rng, error = np.random.default_rng(seed), given.uavs[0].tracking_error
         nominal = np.repeat(flight.at(np.linspace(flight.start, flight.end, 400)).position, 12, axis=0)

@@ -11,10 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.mission.plan_mission import assign_targets, cost_matrix
-from skyverse.model.result import Status
-from skyverse.model.verdict import Fault
-from skyverse.problem import Airspace
+from skyverse.mission.assignment import assign_targets, cost_matrix
 from worlds import ROOM, scenarios
 
 TOTALS = {  # nodes without coordination, with Munkres on straight lines, and on exact path costs
@@ -36,15 +33,11 @@ def test_every_fleet_of_the_thesis_has_its_known_total(fleet, which, assignment)
     mission = sky.plan_mission(sky.read(fleet), sky.AStar(), assignment=assignment, options=PATHS)
     assert mission.cost == TOTALS[fleet][which]
     assert mission.complete
-    assert {v.fault for v in mission.violations} <= {Fault.SEPARATION}
+    assert {v.fault for v in mission.violations} <= {sky.Fault.SEPARATION}
+    if fleet == "table-4.8":
+        assert max(result.cost for result in mission.results) == (201, 168, 244)[which]
     if assignment == "identity":
         assert mission.assignment == tuple(range(len(mission.scenario.uavs)))
-
-
-@pytest.mark.parametrize(("assignment", "longest"), list(zip(ASSIGNMENTS, (201, 168, 244), strict=True)))
-def test_the_longest_path_of_table_4_8_is_known(assignment, longest):
-    mission = sky.plan_mission(sky.read("table-4.8"), sky.AStar(), assignment=assignment, options=PATHS)
-    assert max(result.cost for result in mission.results) == longest
 
 
 def test_the_smallest_longest_path_of_table_4_8_is_146():
@@ -52,7 +45,7 @@ def test_the_smallest_longest_path_of_table_4_8_is_146():
     mission = sky.plan_mission(scenario, sky.AStar(), options=dataclasses.replace(PATHS, criterion="min-max"))
     assert max(result.cost for result in mission.results) == 146
     # of all assignments with that maximum it has the smallest sum
-    costs = cost_matrix(Airspace(scenario), "path-cost")
+    costs = cost_matrix(sky.Airspace(scenario), "path-cost")
     by_hand = [[costs[i, j] for i, j in enumerate(p)] for p in itertools.permutations(range(5))]
     assert min(map(max, by_hand)) == 146
     assert mission.cost == min(sum(row) for row in by_hand if max(row) == 146)
@@ -84,54 +77,36 @@ def test_more_uavs_than_targets_and_the_reverse_leave_some_without(assignment, u
         assert (target is None) == (result is None) == (trajectory is None)
     assert mission.complete
     if assignment == "path-cost" and sent:
-        costs = cost_matrix(Airspace(scenario), "path-cost")
+        costs = cost_matrix(sky.Airspace(scenario), "path-cost")
         small = costs if uavs <= targets else costs.T
         choices = itertools.permutations(range(max(uavs, targets)), min(uavs, targets))
         assert mission.cost == min(sum(small[i, j] for i, j in enumerate(p)) for p in choices)
 
 
-def test_no_pair_is_priced_where_there_is_nothing_to_choose(monkeypatch):
-    monkeypatch.setattr("skyverse.mission.plan_mission.prices_to", lambda *_: pytest.fail("a pair was priced"))
-    assert assign_targets(Airspace(fleet(SIDE[:1], OTHER[:1]))) == (0,)
-    with pytest.raises(sky.InputError, match="criterion"):
-        assign_targets(Airspace(fleet(SIDE[:1], OTHER[:1])), criterion="least")
+def test_no_pair_is_priced_where_there_is_nothing_to_choose(monkeypatch, refuses):
+    monkeypatch.setattr("skyverse.mission.assignment.prices_to", lambda *_: pytest.fail("a pair was priced"))
+    assert assign_targets(sky.Airspace(fleet(SIDE[:1], OTHER[:1]))) == (0,)
+    with refuses():
+        assign_targets(sky.Airspace(fleet(SIDE[:1], OTHER[:1])), criterion="least")
 
 
 def test_the_matrix_holds_what_each_pair_of_problems_costs():
     scenario = fleet([*SIDE[:3], (2.5, 1, 1)], [*OTHER[:2], (4.5, 3, 1), (9, 9, 9)])
-    costs = cost_matrix(Airspace(scenario), "path-cost")
+    costs = cost_matrix(sky.Airspace(scenario), "path-cost")
     for i, j in itertools.product(range(4), range(4)):
         route = sky.Problem(scenario, i, j).route
         assert costs[i, j] == (np.inf if route is None else route.price)
-    straight = cost_matrix(Airspace(scenario), "euclidean")
+    straight = cost_matrix(sky.Airspace(scenario), "euclidean")
     assert straight[0, 0] == pytest.approx(np.sqrt(5.1**2 + 3.8**2 + 0.1**2))
 
 
 def test_a_uav_that_reaches_nothing_still_gets_a_result_that_says_why():
     mission = sky.plan_mission(fleet([(2.5, 1, 1), SIDE[0]], OTHER[:2]), sky.AStar())
     assert sorted(mission.assignment) == [0, 1]
-    assert mission.results[0].status is Status.START_UNSAFE
-    assert mission.results[1].status is Status.OPTIMAL
+    assert mission.results[0].status is sky.Status.START_UNSAFE
+    assert mission.results[1].status is sky.Status.OPTIMAL
     assert not mission.complete
     assert mission.trajectories[0] is None
-
-
-def test_every_trajectory_leads_from_the_true_start_to_the_true_target():
-    mission = sky.plan_mission(
-        fleet(SIDE, OTHER),
-        sky.MVO(universes=6),
-        stop=sky.MaxIterations(8),
-        rng=1,
-        options=sky.MissionOptions(keep_apart=False),
-    )
-    for uav, target, result, trajectory in zip(
-        mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, strict=True
-    ):
-        assert result.status.reached
-        ends = trajectory.at([trajectory.start, trajectory.end]).position
-        np.testing.assert_allclose(ends, [uav.start, mission.scenario.targets[target].position], atol=1e-9)
-    assert mission.makespan == max(t.end for t in mission.trajectories)
-    assert mission.cost == pytest.approx(sum(r.cost for r in mission.results))
 
 
 SMALL = [sky.MVO(universes=4), sky.MVO(universes=4, as_run=True), sky.RandomRestart(samples=4), sky.AStar()]
@@ -150,9 +125,9 @@ def test_nothing_that_is_planned_is_ever_refused_by_the_referee(scenario, planne
     mission = sky.plan_mission(
         scenario, planner, stop=stop, rng=seed, assignment=assignment, options=sky.MissionOptions(criterion=criterion)
     )
-    close = {Fault.SEPARATION, Fault.GIVEN}  # in such little rooms not all can be kept apart, nor hidden
+    close = {sky.Fault.SEPARATION, sky.Fault.GIVEN}  # in such little rooms not all can be kept apart, nor hidden
     assert {v.fault for v in mission.violations} <= close
-    left, at_fault = mission.deconfliction.left, {v.uavs for v in mission.violations if v.fault is Fault.SEPARATION}
+    left, at_fault = mission.deconfliction.left, {v.uavs for v in mission.violations if v.fault is sky.Fault.SEPARATION}
     assert {conflict.uavs for conflict in left} == {v.uavs for v in mission.violations}
     assert {conflict.uavs for conflict in left if not conflict.given} == at_fault
     assert list(mission.violations) == sky.check(scenario, mission)
@@ -217,22 +192,11 @@ def test_an_interruption_keeps_what_there_is_and_names_the_rest_unplanned():
     assert mission.interrupted
     assert not mission.complete
     assert [r.stopped_by for r in mission.results] == ["MaxIterations", "Cancelled", "refused", "refused"]
-    assert [r.status for r in mission.results[2:]] == [Status.NOT_PLANNED] * 2
+    assert [r.status for r in mission.results[2:]] == [sky.Status.NOT_PLANNED] * 2
     assert len(mission.results[1].path)
     assert mission.trajectories[2:] == (None, None)
-    assert {v.fault for v in mission.violations} <= {Fault.SEPARATION}
+    assert {v.fault for v in mission.violations} <= {sky.Fault.SEPARATION}
     assert calls == [(0, 1), (0, 2), (0, 3), (0, 4), (0, 5), (0, None), (1, 1), (1, 2), (1, None), (2, None), (3, None)]
-
-
-def test_an_event_that_is_set_before_the_fleet_is_planned_still_gives_a_mission():
-    event = threading.Event()
-    event.set()
-    mission = sky.plan_mission(
-        fleet(SIDE, OTHER), sky.MVO(universes=6), stop=sky.MaxIterations(5) | sky.Cancelled(event), rng=2
-    )
-    assert mission.interrupted
-    assert len(mission.results) == 4
-    assert len(mission.results[0].path)
 
 
 def test_an_exact_fleet_can_be_interrupted_between_two_uavs():
@@ -254,7 +218,7 @@ def test_a_fleet_that_threads_plan_is_interrupted_before_its_second_uav():
     mission = sky.plan_mission(fleet(SIDE, OTHER), sky.AStar(), stop=sky.Cancelled(event), workers=3)
     assert mission.interrupted
     assert [r.status.reached for r in mission.results] == [True, False, False, False]
-    assert [r.status for r in mission.results[1:]] == [Status.NOT_PLANNED] * 3
+    assert [r.status for r in mission.results[1:]] == [sky.Status.NOT_PLANNED] * 3
 
 
 @pytest.mark.parametrize("planner", [sky.AStar(), sky.Taut(), sky.Cheapest(legs=10_000)])
@@ -272,15 +236,15 @@ def test_a_mission_does_not_depend_on_the_number_of_threads(planner):
 
 
 @pytest.mark.parametrize(
-    ("changes", "says"),
+    "changes",
     [
-        ({"assignment": "greedy"}, "'euclidean', 'path-cost' or 'identity', not 'greedy'"),
-        ({"options": sky.MissionOptions(criterion="min-mean")}, "'min-sum' or 'min-max', not 'min-mean'"),
-        ({"stop": sky.MaxSeconds(1)}, "counted budget"),
-        ({"rng": -3}, "not -3"),
-        ({"workers": 0}, "workers is a whole number from 1 on, not 0"),
+        {"assignment": "greedy"},
+        {"options": sky.MissionOptions(criterion="min-mean")},
+        {"stop": sky.MaxSeconds(1)},
+        {"rng": -3},
+        {"workers": 0},
     ],
 )
-def test_what_cannot_be_asked_of_a_mission_is_refused(changes, says):
-    with pytest.raises(ValueError, match=says):
+def test_what_cannot_be_asked_of_a_mission_is_refused(refuses, changes):
+    with refuses():
         sky.plan_mission(fleet(SIDE, OTHER), sky.MVO(universes=4), **changes)

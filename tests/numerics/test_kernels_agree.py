@@ -41,7 +41,7 @@ DIFFERENT = {
     "skyverse.search.cheapest.cheapest_path:_try_ways": "equally cheap ones come in the order of the sort",
     "skyverse.live.steered_motion:steered_motion": "bisections and corrections of its aim enlarge the rounding of sums",
     "skyverse.live.aeroplane_course:flown_leg": "a coordinate near 0 is what rounding leaves of a difference of sums",
-    "skyverse.deconfliction.swept_volume_tree:grow_tree": "parts whose middles are equal come in the order of the sort",
+    "skyverse.deconfliction.curve_store:grow_tree": "parts whose middles are equal come in the order of the sort",
     "skyverse.trajectory.interior_point:objective": "numpy and numba add the terms of long sums in different orders",
     "skyverse.trajectory.interior_point:improve": "many Newton steps enlarge the rounding of sums and products",
 }

@@ -20,6 +20,20 @@ def straight(start, end, seconds, begin=0.0):
     return Trajectory(np.array([begin, begin + seconds]), rows)
 
 
+def hall(size, uavs=(), targets=(), step=1.0, **more):
+    """Return the scenario of an empty hall of a size, (3,) metres; UAVs and targets may be given as mere places."""
+    given = {
+        "name": "hall",
+        "bounds": {"min": (0, 0, 0), "max": size},
+        "clearance": 0.001,
+        "lattice": {"step": (step, step, step), "connectivity": 26},
+        "objective": {"unit": "metres"},
+        "uavs": [uav if isinstance(uav, UAV | dict) else {"start": uav} for uav in uavs],
+        "targets": [place if isinstance(place, Target | dict) else {"position": place} for place in targets],
+    }
+    return Scenario.model_validate(given | more)
+
+
 def mission(*trajectories, boxes=(), clearance=0.25, separation=0.5, **limits):
     """Return a mission of these trajectories, ``None`` for a UAV that stays, in a space of 20 m."""
     starts = [(0.0, 15.0, 5.0) if t is None else tuple(t.at(t.start).position[0].tolist()) for t in trajectories]

@@ -10,14 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model.uav import FixedWing
-from skyverse.model.verdict import Verdict
-from skyverse.trajectory.aeroplane import fly_aeroplane
-from skyverse.trajectory.proof import prove
+from skyverse.trajectory import fly_aeroplane, prove
 
 
 def plane(speed=15.0, turn_radius=40.0, climb=15.0, max_acceleration=8.0, start=(0, 0, 0)):
-    wing = FixedWing(speed=speed, turn_radius=turn_radius, climb=climb)
+    wing = sky.FixedWing(speed=speed, turn_radius=turn_radius, climb=climb)
     top = speed / math.cos(math.radians(climb)) * (1 + 1e-12)
     return sky.UAV(start=start, max_speed=top, max_acceleration=max_acceleration, fixed_wing=wing)
 
@@ -113,12 +110,7 @@ def test_limits_hold_at_ten_thousand_samples_a_second(flown):
 
 def test_the_trajectory_is_proven_clear_and_within_limits(flown):
     world, _, trajectory = flown
-    assert prove(world, plane(), trajectory).verdict is Verdict.PROVEN
-
-
-def test_samples_are_in_bounds_and_outside_obstacles(flown):
-    world, _, trajectory = flown
-    assert world.free(trajectory.at(samples(trajectory, 500.0)).position).all()
+    assert prove(world, plane(), trajectory).verdict is sky.Verdict.PROVEN
 
 
 def product(a, b):
@@ -165,12 +157,6 @@ def test_limits_hold_everywhere_in_exact_arithmetic(way):
         assert never_negative(plus(cube, product(turning, turning), -(radius**2)))
         vz = derivative(z)
         assert never_negative(plus([steepest**2 * c for c in square], product(vz, vz), -1))
-
-
-def test_a_straight_way_is_flown_straight():
-    world, waypoints = WAYS["straight"]
-    trajectory = fly_aeroplane(world, np.array(waypoints, float), plane())
-    assert trajectory.end * 15.0 == pytest.approx(math.dist(*waypoints), rel=1e-9)
 
 
 def test_where_the_climb_does_not_fit_it_flies_full_turns():
@@ -232,7 +218,7 @@ def test_steep_ways_between_close_walls_are_flown_by_helices():
     problem = sky.Problem(sky.read("map2"))
     world, path = problem.airspace.world, sky.Taut().plan(problem).path
     narrow = plane(speed=1, turn_radius=0.4, climb=30)
-    assert prove(world, narrow, fly_aeroplane(world, path, narrow)).verdict is Verdict.PROVEN
+    assert prove(world, narrow, fly_aeroplane(world, path, narrow)).verdict is sky.Verdict.PROVEN
 
 
 @settings(max_examples=25)
@@ -243,7 +229,7 @@ def test_whatever_is_flown_among_pillars_is_proven(places, uav):
     if trajectory is not None:
         assert_within_limits(trajectory, uav, 200.0)
         assert_joined(trajectory, waypoints)
-        assert prove(PILLAR, uav, trajectory).verdict is Verdict.PROVEN
+        assert prove(PILLAR, uav, trajectory).verdict is sky.Verdict.PROVEN
 
 
 @pytest.mark.slow
@@ -254,7 +240,7 @@ def test_where_there_is_enough_space_a_way_is_always_found(places, uav):
     trajectory = fly_aeroplane(room, np.array(places), uav)
     assert trajectory is not None
     assert_within_limits(trajectory, uav, 200.0)
-    assert prove(room, uav, trajectory).verdict is Verdict.PROVEN
+    assert prove(room, uav, trajectory).verdict is sky.Verdict.PROVEN
 
 
 def test_a_mission_carries_it_and_the_referee_finds_nothing_wrong():
@@ -263,9 +249,9 @@ def test_a_mission_carries_it_and_the_referee_finds_nothing_wrong():
     mission = sky.plan_mission(given, sky.Taut())
     assert mission.trajectories[0].form == "dubins"
     assert mission.violations == ()
-    assert mission.certificates[0].verdict is Verdict.PROVEN
+    assert mission.certificates[0].verdict is sky.Verdict.PROVEN
 
 
-def test_a_uav_without_a_fixed_wing_is_refused():
-    with pytest.raises(ValueError, match="no fixed_wing"):
+def test_a_uav_without_a_fixed_wing_is_refused(refuses):
+    with refuses(ValueError):
         fly_aeroplane(EMPTY, np.zeros((2, 3)), sky.UAV(start=(0, 0, 0)))

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from handmade import hall
 from skyverse.numerics.tolerances import MIN_OVERLAP
 from skyverse.trajectory.corridor import grow_corridor
 
@@ -55,23 +56,11 @@ def test_corridors_of_random_rooms_are_free_and_joined_or_there_is_none(seed):
             assert_a_corridor(scenario, result.path, boxes)
 
 
-def test_where_nothing_is_in_the_way_one_box_suffices():
-    scenario = sky.read("map1").model_copy(update={"obstacles": ()})
-    problem = sky.Problem(scenario)
-    boxes = grow_corridor(problem.airspace.world.space, np.array([problem.start, problem.end]), 100.0, np.inf)
-    assert boxes.tolist() == [[*scenario.bounds.min, *scenario.bounds.max]]
-
-
 @given(st.integers(1, 200), st.sampled_from([0.05, 0.1, 0.25, 0.3]))
 def test_a_path_along_a_wall_exactly_at_the_clearance_has_a_corridor(twentieths, clearance):
     wall = twentieths / 20
-    scenario = sky.Scenario(
-        name="along a wall",
-        bounds={"min": (0, 0, 0), "max": (20, 10, 5)},
-        obstacles=[{"min": (wall, 2, 0), "max": (wall + 0.1, 8, 5)}],
-        clearance=clearance,
-        lattice={"step": (1, 1, 1)},
-    )
+    box = {"min": (wall, 2, 0), "max": (wall + 0.1, 8, 5)}
+    scenario = hall((20, 10, 5), obstacles=[box], clearance=clearance)
     for x in (wall - clearance, wall + 0.1 + clearance):
         path = np.array([(x, 1, 2), (x, 9, 2), (x, 9, 4.0)])
         if x < 0:

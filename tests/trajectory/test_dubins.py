@@ -89,17 +89,6 @@ def test_a_detour_is_never_shorter_and_euclid_never_longer(a, b, c, radius):
     assert distance(a, b, radius) >= math.hypot(*(b - a)[:2]) - 1e-9
 
 
-@given(POSES, POSES, RADII)
-def test_the_way_back_and_the_mirror_image_are_as_long(a, b, radius):
-    there = distance(a, b, radius)
-    about = np.array([0, 0, math.pi])
-    back = distance(b + about, a + about, radius)
-    mirrored = distance(a * [1, -1, -1], b * [1, -1, -1], radius)
-    jumps = 2 * math.pi * radius  # poses a rounding error behind another are a full turn away
-    for other in (back, mirrored):
-        assert min(abs(other - there), abs(abs(other - there) - jumps)) < 1e-6
-
-
 @pytest.mark.parametrize(
     ("start", "end", "length", "word"),
     [

@@ -10,21 +10,16 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import skyverse as sky
-from skyverse.model.scenario import Bounds
-from skyverse.model.shapes import Box
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import referee_world
-from skyverse.trajectory import rest_to_rest
+from skyverse.trajectory import prove, rest_to_rest
 from skyverse.trajectory.path_to_trajectory import SLOWDOWN
-from skyverse.trajectory.proof import DEMANDS, prove
 from worlds import ROOM
 
-WIDE = {"bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3), "lattice": sky.Lattice(step=(100.0, 100.0, 100.0))}
+WIDE = {"bounds": sky.Bounds(min=(-1e4,) * 3, max=(1e4,) * 3), "lattice": sky.Lattice(step=(100.0, 100.0, 100.0))}
 FREE = ROOM.model_copy(update={"obstacles": (), **WIDE})
 OPEN = sky.World(FREE)
-LOOSE_ENDS = {Fault.TRAJECTORY_ENDS, Fault.CONTINUITY}
+LOOSE_ENDS = {sky.Fault.TRAJECTORY_ENDS, sky.Fault.CONTINUITY}
 """Faults that the planners' proof does not examine."""
 WIDE = {"max_speed": 1e6, "max_acceleration": 1e6, "max_jerk": 1e6, "max_tilt": 89.0, "thrust_to_weight": 1e6}
 
@@ -34,7 +29,7 @@ def uav(**limits):
 
 
 def pieces(knots, coefficients):
-    return Trajectory(np.array(knots, float), np.array(coefficients, float))
+    return sky.Trajectory(np.array(knots, float), np.array(coefficients, float))
 
 
 CALM = uav(max_speed=5, max_acceleration=3)
@@ -78,7 +73,9 @@ def trajectories(draw, count):
     far = draw(st.sampled_from([0.05, 0.5, 3.0]))
     rows = draw(arrays(float, (count, 6, 3), elements=st.floats(-1, 1))) * far
     rows[:, 0] += [3.5, 2.5, 2]
-    return Trajectory(np.r_[1.0, 1 + np.cumsum(durations)], rows / durations[:, None, None] ** np.arange(6)[:, None])
+    return sky.Trajectory(
+        np.r_[1.0, 1 + np.cumsum(durations)], rows / durations[:, None, None] ** np.arange(6)[:, None]
+    )
 
 
 LIMITS = st.builds(
@@ -96,9 +93,9 @@ def test_what_is_proven_holds_at_every_sample_and_what_is_refuted_fails_there(tr
     proof = prove(sky.World(ROOM), uav, trajectory)
     used = usage(ROOM, uav, trajectory)
     worst = max(values.max() for values in used.values())
-    if proof.verdict is Verdict.PROVEN:
+    if proof.verdict is sky.Verdict.PROVEN:
         assert worst <= 1 + 1e-6
-    elif proof.verdict is Verdict.REFUTED:
+    elif proof.verdict is sky.Verdict.REFUTED:
         k = min(np.searchsorted(trajectory.knots, proof.instant, side="right") - 1, 1)
         alone = [at_one(trajectory, i, proof.instant) for i in {k, max(k - (proof.instant == trajectory.knots[k]), 0)}]
         assert max(usage(ROOM, uav, one)[proof.what].max() for one in alone) > 1
@@ -128,9 +125,9 @@ def test_a_trajectory_that_is_stretched_just_keeps_its_limits(trajectory, uav):
 
     factor = least_factor(fits) * (1 + 3e-5)  # the peaks may lie between the instants
     longer = stretched(trajectory, factor)
-    assert prove(OPEN, uav, longer).verdict is Verdict.PROVEN
+    assert prove(OPEN, uav, longer).verdict is sky.Verdict.PROVEN
     shorter = stretched(trajectory, factor * (1 - 1e-4))
-    assert prove(OPEN, uav, shorter).verdict is Verdict.REFUTED
+    assert prove(OPEN, uav, shorter).verdict is sky.Verdict.REFUTED
 
 
 def least_factor(fits):
@@ -146,7 +143,7 @@ def least_factor(fits):
 def stretched(trajectory, factor):
     knots = trajectory.knots[0] + (trajectory.knots - trajectory.knots[0]) * factor
     powers = factor ** np.arange(trajectory.coefficients.shape[1])
-    return Trajectory(knots, trajectory.coefficients / powers[:, None])
+    return sky.Trajectory(knots, trajectory.coefficients / powers[:, None])
 
 
 @given(arrays(float, (4, 3), elements=st.integers(-50, 50).map(float)), LIMITS)
@@ -156,50 +153,50 @@ def stretched(trajectory, factor):
 )
 def test_rest_to_rest_whose_peaks_are_exactly_at_the_limits_is_not_refuted_and_proven_a_little_slower(waypoints, uav):
     flight = rest_to_rest(waypoints, uav)
-    assert prove(OPEN, uav, flight).verdict is not Verdict.REFUTED  # near free fall the tilt is hard to tell
-    assert prove(OPEN, uav, flight.retimed(0.0, SLOWDOWN)).verdict is Verdict.PROVEN
+    assert prove(OPEN, uav, flight).verdict is not sky.Verdict.REFUTED  # near free fall the tilt is hard to tell
+    assert prove(OPEN, uav, flight.retimed(0.0, SLOWDOWN)).verdict is sky.Verdict.PROVEN
 
 
 @given(trajectories(2), LIMITS)
 def test_what_is_proven_at_the_very_limit_the_referee_proves_too(trajectory, uav):
-    factor = least_factor(lambda tried: prove(OPEN, uav, stretched(trajectory, tried)).verdict is Verdict.PROVEN)
+    factor = least_factor(lambda tried: prove(OPEN, uav, stretched(trajectory, tried)).verdict is sky.Verdict.PROVEN)
     at_the_limit = stretched(trajectory, factor)
     for scale in (1 + 1e-6, 1 + 1e-7, 1.0, 1 - 1e-7):
         longer = stretched(at_the_limit, scale)
-        if prove(OPEN, uav, longer).verdict is Verdict.PROVEN:
+        if prove(OPEN, uav, longer).verdict is sky.Verdict.PROVEN:
             judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (uav,)})), 0, None, longer)
             assert {v.fault for v in judged.violations} <= LOOSE_ENDS
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_path_that_touches_faces_edges_and_corners_is_clear(axis):
-    cube = Box(min=(1, 1, 1), max=(2, 2, 2))
+    cube = sky.Box(min=(1, 1, 1), max=(2, 2, 2))
     world = sky.World(ROOM.model_copy(update={"obstacles": (cube,), "clearance": 0.1}))
     face = np.array([[0.5, 0.9, 1.5], [3.0, 0.9, 1.5]])
     edge = np.array([[0.4, 1.4, 1.5], [1.4, 0.4, 1.5]])
     corner = np.array([[0.4, 1.4, 0.9], [1.4, 0.4, 0.9]])
     for way in (face, edge, corner):
         way = np.roll(way, axis, axis=1)
-        assert prove(world, CALM, rest_to_rest(way, CALM)).verdict is Verdict.PROVEN
+        assert prove(world, CALM, rest_to_rest(way, CALM)).verdict is sky.Verdict.PROVEN
     for way in (face, edge):
         inward = np.roll(way + np.array([2e-6, 2e-6, 0]), axis, axis=1)
         proof = prove(world, CALM, rest_to_rest(inward, CALM))
-        assert (proof.verdict, proof.what) == (Verdict.REFUTED, "clearance")
+        assert (proof.verdict, proof.what) == (sky.Verdict.REFUTED, "clearance")
 
 
 def test_touching_the_bounds_is_in_bounds_and_a_little_more_is_not():
     world = sky.World(ROOM.model_copy(update={"obstacles": ()}))
     way = np.array([[0, 0, 0], [6, 0, 0], [6, 5, 4]], float)
-    assert prove(world, CALM, rest_to_rest(way, CALM)).verdict is Verdict.PROVEN
+    assert prove(world, CALM, rest_to_rest(way, CALM)).verdict is sky.Verdict.PROVEN
     proof = prove(world, CALM, rest_to_rest(way + np.array([0, 0, 2e-6]), CALM))
-    assert (proof.verdict, proof.what) == (Verdict.REFUTED, "bounds")
+    assert (proof.verdict, proof.what) == (sky.Verdict.REFUTED, "bounds")
 
 
 def test_a_wall_thinner_than_any_sample_step_is_found():
-    pane = Box(min=(3, 0, 0), max=(3.00001, 5, 4))
+    pane = sky.Box(min=(3, 0, 0), max=(3.00001, 5, 4))
     world = sky.World(ROOM.model_copy(update={"obstacles": (pane,), "clearance": 0.001}))
     proof = prove(world, CALM, rest_to_rest(np.array([[0.1, 1, 1], [5.7, 2, 1]]), CALM))
-    assert proof.verdict is Verdict.REFUTED
+    assert proof.verdict is sky.Verdict.REFUTED
     assert proof.what == "clearance"
 
 
@@ -216,7 +213,7 @@ def test_a_wall_thinner_than_any_sample_step_is_found():
 def test_each_limit_is_named_when_it_is_broken(what, limits):
     unit = pieces([0, 1], [[[0, 0, 0], [0, 0, 0], [0, 0, 0], [10, 0, 0], [-15, 0, 0], [6, 0, 0]]])
     proof = prove(OPEN, uav(**limits), unit)
-    assert (proof.verdict, proof.what) == (Verdict.REFUTED, what)
+    assert (proof.verdict, proof.what) == (sky.Verdict.REFUTED, what)
     assert 0 <= proof.instant <= 1
 
 
@@ -224,7 +221,7 @@ def test_a_hundredth_of_the_weight_is_carried_so_that_tilt_has_a_meaning():
     strong = uav(max_speed=100, max_acceleration=12)
     descent = rest_to_rest(np.array([[0, 0, 50], [0, 0, 0], [0, 0, 40]], float), strong)
     assert dense(descent)[2][:, 2].min() == pytest.approx(-0.99 * 9.81, rel=1e-6)
-    assert prove(OPEN, strong, descent).verdict is Verdict.PROVEN
+    assert prove(OPEN, strong, descent).verdict is sky.Verdict.PROVEN
     judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (strong,)})), 0, None, descent)
     assert {v.fault for v in judged.violations} <= LOOSE_ENDS
     falling = pieces([0, 1], [[[0, 0, 0], [0, 0, 0], [0, 0, -9.8 / 2]]])
@@ -233,7 +230,7 @@ def test_a_hundredth_of_the_weight_is_carried_so_that_tilt_has_a_meaning():
 
 def test_what_is_not_finite_is_not_proven():
     for value in (math.nan, math.inf):
-        assert prove(OPEN, uav(), pieces([0, 1], [[[0, 0, 0], [value, 0, 0]]])).verdict is Verdict.REFUTED
+        assert prove(OPEN, uav(), pieces([0, 1], [[[0, 0, 0], [value, 0, 0]]])).verdict is sky.Verdict.REFUTED
 
 
 def arc(radius, speed, climb=0.0, count=16):
@@ -276,8 +273,4 @@ def test_an_aeroplane_keeps_its_airspeed_turns_and_climbs_gently(radius, speed, 
     plane = sky.UAV(start=(0, 0, 0), max_speed=11, max_acceleration=6, max_jerk=1e-3, max_tilt=1, fixed_wing=wing)
     proof = prove(OPEN, plane, arc(radius, speed, climb))
     assert proof.what == what
-    assert proof.verdict is (Verdict.REFUTED if what else Verdict.PROVEN)
-
-
-def test_every_demand_has_a_name():
-    assert len(set(DEMANDS)) == 12
+    assert proof.verdict is (sky.Verdict.REFUTED if what else sky.Verdict.PROVEN)

@@ -88,55 +88,6 @@ def test_the_way_between_two_waypoints_is_straight_and_never_back(waypoints, uav
     assert along.max() < length + 1e-9
 
 
-@given(WAYPOINTS, UAVS)
-def test_velocity_and_acceleration_are_the_derivatives_of_position(waypoints, uav):
-    trajectory = rest_to_rest(waypoints, uav)
-    for a, b in zip(trajectory.knots[:-1], trajectory.knots[1:], strict=True):
-        if b - a < 1e-3:
-            continue
-        t, h = np.linspace(a, b, 33)[1:-1], (b - a) * 1e-4
-        ahead, here, behind = (trajectory.at(t + d) for d in (h, 0, -h))
-        slope = (ahead.position - behind.position) / (2 * h)
-        bend = (ahead.velocity - behind.velocity) / (2 * h)
-        np.testing.assert_allclose(here.velocity, slope, atol=1e-5 * uav.max_speed + 1e-12 / h)
-        np.testing.assert_allclose(here.acceleration, bend, atol=1e-5 * uav.max_acceleration + 1e-12 / h)
-
-
-def test_a_trajectory_of_any_degree_is_its_polynomials():
-    rng = np.random.default_rng(1)
-    for degree in (0, 1, 2, 7):
-        pieces = rng.normal(size=(3, degree + 1, 3))
-        knots = np.array([1.0, 1.5, 3.0, 3.25])
-        trajectory = sky.Trajectory(knots, pieces)
-        for t in (1.0, 1.2, 1.5, 2.9, 3.0, 3.2, 3.25):
-            k = min(int(np.sum(knots <= t)) - 1, 2)
-            for axis in range(3):
-                polynomial = np.polynomial.Polynomial(pieces[k, :, axis])
-                motion = trajectory.at(t)
-                for order, values in enumerate(motion):
-                    true = polynomial.deriv(order)(t - knots[k]) if order else polynomial(t - knots[k])
-                    assert values[0, axis] == pytest.approx(true, abs=1e-9)
-
-
-def test_before_its_start_and_after_its_end_the_uav_holds_its_place():
-    uav = sky.UAV(start=(1, 2, 3))
-    trajectory = rest_to_rest(np.array([(1, 2, 3), (4, 5, 6)]), uav, start=2)
-    motion = trajectory.at([0, 1.99, 1e9])
-    np.testing.assert_allclose(motion.position, [(1, 2, 3), (1, 2, 3), (4, 5, 6)])
-    assert not motion.velocity.any()
-    assert not motion.acceleration.any()
-
-
-@pytest.mark.parametrize("waypoints", [[(1, 2, 3)], [(1, 2, 3), (1, 2, 3)]])
-def test_a_uav_with_nowhere_to_go_stays(waypoints):
-    trajectory = rest_to_rest(np.array(waypoints, float), sky.UAV(start=(1, 2, 3)), start=4)
-    assert trajectory.start == 4
-    assert trajectory.end > 4
-    motion = trajectory.at(np.linspace(3, 9, 20))
-    assert (motion.position == (1, 2, 3)).all()
-    assert not motion.velocity.any()
-
-
 @pytest.mark.parametrize("tiny", [5e-324, 1e-300, 1e-100, 1e-17, 1e-13])
 def test_a_step_too_small_to_matter_breaks_nothing(tiny):
     waypoints = np.array([(0, 0, 0), (tiny, 0, 0), (3, 0, 0), (3, tiny, 0), (3, 1, 0)])

@@ -8,17 +8,12 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import skyverse as sky
-from skyverse.model.shapes import Cylinder, Prism, Sphere, Terrain
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import FixedWing
-from skyverse.model.verdict import Verdict
+from handmade import hall
 from skyverse.numerics.tolerances import MIN_OVERLAP
-from skyverse.trajectory.corridor import grow_corridor
-from skyverse.trajectory.inset_path import inset_path
-from skyverse.trajectory.proof import prove
-from skyverse.trajectory.rest_to_rest import rest_to_rest
+from skyverse.trajectory import prove, rest_to_rest
+from skyverse.trajectory.corridor import grow_corridor, inset_path
 
-RIDGE = Terrain(
+RIDGE = sky.Terrain(
     origin=(0, 0),
     step=(20, 60),
     heights=np.array([[0.0, 0], [0, 0], [16, 10], [2, 4], [0, 0], [0, 0]]),
@@ -30,7 +25,7 @@ def block(x, y, half, angle, high):
     """A square building, turned."""
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
     corners = np.array([(-half, -half), (half, -half), (half, half), (-half, half)]) @ turn + (x, y)
-    return Prism(vertices=tuple(map(tuple, corners.tolist())), low=0, high=high)
+    return sky.Prism(vertices=tuple(map(tuple, corners.tolist())), low=0, high=high)
 
 
 TURNED = (block(30, 28, 9, 0.4, 40), block(52, 38, 6, 1.1, 40), block(72, 24, 8, 0.2, 40))
@@ -38,24 +33,15 @@ TURNED = (block(30, 28, 9, 0.4, 40), block(52, 38, 6, 1.1, 40), block(72, 24, 8,
 
 def fly(*obstacles, ways=(((5, 30, 5), (95, 30, 5)),), terrain=None, size=(100, 60, 40), **more):
     vehicles = [sky.UAV(start=start, **more) for start, _ in ways]
-    return sky.Scenario(
-        name="shapes",
-        bounds=sky.Bounds(min=(0, 0, 0), max=size),
-        obstacles=obstacles,
-        terrain=terrain,
-        clearance=1.0,
-        lattice=sky.Lattice(step=(5, 5, 5), connectivity=26),
-        objective=sky.Objective(unit="metres"),
-        uavs=vehicles,
-        targets=[sky.Target(position=end) for _, end in ways],
-    )
+    ends = [end for _, end in ways]
+    return hall(size, vehicles, ends, step=5, obstacles=obstacles, terrain=terrain, clearance=1.0)
 
 
 def planned(scenario):
     """Plan a mission; the referee must find nothing wrong, and prove everything."""
     mission = sky.plan_mission(scenario, sky.Taut(), rng=1, assignment="identity")
     assert mission.violations == ()
-    assert all(c is None or c.verdict is Verdict.PROVEN for c in mission.certificates)
+    assert all(c is None or c.verdict is sky.Verdict.PROVEN for c in mission.certificates)
     assert mission.complete
     return mission
 
@@ -63,8 +49,8 @@ def planned(scenario):
 SCENES = {
     "turned buildings": fly(*TURNED),
     "a ridge": fly(terrain=RIDGE),
-    "a pillar": fly(Cylinder(centre=(50, 30), radius=12, low=0, high=40)),
-    "a dome on a slope": fly(Sphere(centre=(60, 30, 8), radius=10), terrain=RIDGE),
+    "a pillar": fly(sky.Cylinder(centre=(50, 30), radius=12, low=0, high=40)),
+    "a dome on a slope": fly(sky.Sphere(centre=(60, 30, 8), radius=10), terrain=RIDGE),
 }
 
 
@@ -95,9 +81,9 @@ def test_a_corridor_is_free_and_joined_along_the_path(name, room):
 
 def distance(obstacle, points):
     """Metres to a sphere, or on the map to what reaches as high as the bounds."""
-    if isinstance(obstacle, Sphere):
+    if isinstance(obstacle, sky.Sphere):
         return np.linalg.norm(points - obstacle.centre, axis=1) - obstacle.radius
-    if isinstance(obstacle, Cylinder):
+    if isinstance(obstacle, sky.Cylinder):
         return np.linalg.norm(points[:, :2] - obstacle.centre, axis=1) - obstacle.radius
     nearest, inside = np.full(len(points), np.inf), np.ones(len(points), bool)
     vertices = np.array(obstacle.vertices)
@@ -126,19 +112,19 @@ def test_the_referee_finds_nothing_wrong_with_a_flight(name):
 
 # a flight along x at y = 30, z = 5 is as near as it may be: 1 m, or 2 m above ground; and which way they are
 TOUCHED = {
-    "a cylinder": (Cylinder(centre=(50, 38), radius=7, low=0, high=40), (0, 1, 0)),
-    "a cylinder's top": (Cylinder(centre=(50, 30), radius=7, low=0, high=4), (0, 0, -1)),
-    "a sphere": (Sphere(centre=(50, 33, 9), radius=4), (0, 3 / 5, 4 / 5)),
+    "a cylinder": (sky.Cylinder(centre=(50, 38), radius=7, low=0, high=40), (0, 1, 0)),
+    "a cylinder's top": (sky.Cylinder(centre=(50, 30), radius=7, low=0, high=4), (0, 0, -1)),
+    "a sphere": (sky.Sphere(centre=(50, 33, 9), radius=4), (0, 3 / 5, 4 / 5)),
     "a turned building": (
-        Prism(vertices=((50, 31), (58, 39), (50, 47), (42, 39)), low=0, high=40),
+        sky.Prism(vertices=((50, 31), (58, 39), (50, 47), (42, 39)), low=0, high=40),
         (0, 1, 0),
     ),
     "a wall ahead": (
-        Prism(vertices=((100, 0), (100, 60), (98, 60), (98, 0)), low=0, high=40),
+        sky.Prism(vertices=((100, 0), (100, 60), (98, 60), (98, 0)), low=0, high=40),
         (1, 0, 0),
     ),
     "the ground": (
-        Terrain(origin=(0, 0), step=(50, 60), heights=np.array([[0.0, 0], [3, 3], [0, 0]]), clearance=2.0),
+        sky.Terrain(origin=(0, 0), step=(50, 60), heights=np.array([[0.0, 0], [3, 3], [0, 0]]), clearance=2.0),
         (0, 0, -1),
     ),
 }
@@ -147,23 +133,23 @@ TOUCHED = {
 @pytest.mark.parametrize("name", TOUCHED)
 def test_a_flight_that_touches_is_proven_and_one_a_micrometre_nearer_is_not(name):
     shape, towards = TOUCHED[name]
-    terrain = shape if isinstance(shape, Terrain) else None
+    terrain = shape if isinstance(shape, sky.Terrain) else None
     x = 97 if towards[0] else 95
     scenario = fly(*(() if terrain else (shape,)), terrain=terrain, ways=[((5, 30, 5), (x, 30, 5))], max_speed=8.0)
     world, uav = sky.World(scenario), scenario.uavs[0]
     along = rest_to_rest(np.array([(5.0, 30, 5), (x, 30, 5)]), uav)
-    for metres, verdict in ((-1e-6, Verdict.PROVEN), (0.0, Verdict.PROVEN), (2e-6, Verdict.REFUTED)):
+    for metres, verdict in ((-1e-6, sky.Verdict.PROVEN), (0.0, sky.Verdict.PROVEN), (2e-6, sky.Verdict.REFUTED)):
         rows = along.coefficients.copy()
         rows[:, 0] += metres * np.array(towards)
-        assert prove(world, uav, Trajectory(along.knots, rows, along.form)).verdict is verdict
+        assert prove(world, uav, sky.Trajectory(along.knots, rows, along.form)).verdict is verdict
 
 
 def test_an_aeroplane_flies_around_a_pillar_and_over_a_ridge():
     heights = np.array([[0.0, 0], [0, 0], [0, 0], [30, 30], [0, 0], [0, 0]])
-    ridge = Terrain(origin=(0, 0), step=(160, 400), heights=heights, clearance=10.0)
-    wing = FixedWing(speed=15.0, turn_radius=40.0, climb=15.0)
+    ridge = sky.Terrain(origin=(0, 0), step=(160, 400), heights=heights, clearance=10.0)
+    wing = sky.FixedWing(speed=15.0, turn_radius=40.0, climb=15.0)
     scenario = fly(
-        Cylinder(centre=(200, 200), radius=50, low=0, high=120),
+        sky.Cylinder(centre=(200, 200), radius=50, low=0, high=120),
         terrain=ridge,
         ways=[((40, 200, 20), (760, 200, 20))],
         size=(800, 400, 120),

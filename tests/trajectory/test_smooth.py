@@ -8,22 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from handmade import hall
+from skyverse.trajectory import smooth
 from skyverse.trajectory.interior_point import objective
 from skyverse.trajectory.newton_equations import FIXED, SplineProblem, assemble
 from skyverse.trajectory.newton_step import BAND, NewtonSystem
-from skyverse.trajectory.smooth import binding_limits, energy_weight, smooth
-from skyverse.trajectory.spline_guess import control_point_bounds, first_guess
+from skyverse.trajectory.smooth import binding_limits, control_point_bounds, energy_weight, first_guess
 
 
-def world_of(*obstacles, size=(40, 40, 20)):
-    scenario = sky.Scenario(
-        name="hall",
-        bounds={"min": (0, 0, 0), "max": size},
-        obstacles=obstacles,
-        clearance=0.001,
-        lattice={"step": (1, 1, 1)},
-    )
-    return sky.World(scenario)
+def world_of(*obstacles):
+    return sky.World(hall((40, 40, 20), obstacles=obstacles))
 
 
 def quickest(length, uav):

@@ -7,10 +7,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.space.speed_zones import first_too_fast
-from skyverse.trajectory import fly_along
-from skyverse.trajectory.blended import blended
-from skyverse.trajectory.proof import prove
-from skyverse.trajectory.rest_to_rest import rest_to_rest
+from skyverse.trajectory import blended, prove, rest_to_rest
 from speed_zones import BOX, SPHERE, ZONES, holds, too_fast, world_of
 
 PLACE = st.tuples(st.floats(-60, 60), st.floats(-60, 60), st.floats(1, 60))
@@ -100,7 +97,7 @@ def test_beside_zones_the_least_time_is_never_more_than_that_with_stops(zones, p
     target = sky.Target(position=tuple(end))
     problem = sky.Problem(world_of(*zones, obstacles=(wall,), uavs=(uav,), targets=(target,)))
     result = sky.Taut().plan(problem)
-    least, stopping = fly_along(problem, result), fly_along(problem, result, "stop-and-go")
+    least, stopping = sky.fly_along(problem, result), sky.fly_along(problem, result, "stop-and-go")
     assert least.end <= stopping.end
 
 

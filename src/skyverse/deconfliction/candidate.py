@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -33,13 +32,6 @@ class Gate:
     axis: int
 
 
-class Hover(NamedTuple):
-    """A wait on the way: for so many seconds, at a place, (3,) metres."""
-
-    seconds: float
-    place: Floats
-
-
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """One way for a UAV to fly to its target.
@@ -59,7 +51,7 @@ class Candidate:
     heeds
         The numbers of the zones with active times that it heeds at all times; none for the path as planned.
     hovers
-        Where it waits on its way, in order.
+        Its waits on the way, in order: for so many seconds, at a place, (3,) metres.
     in_time
         Whether its way was found by a search in space and time.
     """
@@ -72,7 +64,7 @@ class Candidate:
     trajectory: Trajectory
     gates: tuple[Gate, ...] = ()
     heeds: frozenset[int] = frozenset()
-    hovers: tuple[Hover, ...] = ()
+    hovers: tuple[tuple[float, Floats], ...] = ()
     in_time: bool = False
 
     @cached_property

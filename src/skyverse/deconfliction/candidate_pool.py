@@ -1,19 +1,18 @@
 """All candidates of a fleet that have come up so far, and what is asked of them: delays, conflicts, detours."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from skyverse._typing import Bools, Floats, Ints
 from skyverse.deconfliction.among_movers import clear_departure, meets_movers
-from skyverse.deconfliction.candidate import Candidate, Gate, Hover, PlacedFlight
+from skyverse.deconfliction.candidate import Candidate, Gate, PlacedFlight
 from skyverse.deconfliction.curve_store import CurveStore
 from skyverse.deconfliction.curves import Schedule, TimedCurve, stay_at_start
-from skyverse.deconfliction.detours import MakeTrajectory, RankedGates, gates_beside, plan_detour, plan_in
-from skyverse.deconfliction.find_conflicts import semi_axes
+from skyverse.deconfliction.detours import MakeTrajectory, gates_beside, plan_among, plan_detour
+from skyverse.deconfliction.find_conflicts import conflict_spans, ellipsoid_holds, semi_axes
 from skyverse.deconfliction.forbidden_departures import TICK, free_departures
-from skyverse.deconfliction.pair_conflicts import conflict_spans
 from skyverse.deconfliction.space_time.others import Others, make_others
 from skyverse.deconfliction.traffic import Traffic, conflicting_flights, earliest_departure, estimate_detours
 from skyverse.model.result import Result
@@ -65,7 +64,7 @@ class CandidatePool:
         self.make_trajectory, self._stop = make_trajectory, stop
         self._store = CurveStore()
         self.semi_axis_xy, self.semi_axis_z = semi_axes(self.scenario)
-        self._gates: dict[tuple[int, int], RankedGates] = {}
+        self._gates: dict[tuple[int, int], tuple[list[Gate], Floats, Floats]] = {}
         self._detours: dict[tuple[int, Gate], Candidate | None] = {}
         self._problems: dict[tuple[int, int], Problem] = {}
         self._shapes: dict[tuple[TrackingError, frozenset[int]], MovingShapes] = {}
@@ -90,27 +89,14 @@ class CandidatePool:
         self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory | None
     ) -> Candidate:
         """Return the candidate of a UAV's planned path; without a trajectory the UAV stays at its start."""
-        flown = stay_at_start(self.scenario.uavs[uav]) if trajectory is None else trajectory
-        return self._add(uav, None if trajectory is None else target, result, flown)
+        if trajectory is None:
+            return self.add(uav, None, result, stay_at_start(self.scenario.uavs[uav]))
+        return self.add(uav, target, result, trajectory)
 
-    def _add(
-        self,
-        uav: int,
-        target: int | None,
-        result: Result | None,
-        trajectory: Trajectory,
-        gates: tuple[Gate, ...] = (),
-        heeds: frozenset[int] = frozenset(),
-    ) -> Candidate:
+    def add(self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory, **how: Any) -> Candidate:
+        """Return a new candidate; `how` are further attributes of it."""
         curve = self._store.add(trajectory)
-        return Candidate(uav, target, curve, self._store.seconds[curve], result, trajectory, gates, heeds)
-
-    def add_waiting(
-        self, planned: Candidate, result: Result, trajectory: Trajectory, hovers: tuple[Hover, ...]
-    ) -> Candidate:
-        """Return the candidate of a way that was found in space and time for the UAV of a planned path."""
-        added = self._add(planned.uav, planned.target, result, trajectory)
-        return replace(added, hovers=hovers, in_time=True)
+        return Candidate(uav, target, curve, self._store.seconds[curve], result, trajectory, **how)
 
     def traffic(self, candidate: Candidate, placed: Sequence[PlacedFlight]) -> Traffic:
         """Return the flights that are already placed, as a candidate's UAV sees them."""
@@ -123,8 +109,7 @@ class CandidatePool:
             ([p.candidate.start for p in placed], candidate.start),
             ([p.candidate.end for p in placed], candidate.end),
         ):
-            gap = (np.array(theirs).reshape(-1, 3) - own) ** 2
-            close_ends |= (gap[:, 0] + gap[:, 1]) * z**2 + gap[:, 2] * xy**2 < (CLOSE_ENDS * xy * z) ** 2
+            close_ends |= ellipsoid_holds(np.array(theirs).reshape(-1, 3) - own, xy, z, CLOSE_ENDS)
         return Traffic(Schedule(curve, departure, time_scale), xy, z, close_ends)
 
     def parked(self, uav: int) -> PlacedFlight:
@@ -135,9 +120,7 @@ class CandidatePool:
 
     def too_near(self, uav: int, place: Floats, other: Floats) -> bool:
         """Tell whether two places, (3,) metres, are nearer to each other than a UAV and any other may be."""
-        gap = place - other
-        xy, z = self.semi_axis_xy[uav].max(), self.semi_axis_z[uav].max()
-        return bool((gap[0] ** 2 + gap[1] ** 2) * z**2 + gap[2] ** 2 * xy**2 < (xy * z) ** 2)
+        return bool(ellipsoid_holds(place - other, self.semi_axis_xy[uav].max(), self.semi_axis_z[uav].max()))
 
     def others(self, candidate: Candidate, placed: Sequence[PlacedFlight]) -> Others:
         """Return the flights that a candidate's UAV must stay clear of, for a search in space and time."""
@@ -150,7 +133,7 @@ class CandidatePool:
 
     def is_clear(self, candidate: Candidate, flown: Trajectory, departure: float, traffic: Traffic) -> bool:
         """Tell whether a candidate's UAV could fly along a trajectory from an instant on without a conflict."""
-        tried = self._add(candidate.uav, candidate.target, None, flown)
+        tried = self.add(candidate.uav, candidate.target, None, flown)
         in_conflict = self.conflicts(tried, departure, traffic)
         self._store.drop_last()
         return not in_conflict.any()
@@ -210,8 +193,8 @@ class CandidatePool:
                 slow = self.make_trajectory(Problem(Airspace(within), *key[:2]), candidate.result)
                 found = None if slow is None else (candidate.result, slow)
             else:
-                found = plan_in(problem, within, self.make_trajectory, any_angle=candidate.result.any_angle)
-            self._heeding[key] = None if found is None else self._add(*key[:2], *found, heeds=zones)
+                found = plan_among(problem, within, (), self.make_trajectory, any_angle=candidate.result.any_angle)
+            self._heeding[key] = None if found is None else self.add(*key[:2], *found, heeds=zones)
         return self._heeding[key]
 
     def earliest_departure(
@@ -278,11 +261,8 @@ class CandidatePool:
             problem = self._problem(candidate.uav, candidate.target)
             within = with_zones_active(self.scenario, candidate.heeds) if candidate.heeds else self.scenario
             found = plan_detour(problem, within, gates, self.make_trajectory, any_angle=candidate.result.any_angle)
-            self._detours[key] = (
-                None
-                if found is None
-                else self._add(candidate.uav, candidate.target, *found, gates=gates, heeds=candidate.heeds)
-            )
+            more: dict[str, Any] = {"gates": gates, "heeds": candidate.heeds}
+            self._detours[key] = None if found is None else self.add(candidate.uav, candidate.target, *found, **more)
         return self._detours[key]
 
     def _problem(self, uav: int, target: int) -> Problem:

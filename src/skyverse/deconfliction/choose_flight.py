@@ -58,25 +58,21 @@ class _Turn:
         return self.best is None or self.best.arrival > enough
 
 
-def choose_flight(
-    pool: CandidatePool, flights: WaitingFlights, planned: Candidate, placed: Sequence[PlacedFlight]
-) -> PlacedFlight:
+def choose_flight(flights: WaitingFlights, planned: Candidate, placed: Sequence[PlacedFlight]) -> PlacedFlight:
     """Return how a UAV arrives first without a conflict: by its planned path, later, slower, waiting, or by a detour.
 
     Where that is not possible, or the search is cancelled, it flies as planned.
 
     Parameters
     ----------
-    pool
-        All candidates.
     flights
-        Searches in space and time.
+        All candidates, and searches in space and time.
     planned
         The UAV's planned path.
     placed
         The flights that it gives way to.
     """
-    departure = planned.trajectory.start
+    pool, departure = flights.pool, planned.trajectory.start
     traffic = pool.traffic(planned, placed)
     in_conflict = bool(pool.conflicts(planned, departure, traffic).any())
     if planned.target is None or not in_conflict or pool.cancelled:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from skyverse.deconfliction.candidate import Candidate, Gate
 from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result, Status
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Box, Cylinder, Prism
+from skyverse.model.shapes import Box, Prism
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, kept_ellipsoid
 from skyverse.numerics.kernel import Stopwatch
@@ -48,28 +47,16 @@ STEEP = 1e-3
 """The sine of the angle to the vertical below which a path counts as vertical."""
 
 
-class RankedGates(NamedTuple):
-    """Gates beside a path, in order of the length of the detour.
-
-    Attributes
-    ----------
-    gates
-        m of them.
-    offsets
-        (m, 3) from the path to each gate, metres.
-    ratios
-        (m,) estimated length of the detour through each, divided by that of the path.
-    """
-
-    gates: list[Gate]
-    offsets: Floats
-    ratios: Floats
-
-
-def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> RankedGates:
-    """Return the gates in free space beside a candidate's trajectory after a share of its time.
+def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> tuple[list[Gate], Floats, Floats]:
+    """Return the gates in free space beside a candidate's trajectory after a share of its time, the shortest way first.
 
     Those beside a path on the lattice are centred on a line of nodes, so that a path on the lattice leads through them.
+
+    Returns
+    -------
+    tuple
+        m gates; their offsets from the path, (m, 3) metres; and the estimated length of the detour through each,
+        divided by that of the path, (m,).
     """
     airspace = airspace.of(candidate.uav)
     uav, trajectory = airspace.scenario.uavs[candidate.uav], candidate.trajectory
@@ -98,7 +85,7 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     free = airspace.world.free(centres)
     chosen = [k for k in np.argsort(ratios, kind="stable").tolist() if free[k]]
     found = [Gate(tuple(passed.tolist()), tuple(centres[k].tolist()), axis) for k in chosen]
-    return RankedGates(found, offsets[chosen], ratios[chosen])
+    return found, offsets[chosen], ratios[chosen]
 
 
 def _on_lattice(grid: Grid, centres: Floats, axis: int) -> Floats:
@@ -138,50 +125,38 @@ def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
 def plan_detour(
     problem: Problem, within: Scenario, gates: tuple[Gate, ...], make_trajectory: MakeTrajectory, *, any_angle: bool
 ) -> tuple[Result, Trajectory] | None:
-    """Plan a path through gates and a trajectory along it, or return ``None`` where there is none.
+    """Plan a path through gates and a trajectory along it, or return ``None`` where there is none; see `plan_among`."""
+    uav = within.uavs[problem.uav]
+    walls = [box for gate in gates for box in _wall(uav, within.clearance, gate)]
+    return plan_among(problem, within, walls, make_trajectory, any_angle=any_angle)
 
-    The path is planned among the obstacles and the gates' walls; its result is that of the problem without the walls.
+
+def plan_among(
+    problem: Problem,
+    within: Scenario,
+    walls: Sequence[Box | Prism],
+    make_trajectory: MakeTrajectory,
+    *,
+    any_angle: bool,
+) -> tuple[Result, Trajectory] | None:
+    """Plan a path among obstacles and walls, and a trajectory along it, or return ``None`` where there is none.
 
     Parameters
     ----------
     problem
-        The UAV and its target, without walls.
+        The UAV and its target, without walls; the result is one of this problem.
     within
         The scenario that the path is planned in: the problem's, or one with more obstacles.
-    gates
-        The gates that it is led through.
+    walls
+        Further obstacles.
     make_trajectory
         Turns the path into a trajectory.
     any_angle
         Whether the path may leave the lattice. It is then a shortest one, or, where more than length is priced, a cheap
         one. Otherwise it is a cheapest one on the lattice, so that its cost is in the objective's unit.
     """
-    uav = within.uavs[problem.uav]
-    walls = [box for gate in gates for box in _wall(uav, within.clearance, gate)]
-    among_walls = derived(within, obstacles=(*within.obstacles, *walls))
-    return plan_in(problem, among_walls, make_trajectory, any_angle=any_angle)
-
-
-def plan_among(
-    problem: Problem, walls: Sequence[Box | Cylinder | Prism], make_trajectory: MakeTrajectory, *, any_angle: bool
-) -> tuple[Result, Trajectory] | None:
-    """Plan a path among the obstacles and walls, and a trajectory along it, or return ``None`` where there is none.
-
-    The parameters are those of `plan_detour`, with `walls` instead of gates.
-    """
-    scenario = problem.scenario
-    among_walls = derived(scenario, obstacles=(*scenario.obstacles, *walls))
-    return plan_in(problem, among_walls, make_trajectory, any_angle=any_angle)
-
-
-def plan_in(
-    problem: Problem, among_walls: Scenario, make_trajectory: MakeTrajectory, *, any_angle: bool
-) -> tuple[Result, Trajectory] | None:
-    """Plan a path and a trajectory in a scenario with more obstacles than a problem's, or return ``None``.
-
-    The parameters are those of `plan_detour`.
-    """
-    walled = Problem(Airspace(among_walls), problem.uav, problem.target)
+    among = derived(within, obstacles=(*within.obstacles, *walls)) if walls else within
+    walled = Problem(Airspace(among), problem.uav, problem.target)
     found = _path_of_any_angle(problem, walled) if any_angle else _cheapest_on_lattice(problem, walled)
     trajectory = None if found is None else make_trajectory(walled, found)
     return None if found is None or trajectory is None else (found, trajectory)

@@ -1,16 +1,26 @@
-"""Find which UAVs of a fleet come too close to each other, and when: every pair, at every instant."""
+"""Find which UAVs of a fleet come too close to each other, and when: every pair, at every instant.
+
+Around each UAV an ellipsoid is kept free of others. The nearness of two flights a and b is their distance as a share of
+its semi-axes; they are in conflict where it is below 1. Between knots its square is a polynomial of time,
+
+    nearness^2 = ((x_a - x_b)^2 + (y_a - y_b)^2) / semi_axis_xy^2 + (z_a - z_b)^2 / semi_axis_z^2.
+
+The polynomial lies between the least and the largest of its Bernstein coefficients. An interval on which all of them
+are at least 1 is free of conflict, one on which all are below 1 is a conflict, and any other is halved until it is
+no longer than `MIN_CONFLICT`, when it counts as a conflict. So no conflict is missed.
+"""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skyverse._typing import Floats, Ints
+from skyverse._typing import Bools, Floats, Ints
 from skyverse.deconfliction.curves import (
     Curves,
     Schedule,
     TimedCurve,
+    constant_piece,
     curve_duration,
     make_curves,
     piece_at,
@@ -18,20 +28,15 @@ from skyverse.deconfliction.curves import (
     position_at,
     stay_at_start,
 )
-from skyverse.deconfliction.pair_conflicts import conflict_spans, is_given, nearness_at_ends
 from skyverse.errors import InputError, require_kind
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import strayed_share
 from skyverse.model.verdict import Conflict
-from skyverse.numerics.arrays import order_of
+from skyverse.numerics.arrays import put
+from skyverse.numerics.bernstein import halve, product
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.numerics.tolerances import MIN_HORIZON, SEPARATION_FORGIVEN
-
-SLICE = 0.25
-"""Seconds of a slice of time: pairs whose bounding boxes are far apart in every slice need no closer look."""
-MAX_SLICES = 4096
-"""Slices of a mission at most; those of a mission that lasts longer than 17 minutes are longer."""
+from skyverse.numerics.tolerances import MIN_CONFLICT, MIN_HORIZON, SAME_NEARNESS, SEPARATION_FORGIVEN
 
 
 def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]) -> tuple[Conflict, ...]:
@@ -70,24 +75,24 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     schedule = Schedule(np.arange(len(uavs)), departure, np.ones(len(uavs)))
     semi_axis_xy, semi_axis_z = semi_axes(scenario)
     found = []
-    end = last_arrival(curves, schedule, absent)
-    wide, tall = (axes.max(axis=1, initial=0.0) for axes in (semi_axis_xy, semi_axis_z))
-    for a, b in close_pairs(curves, schedule, wide, tall, end):
+    end = max((departure[k] + curve_duration(curves, k) for k in np.flatnonzero(~absent).tolist()), default=0.0)
+    until = max(end, MIN_HORIZON)
+    for a, b in pairs_in_conflict(curves, schedule, semi_axis_xy, semi_axis_z, until):
         xy, z = float(semi_axis_xy[a, b]), float(semi_axis_z[a, b])
         one, other = TimedCurve(a, departure[a], 1.0), TimedCurve(b, departure[b], 1.0)
-        spans = conflict_spans(curves, one, other, xy, z, max(end, MIN_HORIZON), False)
+        spans = conflict_spans(curves, one, other, xy, z, until, False)
         begins, ends = nearness_at_ends(curves, a, b, xy, z)
         if absent[a] or absent[b]:
             ends = np.inf
         untrimmed = (xy + SEPARATION_FORGIVEN, xy + SEPARATION_FORGIVEN, z + SEPARATION_FORGIVEN)
         for span in spans:
-            since, until, when, _ = span.tolist()
+            since, ends_at, when, _ = span.tolist()
             given = is_given(span, begins, ends, end)
             here, there = position_at(curves, a, when - departure[a]), position_at(curves, b, when - departure[b])
             x, y, height = ((here + there) / 2).tolist()
             near = math.hypot(*((here - there) / untrimmed))
             pair = (int(a), int(b))
-            found.append(Conflict(pair, since, min(until, end), min(when, end), near, (x, y, height), bool(given)))
+            found.append(Conflict(pair, since, min(ends_at, end), min(when, end), near, (x, y, height), bool(given)))
     return tuple(sorted(found, key=lambda conflict: (conflict.begin, conflict.uavs)))
 
 
@@ -111,74 +116,251 @@ def semi_axes(scenario: Scenario) -> tuple[Floats, Floats]:
     return xy, z
 
 
-def last_arrival(curves: Curves, schedule: Schedule, absent: NDArray[np.bool_]) -> float:
-    """Return when the last of the UAVs that fly arrives, seconds; 0 if none flies."""
-    ends = [
-        departure + scale * curve_duration(curves, c)
-        for c, departure, scale, none in zip(*(column.tolist() for column in schedule), absent, strict=True)
-        if not none
-    ]
-    return float(max(ends, default=0.0))
+def ellipsoid_holds(gap: Floats, xy: Floats, z: Floats, share: float = 1.0) -> Bools:
+    """Tell which gaps (..., 3), metres, lie within an ellipsoid, or within so many times its semi-axes."""
+    square = gap**2
+    held: Bools = (square[..., 0] + square[..., 1]) * z**2 + square[..., 2] * xy**2 < (share * xy * z) ** 2
+    return held
 
 
 @kernel
-def close_pairs(curves: Curves, schedule: Schedule, semi_axis_xy: Floats, semi_axis_z: Floats, end: float) -> Ints:
-    """Return the pairs (m, 2) of flights that may be in conflict: their boxes are too close in some slice of time.
-
-    In each slice the flights' bounding boxes are sorted along x and swept.
-    """
+def pairs_in_conflict(curves: Curves, schedule: Schedule, xy: Floats, z: Floats, end: float) -> Ints:
+    """Return the pairs (m, 2) of n flights that are in conflict up to an instant; semi-axes are (n, n) metres."""
     n = len(schedule.curve)
-    slices = min(max(int(np.ceil(end / SLICE)), 1), MAX_SLICES)
-    near = np.zeros((n, n), np.bool_)
-    low, high = np.empty((n, 3)), np.empty((n, 3))
-    for s in range(slices):
-        since, until = end * s / slices, end * (s + 1) / slices
-        for i in range(n):
-            _bounding_box(curves, schedule, i, since, until, low[i], high[i])
-        order = order_of(low[:, 0].copy())
-        largest = semi_axis_xy.max() if n > 0 else 0.0
-        for p in range(n):
-            i = order[p]
-            for q in range(p + 1, n):
-                j = order[q]
-                if low[j, 0] - high[i, 0] > largest:
-                    break
-                xy, z = max(semi_axis_xy[i], semi_axis_xy[j]), max(semi_axis_z[i], semi_axis_z[j])
-                if (
-                    xy > 0.0
-                    and low[j, 0] - high[i, 0] < xy
-                    and low[j, 1] - high[i, 1] < xy
-                    and low[i, 1] - high[j, 1] < xy
-                    and low[j, 2] - high[i, 2] < z
-                    and low[i, 2] - high[j, 2] < z
-                ):
-                    near[min(i, j), max(i, j)] = True
-    found = np.empty((near.sum(), 2), np.int64)
+    found = np.empty((n * (n - 1) // 2, 2), np.int64)
     count = 0
     for i in range(n):
+        one = TimedCurve(schedule.curve[i], schedule.departure[i], schedule.time_scale[i])
         for j in range(i + 1, n):
-            if near[i, j]:
+            other = TimedCurve(schedule.curve[j], schedule.departure[j], schedule.time_scale[j])
+            if xy[i, j] > 0.0 and len(conflict_spans(curves, one, other, xy[i, j], z[i, j], end, True)) > 0:
                 found[count, 0], found[count, 1] = i, j
                 count += 1
-    return found
+    return found[:count]
+
+
+MAX_SPANS = 64
+"""Spans of conflict that are kept apart for one pair; further ones are joined to the last."""
+SAMPLES = 8
+"""Equal parts of an interval at whose ends the least nearness is looked for first."""
+THIRDS = 30
+"""Steps of the ternary search that follows."""
+
+WAITING, FLYING, ARRIVED = range(3)
 
 
 @inner
-def _bounding_box(
-    curves: Curves, schedule: Schedule, i: int, since: float, until: float, low: Floats, high: Floats
-) -> None:
-    """Write the corners of a box around flight i during a slice of time."""
-    c, at, scale = schedule.curve[i], schedule.departure[i], schedule.time_scale[i]
-    u, v = max((since - at) / scale, 0.0), min((until - at) / scale, curve_duration(curves, c))
-    here = position_at(curves, c, min(max(u, 0.0), curve_duration(curves, c)))
+def nearness(a: Floats, b: Floats, semi_axis_xy: float, semi_axis_z: float) -> float:
+    """Return the distance of two positions as a share of an ellipsoid's semi-axes; below 1 they are in conflict."""
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return math.sqrt((x * x + y * y) / (semi_axis_xy * semi_axis_xy) + z * z / (semi_axis_z * semi_axis_z))
+
+
+@kernel
+def conflict_spans(
+    curves: Curves,
+    one: TimedCurve,
+    other: TimedCurve,
+    semi_axis_xy: float,
+    semi_axis_z: float,
+    end: float,
+    first_only: bool,
+) -> Floats:
+    """Return the spans of time within [0, end] in which two flights are in conflict.
+
+    Parameters
+    ----------
+    curves
+        The curves that are flown.
+    one, other
+        The two flights.
+    semi_axis_xy, semi_axis_z
+        Of the ellipsoid, metres.
+    end
+        Seconds into the mission.
+    first_only
+        Whether a part of the first span suffices. Its last two columns are then not filled in.
+
+    Returns
+    -------
+    (n, 4)
+        Begin and end of each span, when the two are nearest, all in seconds, and their squared nearness then.
+    """
+    spans = np.empty((MAX_SPANS, 4))
+    count = 0
+    now = 0.0
+    while now < end:
+        k, phase_one, until_one = _phase(curves, one, now)
+        m, phase_other, until_other = _phase(curves, other, now)
+        until = min(min(until_one, until_other), end)
+        if _boxes_meet(curves, k, m, semi_axis_xy, semi_axis_z):
+            a = _flown(curves, k, phase_one, one, now, until)
+            b = _flown(curves, m, phase_other, other, now, until)
+            square = _nearness_square(a, b, semi_axis_xy, semi_axis_z)
+            count = _add_spans_below_one(square, now, until, spans, count, first_only)
+            if first_only and count > 0:
+                break
+        now = until
+    return spans[:count]
+
+
+@inner
+def _phase(curves: Curves, flight: TimedCurve, now: float) -> tuple[int, int, float]:
+    """Return the piece that is flown just after `now`, the phase of the flight, and until when both hold."""
+    c, at, scale = flight.curve, flight.departure, flight.time_scale
+    local = (now - at) / scale
+    last = curves.first[c + 1] - 1
+    if now < at:
+        return curves.first[c], WAITING, at
+    k = piece_at(curves, c, local)
+    finish = at + scale * (curves.begin[k] + curves.duration[k])
+    while finish <= now and k < last:
+        k += 1
+        finish = at + scale * (curves.begin[k] + curves.duration[k])
+    if finish <= now:
+        return last, ARRIVED, np.inf
+    return k, FLYING, finish
+
+
+@inner
+def _flown(curves: Curves, k: int, phase: int, flight: TimedCurve, now: float, until: float) -> Floats:
+    """Return the Bernstein coefficients of a flight between two instants at which it is within piece k."""
+    at, scale = flight.departure, flight.time_scale
+    if phase == FLYING:
+        return piece_between(curves, k, (now - at) / scale, (until - at) / scale)
+    here = curves.rows[k, 0 if phase == WAITING else curves.rows.shape[1] - 1]
+    return constant_piece(here, curves.rows.shape[1])
+
+
+@inner
+def _nearness_square(a: Floats, b: Floats, semi_axis_xy: float, semi_axis_z: float) -> Floats:
+    """Return the Bernstein coefficients (2 n + 1, 1) of the squared nearness of two pieces of degree n."""
+    n = len(a)
+    gap, squares, square = np.empty(n), np.empty((3, 2 * n - 1)), np.empty((2 * n - 1, 1))
     for axis in range(3):
-        low[axis] = high[axis] = here[axis]
-    if v <= u:
-        return
-    for k in range(piece_at(curves, c, u), piece_at(curves, c, v) + 1):
-        if k < curves.first[c + 1]:
-            rows = piece_between(curves, k, max(u, curves.begin[k]), min(v, curves.begin[k] + curves.duration[k]))
-            for row in rows:
-                for axis in range(3):
-                    low[axis] = min(low[axis], row[axis])
-                    high[axis] = max(high[axis], row[axis])
+        for i in range(n):
+            gap[i] = a[i, axis] - b[i, axis]
+        put(squares, axis, product(gap, gap))
+    for i in range(2 * n - 1):
+        level = (squares[0, i] + squares[1, i]) / (semi_axis_xy * semi_axis_xy)
+        square[i, 0] = level + squares[2, i] / (semi_axis_z * semi_axis_z)
+    return square
+
+
+@inner
+def _boxes_meet(curves: Curves, k: int, m: int, semi_axis_xy: float, semi_axis_z: float) -> bool:
+    """Tell whether the bounding boxes of two pieces are so near to each other that there may be a conflict."""
+    square = 0.0
+    for axis in range(3):
+        gap = max(max(curves.low[k, axis] - curves.high[m, axis], curves.low[m, axis] - curves.high[k, axis]), 0.0)
+        gap /= semi_axis_xy if axis < 2 else semi_axis_z
+        square += gap * gap
+    return square < 1.0
+
+
+@inner
+def _add_spans_below_one(square: Floats, begin: float, end: float, spans: Floats, count: int, first_only: bool) -> int:
+    """Add the intervals on which a polynomial is below 1 to the spans, in order, and return how many there are.
+
+    Intervals that follow each other within `MIN_CONFLICT` are joined.
+    """
+    waiting = [(square, begin, end)]
+    while len(waiting) > 0:
+        b, since, until = waiting.pop()
+        if b.min() >= 1.0:
+            continue
+        if b.max() >= 1.0 and until - since > MIN_CONFLICT:
+            left, right = halve(b)
+            middle = (since + until) / 2
+            waiting.append((right, middle, until))
+            waiting.append((left, since, middle))
+            continue
+        if first_only:
+            spans[0, 0], spans[0, 1] = since, until
+            return 1
+        share, least = _minimum(b)
+        when = since + (until - since) * share
+        if count > 0 and since - spans[count - 1, 1] <= MIN_CONFLICT:
+            spans[count - 1, 1] = until
+        elif count < MAX_SPANS:
+            spans[count, 0], spans[count, 1], spans[count, 3] = since, until, np.inf
+            count += 1
+        else:
+            spans[count - 1, 1] = until
+        if least < spans[count - 1, 3]:
+            spans[count - 1, 2], spans[count - 1, 3] = when, least
+    return count
+
+
+@inner
+def _value(b: Floats, u: float) -> float:
+    """Return the value of a polynomial after a share u of its interval (de Casteljau)."""
+    c = b[:, 0].copy()
+    for step in range(1, len(c)):
+        for i in range(len(c) - step):
+            c[i] = (1.0 - u) * c[i] + u * c[i + 1]
+    return c[0]
+
+
+@inner
+def _minimum(b: Floats) -> tuple[float, float]:
+    """Return where in its interval, as a share, a polynomial is least, and its value there: sampled, then refined."""
+    best, at = np.inf, 0.0
+    for i in range(SAMPLES + 1):
+        value = _value(b, i / SAMPLES)
+        if value < best:
+            best, at = value, i / SAMPLES
+    low, high = max(at - 1 / SAMPLES, 0.0), min(at + 1 / SAMPLES, 1.0)
+    for _ in range(THIRDS):
+        u, v = low + (high - low) / 3, high - (high - low) / 3
+        if _value(b, u) < _value(b, v):
+            high = v
+        else:
+            low = u
+    value = _value(b, (low + high) / 2)
+    return ((low + high) / 2, value) if value < best else (at, best)
+
+
+@kernel
+def nearness_at_ends(curves: Curves, a: int, b: int, semi_axis_xy: float, semi_axis_z: float) -> tuple[float, float]:
+    """Return the nearness of the points where two curves begin, and of the points where they end."""
+    begins = nearness(position_at(curves, a, 0.0), position_at(curves, b, 0.0), semi_axis_xy, semi_axis_z)
+    end_a, end_b = position_at(curves, a, curve_duration(curves, a)), position_at(curves, b, curve_duration(curves, b))
+    return begins, nearness(end_a, end_b, semi_axis_xy, semi_axis_z)
+
+
+@kernel
+def is_given(span: Floats, begins: float, ends: float, end: float) -> bool:
+    """Tell whether a span of conflict follows from the given starts or targets, which nobody can change.
+
+    It does where it begins with the mission, or lasts until its end, and the pair never comes nearer than it is there.
+
+    Parameters
+    ----------
+    span
+        (4,) as from `conflict_spans`.
+    begins, ends
+        The nearness of the pair's starts and of its targets; 1 or more where they are no conflict.
+    end
+        Until when the spans were looked for, seconds.
+    """
+    least = math.sqrt(max(span[3], 0.0)) + SAME_NEARNESS
+    at_start = begins < 1.0 and span[0] <= 0.0 and least >= begins
+    return at_start or (ends < 1.0 and span[1] >= end and least >= ends)
+
+
+@inner
+def in_conflict(curves: Curves, one: TimedCurve, other: TimedCurve, semi_axis_xy: float, semi_axis_z: float) -> bool:
+    """Tell whether two flights are ever in a conflict that is not given by their starts or targets."""
+    arrival_one = one.departure + one.time_scale * curve_duration(curves, one.curve)
+    arrival_other = other.departure + other.time_scale * curve_duration(curves, other.curve)
+    end = max(arrival_one, arrival_other) + 1.0
+    begins, ends = nearness_at_ends(curves, one.curve, other.curve, semi_axis_xy, semi_axis_z)
+    first_only = min(begins, ends) >= 1.0
+    spans = conflict_spans(curves, one, other, semi_axis_xy, semi_axis_z, end, first_only)
+    if first_only:
+        return len(spans) > 0
+    resolvable = 0
+    for span in spans:
+        resolvable += not is_given(span, begins, ends, end)
+    return resolvable > 0

@@ -9,7 +9,6 @@ UAV's tracking error; the UAV's own error is kept from them as from all obstacle
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -38,15 +37,12 @@ MAX_CLIMB_SHARE = 0.5
 """The largest climb along one chord, as a share of the vertical separation: a prism is as tall as its chord climbs."""
 
 
-class PathsApart(NamedTuple):
-    """A mission whose paths are apart in space as far as they can be, and what was changed."""
-
-    mission: Mission
-    actions: list[Action]
-
-
-def keep_paths_apart(airspace: Airspace, mission: Mission, make_trajectory: MakeTrajectory) -> PathsApart:
+def keep_paths_apart(
+    airspace: Airspace, mission: Mission, make_trajectory: MakeTrajectory
+) -> tuple[Mission, list[Action]]:
     """Lead UAVs around the paths of others, so that all paths are apart in space as far as they can be.
+
+    The mission with these paths is returned, and what was changed.
 
     Parameters
     ----------
@@ -65,16 +61,17 @@ def keep_paths_apart(airspace: Airspace, mission: Mission, make_trajectory: Make
         own, result, target = flown[uav], results[uav], mission.assignment[uav]
         if own is None or result is None or target is None:
             continue
-        walls = _columns(mission, uav)
-        for other in placed:
-            walls += _around(scenario, uav, other, flown[other])
+        walls = [wall for other in range(len(flown)) for wall in _columns_of(mission, uav, other)]
+        walls += [wall for other in placed for wall in _around(scenario, uav, other, flown[other])]
         if not _clear(scenario, uav, own, walls):
-            found = plan_among(Problem(airspace, uav, target), walls, make_trajectory, any_angle=result.any_angle)
+            found = plan_among(
+                Problem(airspace, uav, target), scenario, walls, make_trajectory, any_angle=result.any_angle
+            )
             if found is not None:
                 results[uav], flown[uav] = found
                 actions.append(Action(uav, "detour", f"{scenario.uavs[uav].name} flies around the paths of others."))
         placed.append(uav)
-    return PathsApart(replace(mission, results=tuple(results), trajectories=tuple(flown)), actions)
+    return replace(mission, results=tuple(results), trajectories=tuple(flown)), actions
 
 
 def apart_by_timing_only(mission: Mission) -> list[tuple[int, int]]:
@@ -104,11 +101,6 @@ def _clear(scenario: Scenario, uav: int, flight: Trajectory, walls: Sequence[Pri
     alone = {"obstacles": tuple(walls), "terrain": None, "max_height": None, "bounds": bounds}
     world = World(derived(scenario, **alone), vehicle.tracking_error)
     return prove(world, vehicle, flight).verdict is Verdict.PROVEN
-
-
-def _columns(mission: Mission, uav: int) -> list[Prism]:
-    """Return what a UAV must keep clear of about the starts and the targets of all others."""
-    return [wall for other in range(len(mission.scenario.uavs)) for wall in _columns_of(mission, uav, other)]
 
 
 def _columns_of(mission: Mission, uav: int, other: int) -> list[Prism]:

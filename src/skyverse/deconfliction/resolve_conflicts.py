@@ -1,24 +1,53 @@
 """Resolve the conflicts of a fleet by delays, slower flights, detours and exchanges of targets."""
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from skyverse.deconfliction.among_movers import STAY
-from skyverse.deconfliction.candidate import flown_length
+from skyverse.deconfliction.candidate import Candidate, PlacedFlight, flown_length
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.detours import MakeTrajectory
-from skyverse.deconfliction.exchange_targets import Replan, Resolution, exchange_targets, resolve_by_placing
-from skyverse.deconfliction.find_conflicts import find_conflicts
+from skyverse.deconfliction.find_conflicts import ellipsoid_holds, find_conflicts
+from skyverse.deconfliction.prioritized_planning import cost_of, place_flights
 from skyverse.model.mission import Mission
+from skyverse.model.result import Result
 from skyverse.model.short_lines import listed, told_point
 from skyverse.model.temporary_zones import is_closed_at_times, told_zone
-from skyverse.model.verdict import Action, ActionKind, Deconfliction
-from skyverse.problem import Airspace
+from skyverse.model.verdict import Action, ActionKind, Conflict, Deconfliction
+from skyverse.problem import Airspace, Problem
 from skyverse.space.moving_shapes import timed_parts
 from skyverse.stop import Stop
 
+Replan = Callable[[Problem], Result]
+"""Plans the path of a UAV to another target."""
+
 MAX_LATER_ENDS = 4
 """How often all flights are placed among movers, each time for a mission that ends later."""
+MAX_EXCHANGES = 4
+"""Pairs whose exchange is tried."""
+LATE = 0.5
+"""The share of its flight time by which a UAV must arrive later before an exchange is tried."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """The flights that resolve the conflicts of a fleet.
+
+    Attributes
+    ----------
+    planned
+        Each UAV's planned path.
+    conflicts
+        Between the planned paths.
+    placed
+        Each UAV's flight.
+    """
+
+    planned: list[Candidate]
+    conflicts: tuple[Conflict, ...]
+    placed: list[PlacedFlight]
 
 
 def resolve_conflicts(
@@ -127,7 +156,7 @@ def _way_taken(pool: CandidatePool, resolution: Resolution, uav: int) -> Iterato
         yield "detour", " and ".join(turns)
     if slow:
         yield "slow down", f"keeps the speed {'limit' if len(slow) == 1 else 'limits'} of {listed(slow)}"
-    waits = [f"{hover.seconds:.2f} s at {told_point(hover.place)}" for hover in candidate.hovers]
+    waits = [f"{seconds:.2f} s at {told_point(place)}" for seconds, place in candidate.hovers]
     if waits:
         yield "wait", f"waits {', then '.join(waits)} to let others pass"
 
@@ -148,3 +177,69 @@ def _avoided(pool: CandidatePool, resolution: Resolution, uav: int) -> str:
     return (
         listed(list(dict.fromkeys(name for name, meets in zip(names, met, strict=True) if meets and name))) or "others"
     )
+
+
+def resolve_by_placing(pool: CandidatePool, planned: list[Candidate], conflicts: tuple[Conflict, ...]) -> Resolution:
+    """Resolve the conflicts between planned paths by delays, slower flights and detours."""
+    in_conflict = {uav for conflict in conflicts if not conflict.given for uav in conflict.uavs}
+    in_conflict |= {own.uav for own in planned if pool.meets_movers(own)}
+    return Resolution(planned, conflicts, place_flights(pool, planned, in_conflict))
+
+
+def exchange_targets(pool: CandidatePool, first: Resolution, replan: Replan) -> Resolution:
+    """Let pairs in conflict exchange their targets; return the best resolution that this gives, or the first one.
+
+    No exchange is tried that would bring two targets too close to each other for those that would then fly there.
+    """
+    best = first
+    for _, (a, b) in zip(range(MAX_EXCHANGES), _late_pairs(first), strict=False):
+        if pool.cancelled:
+            break
+        if _makes_targets_too_close(pool, best.planned, a, b):
+            continue
+        planned = list(best.planned)
+        for uav, other in ((a, b), (b, a)):
+            target = best.planned[other].target
+            assert target is not None
+            problem = Problem(pool.airspace, uav, target)
+            result = replan(problem)
+            trajectory = pool.make_trajectory(problem, result)
+            if trajectory is None:
+                break
+            planned[uav] = pool.add_planned(uav, target, result, trajectory)
+        else:
+            flown = [None if own.target is None else own.trajectory for own in planned]
+            resolution = resolve_by_placing(pool, planned, find_conflicts(pool.scenario, flown))
+            if cost_of(resolution.placed) < cost_of(best.placed):
+                best = resolution
+    return best
+
+
+def _makes_targets_too_close(pool: CandidatePool, planned: Sequence[Candidate], a: int, b: int) -> bool:
+    """Tell whether an exchange brings the ends of two flights closer than their separation that were apart before.
+
+    Such a conflict nobody could resolve: it would be given, by the exchange. Of two UAVs the larger separation counts,
+    so that the same targets may be far enough from each other for some UAVs and not for others.
+    """
+    order = list(range(len(planned)))
+    order[a], order[b] = b, a
+    ends = np.array([own.end for own in planned])
+    before, after = (
+        ellipsoid_holds(places[:, None] - places, pool.semi_axis_xy, pool.semi_axis_z) for places in (ends, ends[order])
+    )
+    return bool((after & ~before).any())
+
+
+def _late_pairs(resolution: Resolution) -> Iterator[tuple[int, int]]:
+    """Yield pairs in conflict of which one is left in conflict or comes late, the latest first; each UAV once."""
+    late: Sequence[float] = [
+        float("inf") if flight.in_conflict else flight.arrival / own.trajectory.end - 1.0
+        for flight, own in zip(resolution.placed, resolution.planned, strict=True)
+    ]
+    taken: set[int] = set()
+    for conflict in sorted(resolution.conflicts, key=lambda c: -max(late[uav] for uav in c.uavs)):
+        a, b = conflict.uavs
+        both_fly = resolution.planned[a].target is not None and resolution.planned[b].target is not None
+        if both_fly and not taken & {a, b} and max(late[a], late[b]) > LATE:
+            taken |= {a, b}
+            yield a, b

@@ -6,18 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Bools, Floats, Ints
-from skyverse.deconfliction.close_ends import forbid_at_rest, nearness_allowed
+from skyverse.deconfliction.curve_store import SweptCurves, enclose_children
 from skyverse.deconfliction.curves import Schedule, TimedCurve
+from skyverse.deconfliction.find_conflicts import in_conflict
 from skyverse.deconfliction.forbidden_departures import (
     TICK,
     Sweep,
+    forbid_at_rest,
     forbid_departures,
     free_departures,
+    nearness_allowed,
     next_free,
     sweep_of,
 )
-from skyverse.deconfliction.pair_conflicts import in_conflict
-from skyverse.deconfliction.swept_volume_tree import SweptCurves, enclose_children
 from skyverse.numerics.arrays import put
 from skyverse.numerics.kernel import inner, kernel
 

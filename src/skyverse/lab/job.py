@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from skyverse.lab.code_versions import code_digest, digest, settings_of
 from skyverse.live.policies.policy import Policy
-from skyverse.mission.plan_mission import Assignment
+from skyverse.mission.assignment import Assignment
 from skyverse.model.conditions import Sensor
 from skyverse.model.quantities import Model, derived
 from skyverse.model.scenario import Scenario

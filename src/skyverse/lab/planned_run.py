@@ -9,7 +9,7 @@ from skyverse.cost import wrong_figures
 from skyverse.lab.code_versions import settings_of, versions
 from skyverse.lab.job import Case, Job
 from skyverse.lab.row import Row
-from skyverse.mission.plan_mission import assign_targets
+from skyverse.mission.assignment import assign_targets
 from skyverse.model.result import History, Result, Status
 from skyverse.planners.base import Planner
 from skyverse.planners.objective import rescored

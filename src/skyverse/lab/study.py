@@ -29,7 +29,7 @@ from skyverse.lab.study_parts import (
     one_or_list,
     refuse_doubles,
 )
-from skyverse.mission.plan_mission import Assignment
+from skyverse.mission.assignment import Assignment
 from skyverse.model.conditions import Sensor
 from skyverse.model.quantities import Model, derived
 from skyverse.model.scenario import Scenario

@@ -1,6 +1,6 @@
 """Legs of an aeroplane in flight, which climbs where they begin or where they end.
 
-A leg's climb itself is level before and after (see `trajectory.climb`). Where the aeroplane climbs at w m/s at the
+A leg's climb itself is level before and after (see `trajectory.dubins_leg`). Where the aeroplane climbs at w m/s at the
 beginning, its height differs at first by ``-a (T - t)^2 / 2``, with ``T = |w| / |a|`` and the largest vertical
 acceleration a, of the sign of w; the end is the beginning backwards. The leg's own climb lies in between, so that
 slopes do not add up.
@@ -25,10 +25,9 @@ from skyverse.model.arrays import arctan2
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import LEG_END, MIN_FLOWN, MIN_PIECE
-from skyverse.trajectory.climb import Climb, climb_along, climb_length
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.dubins import pose as pose_after
-from skyverse.trajectory.dubins_leg import DubinsLeg, leg_pieces
+from skyverse.trajectory.dubins_leg import Climb, DubinsLeg, climb_along, climb_length, leg_pieces
 from skyverse.trajectory.pose_search import Agility
 
 FINEST_ARC = math.pi / 18.0

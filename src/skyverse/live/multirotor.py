@@ -24,8 +24,8 @@ from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PIECE
 from skyverse.problem import Airspace
 from skyverse.space.world import World
 from skyverse.trajectory.heading import with_heading
+from skyverse.trajectory.leg_parts import rest_to_rest
 from skyverse.trajectory.limits import Limits, limits_of
-from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 NEARER = 0.1
 """Metres by which a UAV comes nearer to its target if it comes nearer at all."""

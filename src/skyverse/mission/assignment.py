@@ -6,9 +6,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skyverse._typing import Floats
+from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError
+from skyverse.numerics.side_by_side import side_by_side
+from skyverse.problem import Airspace, snap_endpoint
+from skyverse.search.lattice_astar import prices_to
 
+Assignment = Literal["euclidean", "path-cost", "identity"]
 Criterion = Literal["min-sum", "min-max"]
 
 
@@ -75,3 +79,51 @@ def _smallest_maximum(matrix: Floats, possible: np.ndarray) -> float:
 
     levels = np.unique(matrix[possible]).tolist()
     return float(levels[bisect_left(levels, matched(levels[-1]), key=matched)])
+
+
+def cost_matrix(airspace: Airspace, assignment: Assignment, workers: int = 1) -> Floats:
+    """Return the cost (m, n) for each of m UAVs to reach each of n targets, infinite where it cannot."""
+    scenario = airspace.scenario
+    uavs, targets = len(scenario.uavs), len(scenario.targets)
+    if assignment == "euclidean":
+        return straight_line([u.start for u in scenario.uavs], [t.position for t in scenario.targets])
+    matrix = np.full((uavs, targets), np.inf)
+    if assignment == "identity":
+        np.fill_diagonal(matrix, 1.0)
+        return matrix
+    kinds = [(airspace.of(i), uav.fixed_wing is None) for i, uav in enumerate(scenario.uavs)]
+    open_goals: dict[tuple[Airspace, bool], tuple[list[int], Ints]] = {}  # the same for all UAVs of a kind
+    for i, kind in enumerate(kinds):
+        if kind in open_goals:
+            continue
+        ends = [snap_endpoint(kind[0], kind[0].lifted(i, t.position), start=False) for t in scenario.targets]
+        free = [j for j, (_, refusal) in enumerate(ends) if refusal is None]
+        open_goals[kind] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
+
+    def row(i: int) -> Floats:
+        own, prices = airspace.of(i), np.full(targets, np.inf)
+        free, nodes = open_goals[kinds[i]]
+        source, refusal = snap_endpoint(own, own.lifted(i, scenario.uavs[i].start), start=True)
+        if refusal is None and free:
+            prices[free] = prices_to(own.grid, own.pricing, source, nodes)
+        return prices
+
+    for i, prices in enumerate(side_by_side(row, uavs, workers)):
+        matrix[i] = prices
+    return matrix
+
+
+def assign_targets(
+    airspace: Airspace, assignment: Assignment = "path-cost", criterion: Criterion = "min-sum", workers: int = 1
+) -> tuple[int | None, ...]:
+    """Return for each UAV the index of its target, or ``None``; see `plan_mission`."""
+    if assignment not in ("euclidean", "path-cost", "identity"):
+        raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
+    if assignment == "path-cost" and len(airspace.scenario.uavs) == len(airspace.scenario.targets) == 1:
+        assignment = "identity"  # there is nothing to choose, so that no pair has to be priced
+    chosen = assign(cost_matrix(airspace, assignment, workers), criterion)
+    if assignment != "path-cost":
+        return chosen
+    # UAVs that can reach no target still get one that is left, so that their results say why
+    left = [j for j in range(len(airspace.scenario.targets)) if j not in chosen]
+    return tuple(left.pop(0) if j is None and left else j for j in chosen)

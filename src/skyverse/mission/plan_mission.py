@@ -3,17 +3,14 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, Protocol
+from typing import Protocol
 
-import numpy as np
-
-from skyverse._typing import Floats, Ints
 from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.find_conflicts import find_conflicts
 from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_apart
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError
-from skyverse.mission.assignment import Criterion, assign, straight_line
+from skyverse.mission.assignment import Assignment, Criterion, assign_targets
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
@@ -25,14 +22,11 @@ from skyverse.planners.auto import Auto
 from skyverse.planners.base import DirectPlanner, Planner, Seed, provenance, seeded
 from skyverse.planners.own_path import require_result
 from skyverse.planners.results import refused_result
-from skyverse.problem import Airspace, Problem, snap_endpoint
+from skyverse.problem import Airspace, Problem
 from skyverse.referee import judge
-from skyverse.search.lattice_astar import prices_to
 from skyverse.stop import Progress, Stop, require_stop
 from skyverse.summary import with_flight_summaries
 from skyverse.trajectory import Shape, fly_along
-
-Assignment = Literal["euclidean", "path-cost", "identity"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,16 +178,16 @@ def _apart_in_space(
     apart. So paths are then led around each other once more, and that is kept if it leaves fewer conflicts, or fewer
     pairs that are apart by timing only.
     """
-    around = keep_paths_apart(airspace, asked, make_trajectory)
-    mission = _since(asked, resolve(around.mission), around.actions)
-    paths_changed = any(now is not then for now, then in zip(mission.results, around.mission.results, strict=True))
+    around, actions = keep_paths_apart(airspace, asked, make_trajectory)
+    mission = _since(asked, resolve(around), actions)
+    paths_changed = any(now is not then for now, then in zip(mission.results, around.results, strict=True))
     if mission.interrupted or not paths_changed:
         return mission
-    again = keep_paths_apart(airspace, mission, make_trajectory)
-    anew = {action.uav for action in again.actions}
+    again, actions = keep_paths_apart(airspace, mission, make_trajectory)
+    anew = {action.uav for action in actions}
     done = () if mission.deconfliction is None else mission.deconfliction.actions
     holds = [action for action in done if action.uav not in anew or action.kind == "exchange"]
-    second = _since(asked, resolve(replace(again.mission, deconfliction=None)), [*holds, *again.actions])
+    second = _since(asked, resolve(replace(again, deconfliction=None)), [*holds, *actions])
     return min(mission, second, key=_left_undone)
 
 
@@ -215,51 +209,3 @@ def _since(asked: Mission, mission: Mission, actions: Sequence[Action]) -> Missi
         makespan_after=mission.makespan,
     )
     return replace(mission, deconfliction=record)
-
-
-def cost_matrix(airspace: Airspace, assignment: Assignment, workers: int = 1) -> Floats:
-    """Return the cost (m, n) for each of m UAVs to reach each of n targets, infinite where it cannot."""
-    scenario = airspace.scenario
-    uavs, targets = len(scenario.uavs), len(scenario.targets)
-    if assignment == "euclidean":
-        return straight_line([u.start for u in scenario.uavs], [t.position for t in scenario.targets])
-    matrix = np.full((uavs, targets), np.inf)
-    if assignment == "identity":
-        np.fill_diagonal(matrix, 1.0)
-        return matrix
-    kinds = [(airspace.of(i), uav.fixed_wing is None) for i, uav in enumerate(scenario.uavs)]
-    open_goals: dict[tuple[Airspace, bool], tuple[list[int], Ints]] = {}  # the same for all UAVs of a kind
-    for i, kind in enumerate(kinds):
-        if kind in open_goals:
-            continue
-        ends = [snap_endpoint(kind[0], kind[0].lifted(i, t.position), start=False) for t in scenario.targets]
-        free = [j for j, (_, refusal) in enumerate(ends) if refusal is None]
-        open_goals[kind] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
-
-    def row(i: int) -> Floats:
-        own, prices = airspace.of(i), np.full(targets, np.inf)
-        free, nodes = open_goals[kinds[i]]
-        source, refusal = snap_endpoint(own, own.lifted(i, scenario.uavs[i].start), start=True)
-        if refusal is None and free:
-            prices[free] = prices_to(own.grid, own.pricing, source, nodes)
-        return prices
-
-    for i, prices in enumerate(side_by_side(row, uavs, workers)):
-        matrix[i] = prices
-    return matrix
-
-
-def assign_targets(
-    airspace: Airspace, assignment: Assignment = "path-cost", criterion: Criterion = "min-sum", workers: int = 1
-) -> tuple[int | None, ...]:
-    """Return for each UAV the index of its target, or ``None``; see `plan_mission`."""
-    if assignment not in ("euclidean", "path-cost", "identity"):
-        raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
-    if assignment == "path-cost" and len(airspace.scenario.uavs) == len(airspace.scenario.targets) == 1:
-        assignment = "identity"  # there is nothing to choose, so that no pair has to be priced
-    chosen = assign(cost_matrix(airspace, assignment, workers), criterion)
-    if assignment != "path-cost":
-        return chosen
-    # UAVs that can reach no target still get one that is left, so that their results say why
-    left = [j for j in range(len(airspace.scenario.targets)) if j not in chosen]
-    return tuple(left.pop(0) if j is None and left else j for j in chosen)

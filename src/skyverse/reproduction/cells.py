@@ -11,7 +11,7 @@ from skyverse._typing import Floats
 from skyverse.files import read_scenario
 from skyverse.lab import Case, Job, Rows, problems_of, sample
 from skyverse.lab.report import Block
-from skyverse.mission.plan_mission import Assignment
+from skyverse.mission.assignment import Assignment
 from skyverse.model.result import History
 from skyverse.planners import make_planner
 from skyverse.planners.astar import AStar

@@ -9,7 +9,7 @@ import numpy as np
 from skyverse.draw import INK, blank, logarithmic
 from skyverse.draw.map_figure import SOFT
 from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
-from skyverse.mission.plan_mission import Assignment
+from skyverse.mission.assignment import Assignment
 from skyverse.reproduction.cells import FORMS, CellRuns, Size, grid
 from skyverse.reproduction.published import METHODS
 

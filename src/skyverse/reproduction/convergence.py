@@ -7,7 +7,7 @@ from itertools import product
 from skyverse.lab import Figure, Sample, Table, Text, sample
 from skyverse.lab.figures import boxes
 from skyverse.lab.report import Block
-from skyverse.mission.plan_mission import Assignment
+from skyverse.mission.assignment import Assignment
 from skyverse.reproduction.cells import (
     FORM_HEADS,
     FORMS,

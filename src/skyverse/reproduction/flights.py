@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from skyverse.draw import MissionScene, instant, paths, scene, trajectories
 from skyverse.lab import Figure, Table
 from skyverse.lab.report import Block
-from skyverse.mission.plan_mission import Assignment, MissionOptions, plan_mission
+from skyverse.mission.assignment import Assignment
+from skyverse.mission.plan_mission import MissionOptions, plan_mission
 from skyverse.model.mission import Mission
 from skyverse.reproduction.cells import FORMS, Cell, CellRuns, ThesisPart
 from skyverse.reproduction.charts import ChartSeries, bars, lines, method_series

@@ -1,6 +1,24 @@
 """From a path to a trajectory: the waypoints that are needed, then a motion along them within the UAV's limits."""
 
-from skyverse.trajectory.path_to_trajectory import Shape, fly_along
-from skyverse.trajectory.rest_to_rest import rest_to_rest
+from skyverse.trajectory.aeroplane import fly_aeroplane
+from skyverse.trajectory.blended import blended
+from skyverse.trajectory.heading import with_heading
+from skyverse.trajectory.leg_parts import rest_to_rest
+from skyverse.trajectory.path_to_trajectory import Shape, fly_along, needed_waypoints
+from skyverse.trajectory.proof import Proof, prove
+from skyverse.trajectory.smooth import smooth
+from skyverse.trajectory.straight_legs import least_seconds
 
-__all__ = ["Shape", "fly_along", "rest_to_rest"]
+__all__ = [
+    "Proof",
+    "Shape",
+    "blended",
+    "fly_aeroplane",
+    "fly_along",
+    "least_seconds",
+    "needed_waypoints",
+    "prove",
+    "rest_to_rest",
+    "smooth",
+    "with_heading",
+]

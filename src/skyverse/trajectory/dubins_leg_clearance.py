@@ -8,8 +8,7 @@ from skyverse.numerics.kernel import inner
 from skyverse.numerics.tolerances import ARC_DEVIATION, SURFACE_DEPTH
 from skyverse.space import box
 from skyverse.space.obstacles import Space, boxes_near, shapes_crossed
-from skyverse.trajectory.climb import height_gained
-from skyverse.trajectory.dubins_leg import DubinsLeg, leg_curvature, leg_marks, pose_on_leg
+from skyverse.trajectory.dubins_leg import DubinsLeg, height_gained, leg_curvature, leg_marks, pose_on_leg
 
 CLEAR, BLOCKED, BLOCKED_AT_ANY_HEIGHT, UNDECIDED = range(4)
 MAX_DEPTH = 64

@@ -18,6 +18,7 @@ from skyverse.numerics.tolerances import MIN_NORM, MIN_STEP_SHARE
 from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.newton_equations import FIXED, SplineProblem, assemble
 from skyverse.trajectory.newton_step import BAND, NewtonSystem, solve_newton_system
+from skyverse.trajectory.spline import time_of
 
 BARRIERS_OF_POINT = 9.0
 """Barriers for each control point, about: six faces of its bounds and three limits."""
@@ -78,7 +79,7 @@ def improve(problem: SplineProblem, spans: Floats, points: Floats, rounds: int, 
                 further[FIXED + j // 3, j % 3] += share * system.by_points[j]
             there = objective(problem, longer, further, mu)
             if there < here - ARMIJO * share * decrement:
-                _copy(longer, further, spans, points)
+                spans[:], points[:] = longer, further
                 moved = True
                 break
             share *= BACKTRACKING
@@ -129,26 +130,12 @@ def objective(problem: SplineProblem, spans: Floats, points: Floats, mu: float) 
 
 
 @inner
-def _copy(spans: Floats, points: Floats, to_spans: Floats, to_points: Floats) -> None:
-    """Copy durations and control points."""
-    for k in range(len(spans)):
-        to_spans[k] = spans[k]
-    for i in range(len(points)):
-        for a in range(3):
-            to_points[i, a] = points[i, a]
-
-
-@inner
 def _derivative(control: Floats, spans: Floats, order: int) -> Floats:
     """Return the control points of the derivative of an order from those of the derivative before it; see `spline`."""
     m = len(control) - 1
     lower = np.empty((m, 3))
-    back = 4 - order
     for i in range(m):
-        time = 0.0
-        for k in range(max(i - back, 0), min(i, len(spans) - 1) + 1):
-            time += spans[k]
-        per = (5 - order) / time
+        per = (5 - order) / time_of(spans, i - 4 + order, i)
         for a in range(3):
             lower[i, a] = per * (control[i + 1, a] - control[i, a])
     return lower

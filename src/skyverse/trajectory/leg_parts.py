@@ -1,4 +1,8 @@
-"""Legs cut into parts where they enter and leave zones, so that each part has one speed limit."""
+"""Legs cut into parts where they enter and leave zones, so that each part has one speed limit.
+
+`rest_to_rest` flies straight from waypoint to waypoint, at rest at each, in the least time: a profile of seven segments
+of constant jerk.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,10 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Bools, Floats, Ints
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.space.speed_zones import SpeedZone
-from skyverse.trajectory.limits import Limits
-from skyverse.trajectory.straight_legs import Legs, legs_between
+from skyverse.trajectory.limits import Limits, limits_of
+from skyverse.trajectory.straight_legs import Legs, corner_speeds, legs_between, trajectory_along, without_repeats
 
 ZONE_MARGIN = 0.01
 """Metres from a zone at which its speed limit begins and ends, so that no rounding takes a faster UAV into it."""
@@ -100,3 +106,34 @@ def _blend_ways(speed: float, sharpness: Floats, limits: Limits) -> Floats:
     """Return about how many metres before bends of a sharpness (n,) the blends at a speed begin, (n,)."""
     seconds = speed * sharpness / limits.acceleration + limits.acceleration / limits.jerk
     return np.where(sharpness > 0.0, 0.5 * speed * seconds, ZONE_MARGIN)
+
+
+def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0, zones: Sequence[SpeedZone] = ()) -> Trajectory:
+    """Fly straight from waypoint to waypoint and stop at each, as fast as the limits allow.
+
+    Parameters
+    ----------
+    waypoints
+        (n, 3) metres; a single one for a UAV that stays where it is.
+    uav
+        A multirotor, whose limits are kept.
+    start
+        The first instant, seconds.
+    zones
+        With speed limits, which are kept too.
+
+    Returns
+    -------
+    Trajectory
+        Up to seven cubic pieces for each segment; a single piece that does not move where the UAV stays.
+    """
+    points = without_repeats(waypoints)
+    if len(points) == 1:
+        stay = np.zeros((1, 4, 3))
+        stay[0, 0] = points[0]
+        return Trajectory(np.array([start, start + 1.0]), stay)
+    limits = limits_of(uav, -LIMIT_MARGIN)
+    parts = cut_legs(zones, points, limits)
+    legs = parts.legs(parts.ends(points), limits)
+    speeds = corner_speeds(legs, np.where(parts.at_waypoint, 0.0, np.inf))
+    return trajectory_along(legs, speeds, "stop-and-go").retimed(start)

@@ -111,7 +111,7 @@ def derivative(rows: Floats) -> Floats:
 
 
 @inner
-def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> tuple[float, float, float, int]:
+def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> tuple[float, float, float]:
     """Enclose the largest share of one limit that a piece uses.
 
     Parameters
@@ -126,8 +126,8 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
     Returns
     -------
     tuple
-        An upper bound of the largest share (or `floor`, where that is more); a lower bound; where in the piece, as a
-        share of it, the lower bound is reached; and how often the piece was halved.
+        An upper bound of the largest share (or `floor`, where that is more); a lower bound; and where in the piece, as
+        a share of it, the lower bound is reached.
     """
     whole = b.copy().reshape(-1)
     lower, last, hull = _shares(limits, limit, whole)
@@ -135,7 +135,7 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
     if last > lower:
         lower, where = last, 1.0
     if hull <= max(floor, lower * (1.0 + tight)):
-        return hull, lower, where, 0
+        return hull, lower, where
     pieces = np.empty((MAX_DEPTH + 1, b.size))  # a stack of parts that are not decided, the earliest on top
     begin, hulls, level = np.zeros(MAX_DEPTH + 1), np.empty(MAX_DEPTH + 1), np.zeros(MAX_DEPTH + 1, np.int64)
     put(pieces, 0, whole)
@@ -157,7 +157,7 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
         if middle > lower:
             lower, where = middle, begin[top]
         waiting += 1
-    return upper, lower, where, halvings
+    return upper, lower, where
 
 
 @inner

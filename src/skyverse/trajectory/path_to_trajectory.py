@@ -22,8 +22,8 @@ from skyverse.summary import flown_length, largest_distance, turning
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.heading import with_heading
+from skyverse.trajectory.leg_parts import rest_to_rest
 from skyverse.trajectory.proof import prove
-from skyverse.trajectory.rest_to_rest import rest_to_rest
 from skyverse.trajectory.smooth import CLOSE_REACH, smooth
 from skyverse.trajectory.straight_legs import least_seconds
 

@@ -15,9 +15,8 @@ from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import LEG_END, MIN_PLAIN_WAY
 from skyverse.space.obstacles import Space
 from skyverse.space.world import segment_free
-from skyverse.trajectory.climb import ALL_ALONG, climb_along, climb_length
 from skyverse.trajectory.dubins import all_words
-from skyverse.trajectory.dubins_leg import DubinsLeg, pose_on_leg
+from skyverse.trajectory.dubins_leg import ALL_ALONG, DubinsLeg, climb_along, climb_length, pose_on_leg
 from skyverse.trajectory.dubins_leg_clearance import BLOCKED_AT_ANY_HEIGHT, CLEAR, leg_clear
 
 MAX_WAYPOINTS_AHEAD = 5

@@ -71,14 +71,11 @@ class Proof(NamedTuple):
         The demand that is not met or not decided, one of `DEMANDS`; empty when all are proven.
     instant
         When it is not met or not decided, seconds.
-    subdivisions
-        How often pieces were halved.
     """
 
     verdict: Verdict
     what: str
     instant: float | None
-    subdivisions: int
 
 
 def prove(world: World, uav: UAV, trajectory: Trajectory) -> Proof:
@@ -86,30 +83,26 @@ def prove(world: World, uav: UAV, trajectory: Trajectory) -> Proof:
 
     Whether it is continuous, and at rest at its ends, is not examined.
     """
-    code, what, instant, cuts = _prove(
+    code, what, instant = _prove(
         world.space, limits_of(uav, LIMIT_EASE), trajectory.knots.copy(), trajectory.coefficients.copy()
     )
     verdict = _VERDICTS[code]
-    if verdict is Verdict.PROVEN:
-        too_fast = first_too_fast(world.speed_zones, trajectory)
-        if too_fast is None:
-            return Proof(verdict, "", None, cuts)
-        return Proof(Verdict.UNDECIDED, DEMANDS[_ZONE_SPEED], too_fast, cuts)
-    return Proof(verdict, DEMANDS[what], instant, cuts)
+    if verdict is not Verdict.PROVEN:
+        return Proof(verdict, DEMANDS[what], instant)
+    too_fast = first_too_fast(world.speed_zones, trajectory)
+    return Proof(verdict, "", None) if too_fast is None else Proof(Verdict.UNDECIDED, DEMANDS[_ZONE_SPEED], too_fast)
 
 
 @kernel
-def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) -> tuple[int, int, float, int]:
-    """Judge a trajectory: verdict, demand and instant as in `Proof`, and how often pieces were halved."""
-    cuts = 0
+def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) -> tuple[int, int, float]:
+    """Judge a trajectory: verdict, demand and instant as in `Proof`."""
     doubt = (_PROVEN, 0, 0.0)
     for k in range(len(coefficients)):
         duration = knots[k + 1] - knots[k]
         rows = coefficients[k]
-        code, what, where, more = _clear(space, to_bernstein(rows, duration))
-        cuts += more
+        code, what, where = _clear(space, to_bernstein(rows, duration))
         if code == _REFUTED:
-            return code, what, knots[k] + where * duration, cuts
+            return code, what, knots[k] + where * duration
         if code == _UNDECIDED:
             doubt = (code, what, knots[k] + where * duration)
         velocity = derivative(rows)
@@ -123,13 +116,12 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
                 if limit >= AIRSPEED
                 else rates[DERIVATIVE[limit] - 1]
             )
-            upper, lower, where, more = peak(limits, limit, b, _USABLE, PROOF_TIGHTNESS)
-            cuts += more
+            upper, lower, where = peak(limits, limit, b, _USABLE, PROOF_TIGHTNESS)
             if lower > _USABLE:
-                return _REFUTED, limit, knots[k] + where * duration, cuts
+                return _REFUTED, limit, knots[k] + where * duration
             if not upper <= _USABLE:
                 doubt = (_UNDECIDED, limit, knots[k] + where * duration)
-    return doubt[0], doubt[1], doubt[2], cuts
+    return doubt
 
 
 @kernel
@@ -137,14 +129,13 @@ def clear_pieces(space: Space, durations: Floats, coefficients: Floats) -> Bools
     """Tell which pieces (m, degree + 1, 3) of a curve, of (m,) seconds each, are proven clear and in bounds, (m,)."""
     clear = np.empty(len(durations), np.bool_)
     for k in range(len(durations)):
-        code, _, _, _ = _clear(space, to_bernstein(coefficients[k], durations[k]))
-        clear[k] = code == _PROVEN
+        clear[k] = _clear(space, to_bernstein(coefficients[k], durations[k]))[0] == _PROVEN
     return clear
 
 
 @inner
-def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
-    """Judge whether a piece is clear: verdict, demand, the share of the piece where it fails, and halvings."""
+def _clear(space: Space, b: Floats) -> tuple[int, int, float]:
+    """Judge whether a piece is clear: verdict, demand, and the share of the piece where it fails."""
     pieces = np.empty((MAX_DEPTH + 1, b.size))  # a stack of parts that are not decided, the earliest on top
     put(pieces, 0, b.copy().reshape(-1))
     low, high = np.empty(3), np.empty(3)
@@ -153,7 +144,7 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
     for share in range(2):
         what = _fault(space, near, b[share * (len(b) - 1)])
         if what:
-            return _REFUTED, what, float(share), 0
+            return _REFUTED, what, float(share)
     begin, level = np.zeros(MAX_DEPTH + 1), np.zeros(MAX_DEPTH + 1, np.int64)
     count = np.full(MAX_DEPTH + 1, len(near))  # so many boxes, the first ones, are near what it is half of
     waiting, cuts = 1, 0
@@ -168,7 +159,7 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
             waiting -= 1
             continue
         if level[top] == MAX_DEPTH or cuts == MAX_HALVINGS:
-            return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top], cuts
+            return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top]
         cuts += 1
         split(pieces[top], pieces[waiting], 3)
         level[top] += 1
@@ -176,9 +167,9 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
         begin[top] += 0.5 ** level[top]
         what = _fault(space, near[: count[top]], pieces[top])
         if what:
-            return _REFUTED, what, begin[top], cuts
+            return _REFUTED, what, begin[top]
         waiting += 1
-    return _PROVEN, 0, 0.0, cuts
+    return _PROVEN, 0, 0.0
 
 
 @inner

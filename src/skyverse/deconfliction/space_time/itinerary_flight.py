@@ -14,8 +14,8 @@ from skyverse.numerics.tolerances import MIN_SEGMENT, MIN_WAIT
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.world import World
 from skyverse.trajectory.blended import blended
+from skyverse.trajectory.leg_parts import rest_to_rest
 from skyverse.trajectory.proof import prove
-from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 MAX_DEVIATION = 0.5
 """Metres that a blend may be from its corner."""

@@ -2,6 +2,9 @@
 
 Time is cut into equal slices, and for each the boxes are kept that the flights do not leave during it. Only where these
 are too near do the flights' own trees of boxes decide, down to their leaves.
+
+From this follow the safe intervals in which a UAV may hover at a place. Movers are followed in steps in which the
+distance that is left cannot be used up.
 """
 
 import math
@@ -10,12 +13,66 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.deconfliction.curve_store import SweptCurves
 from skyverse.deconfliction.curves import Schedule, curve_duration
-from skyverse.deconfliction.space_time.leg_profiles import SECONDS, StraightLeg, share_flown
-from skyverse.deconfliction.space_time.near_movers import leg_kept_off
-from skyverse.deconfliction.swept_volume_tree import SweptCurves
+from skyverse.deconfliction.space_time.leg_profiles import PEAK, SECONDS, StraightLeg, share_flown
+from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel
-from skyverse.space.moving_shapes import MovingShapes
+from skyverse.numerics.tolerances import MOVER_MARGIN
+from skyverse.space.moving_shapes import MovingShapes, gap_at
+
+HOVER_STEP = 0.01
+"""Seconds by which time goes on at least where the UAV hovers."""
+LEG_STEP = 0.002
+"""Seconds by which time goes on at least while it flies a leg."""
+
+
+@inner_query
+def near_until(
+    shapes: MovingShapes, m: int, place: Floats, now: float, more: float, moved: Floats
+) -> tuple[bool, float]:
+    """Return whether mover m may be too near to a place at an instant, and until when that surely does not change.
+
+    `more` is how much farther than it must the UAV is to be, metres.
+    """
+    gap, rate = gap_at(shapes, m, now, place, moved) - MOVER_MARGIN - more, shapes.rate[m]
+    if now < shapes.active[m, 0]:
+        return False, shapes.active[m, 0]
+    if now > shapes.active[m, 1]:
+        return False, np.inf
+    if rate <= 0.0:
+        return gap < 0.0, np.nextafter(shapes.active[m, 1], np.inf)
+    step = max(abs(gap) / rate, HOVER_STEP)
+    return gap < rate * HOVER_STEP, min(now + step, np.nextafter(shapes.active[m, 1], np.inf))
+
+
+@inner_query
+def leg_kept_off(shapes: MovingShapes, leg: StraightLeg, departure: float, horizon: float, room: Floats) -> float:
+    """Return by how many seconds a leg must depart later because of a mover that it meets; 0 if it meets none.
+
+    Where it meets one, the mover must have gone from the place at which the UAV would be then. `room` is
+    (7, 3) metres to work in.
+    """
+    here, moved = room[5], room[6]
+    arrival = departure + leg.profile[SECONDS]
+    for m in range(len(shapes.kind)):
+        speed = shapes.rate[m] + leg.profile[PEAK]
+        now, until = max(departure, shapes.active[m, 0]), min(arrival, shapes.active[m, 1])
+        while now <= until:
+            share = share_flown(leg.profile, now - departure)
+            for axis in range(3):
+                here[axis] = leg.place[axis] + share * leg.way[axis]
+            gap = gap_at(shapes, m, now, here, moved) - MOVER_MARGIN
+            if gap < speed * LEG_STEP:
+                gone = now + HOVER_STEP
+                near, after = near_until(shapes, m, here, gone, speed * LEG_STEP, moved)
+                while near and gone < horizon:
+                    gone = after
+                    near, after = near_until(shapes, m, here, gone, speed * LEG_STEP, moved)
+                return np.inf if near else gone - now
+            now += gap / speed
+    return 0.0
+
 
 SLICE = 0.25
 """Seconds of a slice."""
@@ -220,3 +277,72 @@ def earliest_leg(others: Others, leg: StraightLeg, since: float, until: float, r
             return departure
         departure = later
     return np.inf
+
+
+MOST_SPANS = 512
+"""Spans in which flights come too near to one place that are told apart; with more, the place is never safe."""
+
+
+@inner
+def safe_intervals(others: Others, place: Floats, shortest: float) -> Floats:
+    """Return the intervals (k, 2), seconds, in which nobody comes too near to a place; the last may be infinite.
+
+    Intervals that are shorter than `shortest` are left out.
+    """
+    spans = np.empty((MOST_SPANS, 2))
+    count = _near_spans(others, place, spans, np.empty(3))
+    if count < 0:
+        return np.empty((0, 2))
+    order = order_of(spans[:count, 0].copy())
+    found = np.empty((count + 1, 2))
+    kept, now = 0, 0.0
+    for k in range(count):
+        since, until = spans[order[k], 0], spans[order[k], 1]
+        if since - now > shortest:
+            found[kept, 0], found[kept, 1] = now, since
+            kept += 1
+        now = max(now, until)
+    if now < np.inf:
+        found[kept, 0], found[kept, 1] = now, np.inf
+        kept += 1
+    return found[:kept]
+
+
+@inner_query
+def _near_spans(others: Others, place: Floats, spans: Floats, moved: Floats) -> int:
+    """Write the spans in which anybody comes too near to a place, and return how many there are; -1 if too many."""
+    count = 0
+    final = len(others.slices) - 1
+    for p in range(len(others.base)):
+        opened = False
+        for s in range(final + 1):
+            if not too_near(others, p, others.slices[s, p], place, place):
+                continue
+            now = s * others.slice_seconds
+            until = (s + 1) * others.slice_seconds if s < final else np.inf
+            while now < until:
+                row, after = leaf_at(others, p, now)
+                after = min(after, until)
+                if too_near(others, p, others.boxes[row], place, place):
+                    if opened and spans[count - 1, 1] >= now:
+                        spans[count - 1, 1] = after
+                    elif count == MOST_SPANS:
+                        return -1
+                    else:
+                        spans[count, 0], spans[count, 1] = now, after
+                        count += 1
+                        opened = True
+                now = after
+    for m in range(len(others.movers.kind)):
+        now = 0.0
+        while now < others.horizon:
+            near, after = near_until(others.movers, m, place, now, 0.0, moved)
+            if near and count > 0 and spans[count - 1, 1] == now:
+                spans[count - 1, 1] = after
+            elif near:
+                if count == MOST_SPANS:
+                    return -1
+                spans[count, 0], spans[count, 1] = now, after
+                count += 1
+            now = after
+    return count

@@ -11,8 +11,7 @@ import numpy as np
 
 from skyverse._typing import Bools, Floats, Ints
 from skyverse.deconfliction.space_time.leg_profiles import SECONDS, StraightLeg
-from skyverse.deconfliction.space_time.others import Others, earliest_leg
-from skyverse.deconfliction.space_time.safe_intervals import safe_intervals
+from skyverse.deconfliction.space_time.others import Others, earliest_leg, safe_intervals
 from skyverse.numerics.arrays import doubled, put
 from skyverse.numerics.heap import Heap, make_heap, pop, push
 from skyverse.numerics.kernel import by_reference, inner, kernel

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.deconfliction.candidate import Candidate, Hover, PlacedFlight
+from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.itinerary_flight import Nonstop, smoothed, split_at_waits, whole_flight
@@ -45,7 +45,7 @@ class WaitingFlights:
     """
 
     def __init__(self, pool: CandidatePool, planned: Sequence[Candidate]) -> None:
-        self._pool, self._planned = pool, planned
+        self.pool, self.planned = pool, planned
         self._roadmaps: dict[TrackingError, RoadmapGraph] = {}
         self._profiles: dict[tuple[TrackingError, Limits], Floats] = {}
         self._left: dict[tuple[TrackingError, Limits, int], Floats] = {}
@@ -69,7 +69,7 @@ class WaitingFlights:
         searches
             How many searches are made: each seeks an earlier arrival than the one before, and takes longer.
         """
-        pool, result = self._pool, planned.result
+        pool, result = self.pool, planned.result
         uav = pool.scenario.uavs[planned.uav]
         if uav.fixed_wing is not None or planned.target is None or result is None or not result.any_angle:
             return None
@@ -83,7 +83,7 @@ class WaitingFlights:
         self, planned: Candidate, placed: Sequence[PlacedFlight], latest: float, searches: int
     ) -> PlacedFlight | None:
         """Return what `flight` does, without looking among the answers that are kept."""
-        pool = self._pool
+        pool = self.pool
         assert planned.target is not None
         clock = Stopwatch()
         problem = Problem(pool.airspace, planned.uav, planned.target)
@@ -110,20 +110,17 @@ class WaitingFlights:
         effort = Effort(generated_paths=1, generated_nodes=found.expanded, evaluations=1)
         record = SearchRecord(origin, effort, clock.seconds)
         flown = with_heading(whole_flight(runs), pool.scenario.uavs[planned.uav]).retimed(start)
-        hovers = [Hover(run.departure - before.arrival, before.path[-1]) for before, run in pairwise(runs)]
-        candidate = pool.add_waiting(
-            planned,
-            any_angle_result(problem, path, None, record),
-            flown,
-            tuple(hover for hover in hovers if hover.seconds > MIN_WAIT),
-        )
+        waits = [(run.departure - before.arrival, before.path[-1]) for before, run in pairwise(runs)]
+        result = any_angle_result(problem, path, None, record)
+        hovers = tuple(wait for wait in waits if wait[0] > MIN_WAIT)
+        candidate = pool.add(planned.uav, planned.target, result, flown, hovers=hovers, in_time=True)
         return PlacedFlight(candidate, runs[0].departure)
 
     def _itinerary(
         self, problem: Problem, planned: Candidate, placed: Sequence[PlacedFlight], latest: float, searches: int
     ) -> tuple[Itinerary, RoadmapGraph, UAV]:
         """Return the itinerary of a UAV, on which roadmap it is, and the UAV as slow as zones make it."""
-        pool = self._pool
+        pool = self.pool
         uav, world = pool.scenario.uavs[planned.uav], problem.airspace.world
         slowest = min([uav.max_speed, *(zone.max_speed for zone in world.speed_zones)])
         limited = derived(uav, max_speed=slowest)
@@ -154,11 +151,11 @@ class WaitingFlights:
 
     def _roadmap(self, uav: int) -> RoadmapGraph:
         """Return the roadmap for UAVs with the tracking error of one of them."""
-        error = self._pool.scenario.uavs[uav].tracking_error
+        error = self.pool.scenario.uavs[uav].tracking_error
         if error not in self._roadmaps:
-            alike = [own for own in self._planned if self._pool.scenario.uavs[own.uav].tracking_error == error]
+            alike = [own for own in self.planned if self.pool.scenario.uavs[own.uav].tracking_error == error]
             problems = [
-                (own, Problem(self._pool.airspace, own.uav, own.target)) for own in alike if own.target is not None
+                (own, Problem(self.pool.airspace, own.uav, own.target)) for own in alike if own.target is not None
             ]
             paths = [problem.without_lifts(own.result.path) for own, problem in problems if own.result is not None]
             columns = [
@@ -167,9 +164,9 @@ class WaitingFlights:
                 for ground, top in ((problem.uav_place, problem.start), (problem.target_place, problem.end))
                 if not np.array_equal(ground, top)
             ]
-            ellipsoids = np.column_stack([self._pool.semi_axis_xy.max(axis=1), self._pool.semi_axis_z.max(axis=1)])
+            ellipsoids = np.column_stack([self.pool.semi_axis_xy.max(axis=1), self.pool.semi_axis_z.max(axis=1)])
             flying = ellipsoids[[own.uav for own in alike]]
-            world = self._pool.airspace.of(uav).world
+            world = self.pool.airspace.of(uav).world
             self._roadmaps[error] = make_roadmap(world, paths, columns, flying.min(axis=0))
         return self._roadmaps[error]
 
