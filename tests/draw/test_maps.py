@@ -1,6 +1,5 @@
 """Terrain, shapes by kind, map and profiles: what is drawn, as data."""
 
-import base64
 import dataclasses
 import itertools
 import json
@@ -36,9 +35,11 @@ from skyverse.draw import (
     span,
     surface,
     tinted,
+    touching,
     trajectories,
     triangles,
     turned,
+    united,
 )
 from skyverse.draw import shape_kinds as kinds_module
 from skyverse.draw.map_traces import from_above
@@ -46,12 +47,7 @@ from skyverse.draw.profile_traces import from_the_side
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE
 from skyverse.model.shape_extent import extent
 from towns import buildings, hills, rectangle, town, with_terrain
-
-
-def numbers(packed):
-    """The numbers of an array as the page carries it."""
-    values = np.frombuffer(base64.b64decode(packed["bdata"]), {"f4": np.float32, "i4": np.int32}[packed["dtype"]])
-    return values.reshape([int(side) for side in packed["shape"].split(", ")]) if "shape" in packed else values
+from traces import area, columns, enclosed, numbers, of_role
 
 
 def area_of(points, cut):
@@ -107,8 +103,7 @@ SHAPES = [
 @pytest.mark.parametrize(("shape", "volume"), SHAPES, ids=lambda value: getattr(value, "shape", ""))
 def test_a_surface_encloses_the_shapes_volume(shape, volume):
     points, cut = surface(shape)
-    a, b, c = (points[cut[:, k]] for k in range(3))
-    assert np.sum(a * np.cross(b, c)) / 6 == pytest.approx(volume, rel=0.02)
+    assert enclosed(points, cut) == pytest.approx(volume, rel=0.02)
     low, high = extent(shape)
     assert np.all(points >= low - 1e-9)
     assert np.all(points <= high + 1e-9)
@@ -118,9 +113,8 @@ def test_a_surface_encloses_the_shapes_volume(shape, volume):
 
 def test_voxels_have_faces_only_between_occupied_and_free():
     occupied = np.ones((5, 4, 3), dtype=bool)
-    points, cut = surface(sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied))
-    u, v = points[cut[:, 1]] - points[cut[:, 0]], points[cut[:, 2]] - points[cut[:, 0]]
-    assert np.linalg.norm(np.cross(u, v), axis=1).sum() / 2 == pytest.approx(2 * (20 + 15 + 12))
+    made = surface(sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied))
+    assert area(*made) == pytest.approx(2 * (20 + 15 + 12))
 
 
 def test_coarser_voxels_cover_all_that_was_occupied():
@@ -141,6 +135,32 @@ def test_spans_are_what_stands_over_a_place():
     prism = SHAPES[3][0]
     np.testing.assert_array_equal(span(prism, np.array([(3.0, 4.0), (5.0, 5.5)])), [(np.nan, np.nan), (1, 3)])
     np.testing.assert_array_equal(span(SHAPES[4][0], np.array([(1.5, 2.0), (2.5, 4.0)])), [(1, 7), (1, 4)])
+
+
+# ---- boxes that are seen through are drawn as one solid: no wall inside it is darker than the others ----
+def test_a_party_wall_is_not_drawn():
+    made = united([sky.Box(min=(0, 0, 0), max=(2, 3, 4)), sky.Box(min=(2, 0, 0), max=(5, 3, 4))])
+    assert enclosed(*made) == pytest.approx(60)
+    assert area(*made) == pytest.approx(2 * (15 + 20 + 12))
+
+
+def test_boxes_that_overlap_have_one_surface():
+    boxes = [sky.Box(min=(0, 0, 0), max=(2, 2, 2)), sky.Box(min=(1, 1, 1), max=(3, 3, 3))]
+    assert enclosed(*united(boxes)) == pytest.approx(15)
+    assert area(*united(boxes)) == pytest.approx(48 - 6)
+    assert enclosed(*united([*boxes, sky.Box(min=(10, 0, 0), max=(11, 1, 1))])) == pytest.approx(16)
+
+
+def test_only_boxes_that_touch_are_taken_together():
+    boxes = [sky.Box(min=(k, 0, 0), max=(k + 1, 1, 1)) for k in (0, 1, 3, 5.5)]
+    assert touching([sky.Sphere(centre=(0, 0, 0), radius=1), *boxes]) == {1, 2}
+    assert touching(boxes[1:]) == set()
+
+
+def test_too_many_boxes_stay_apart():
+    rng = np.random.default_rng(0)
+    corners = rng.uniform(0, 100, (100, 3))
+    assert united([sky.Box(min=tuple(low), max=tuple(low + 1)) for low in corners]) is None
 
 
 # ---- the ground ----
@@ -206,10 +226,10 @@ def test_a_map_ends_where_there_is_nothing_but_air_and_ground():
 def test_level_ground_has_no_contour_lines_and_no_peaks():
     heights = 5 + 0.01 * np.random.default_rng(0).random((101, 101))
     drawn = scene(with_terrain(town(10), sky.Terrain(origin=(0, 0), step=(10, 10), heights=heights)))
-    (lines,) = (trace for trace in from_above(drawn)["traces"] if trace["meta"]["role"] == "contours")
+    (lines,) = of_role(from_above(drawn)["traces"], "contours")
     assert (lines["visible"], lines["meta"]["step"]) == (False, None)
     assert np.ptp(tinted(drawn.overhead.relief), axis=(0, 1)).max() < 0.02
-    hilly = next(trace for trace in from_above(scene(town(10)))["traces"] if trace["meta"]["role"] == "contours")
+    hilly = of_role(from_above(scene(town(10)))["traces"], "contours")[0]
     assert (hilly["visible"], hilly["meta"]["step"]) == (True, 10)
 
 
@@ -281,7 +301,7 @@ def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():
     }
     meshes = Counter(trace["meta"]["kind"] for trace in drawn["space"] if trace["meta"]["role"] == "kind")
     assert meshes == Counter(range(6))
-    footprints = [trace for trace in drawn["map"]["traces"] if trace["meta"]["role"] == "kind"]
+    footprints = of_role(drawn["map"]["traces"], "kind")
     assert [trace["name"] for trace in footprints] == [title.rsplit(" (", 1)[0] for title in shown]
     words = [text.get_text() for text in trajectories(scene(town(50))).legends[0].get_texts()]
     assert {"building (50)", "school (1), at a risk"} <= set(words)
@@ -311,8 +331,7 @@ def test_a_city_of_boxes_without_names_is_opaque_and_has_a_map():
     assert drawn["mapped"]
     assert [kind["solid"] for kind in drawn["kinds"]] == [True]
     mesh = next(trace for trace in drawn["space"] if trace["meta"]["role"] == "kind")
-    points = np.column_stack([numbers(mesh[axis]) for axis in "xyz"])
-    triangles = points[np.column_stack([numbers(mesh[axis]) for axis in "ijk"])]
+    triangles = columns(mesh, "xyz")[columns(mesh, "ijk")]
     level = np.ptp(triangles[:, :, 2], axis=1) == 0
     assert 0 < level.sum() < len(level)
     brightness = numbers(mesh["intensity"])
@@ -338,7 +357,7 @@ def test_what_is_higher_than_the_picture_has_a_roof_where_it_is_cut_off():
     city = sky.random_downtown(40, seed=1)
     mission = sky.plan_mission(city, sky.ThetaStar())
     top = city.bounds.max[2]
-    meshes = [one for one in scene_data(scene(mission))["space"] if one["meta"]["role"] == "kind"]
+    meshes = of_role(scene_data(scene(mission))["space"], "kind")
     assert max(numbers(mesh["z"]).max() for mesh in meshes) == top
     assert f"cut off at its top, z = {top:g} m" in page(scene(mission))
     assert "cut off" not in page(scene(town(5)))
@@ -440,13 +459,13 @@ def test_zones_are_named_in_profiles_in_the_middle_of_what_is_seen_of_them():
     house = sky.Box(min=(x - 9, y - 9, 0), max=(x + 9, y + 9, 5), name="house")
     named = scene(dataclasses.replace(drawn, scenario=drawn.scenario.model_copy(update={"obstacles": (zone, house)})))
     side = from_the_side(named)[0]
-    (names,) = (one for one in side["traces"] if one["meta"]["role"] == "names")
+    (names,) = of_role(side["traces"], "names")
     (crossing,) = (one for one in named.profiles[0].crossings if one.name.startswith("Hospital"))
     assert len(names["text"]) == 1
     assert "<b>" not in names["text"][0]
     assert crossing.distance[0] < names["x"][0] < crossing.distance[-1]
     assert 0 < names["y"][0] < side["range"][1] < high
-    assert not [one for one in from_the_side(scene(drawn))[0]["traces"] if one["meta"]["role"] == "names"]
+    assert not of_role(from_the_side(scene(drawn))[0]["traces"], "names")
 
 
 def test_zones_are_named_on_the_map_and_buildings_are_not():
@@ -454,8 +473,8 @@ def test_zones_are_named_on_the_map_and_buildings_are_not():
     zone = sky.Box(min=(0, 0, 0), max=(2, 2, 5), name="Hospital <b>", solid=False)
     house = sky.Box(min=(0, 0, 0), max=(2, 2, 5), name="house")
     named = dataclasses.replace(drawn, scenario=drawn.scenario.model_copy(update={"obstacles": (zone, house)}))
-    (names,) = (one for one in from_above(scene(named))["traces"] if one["meta"]["role"] == "names")
+    (names,) = of_role(from_above(scene(named))["traces"], "names")
     assert len(names["text"]) == 1
     assert names["text"][0].startswith("Hospital")
     assert "<b>" not in names["text"][0]
-    assert not [one for one in from_above(scene(drawn))["traces"] if one["meta"]["role"] == "names"]
+    assert not of_role(from_above(scene(drawn))["traces"], "names")

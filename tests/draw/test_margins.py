@@ -1,6 +1,5 @@
 """What is kept around flights is drawn: tracking errors, pads, separations, the ceiling, and the time of a place."""
 
-import base64
 import dataclasses
 import re
 from dataclasses import replace
@@ -16,6 +15,7 @@ from skyverse.draw.margin_traces import told
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene_traces import in_space
 from towns import hills
+from traces import columns, enclosed, numbers, of_role
 
 ERROR = {"horizontal": 1.0, "vertical": 2.0}
 
@@ -46,19 +46,6 @@ def planned():
     return sky.plan_mission(scenario, sky.Taut(), rng=1, assignment="identity")
 
 
-def of_role(traces, role):
-    return [trace for trace in traces if trace["meta"]["role"] == role]
-
-
-def columns_of(trace, names, kind=np.float32):
-    return np.column_stack([np.frombuffer(base64.b64decode(trace[name]["bdata"]), kind) for name in names])
-
-
-def volume(points, triangles):
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return abs(np.sum(a * np.cross(b, c)) / 6)
-
-
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
@@ -69,7 +56,7 @@ def volume(points, triangles):
 )
 def test_a_duct_is_as_wide_and_high_as_the_error_on_both_sides(line, expected):
     points, triangles = duct(np.array(line, dtype=float), 1.0, 2.0)
-    assert volume(points, triangles) == pytest.approx(expected)
+    assert abs(enclosed(points, triangles)) == pytest.approx(expected)
 
 
 def test_a_duct_holds_what_strays_by_the_error_and_little_more():
@@ -86,7 +73,7 @@ def test_only_uavs_that_may_stray_have_tubes(planned):
     drawn = scene(planned)
     (tube,) = of_role(in_space(drawn), "tube")
     assert (tube["meta"]["uav"], tube["name"]) == (0, "ada: tracking error")
-    points = columns_of(tube, "xyz")
+    points = columns(tube, "xyz")
     nominal = drawn.tracks[0].positions
     away = np.abs(points[:, None] - nominal).max(axis=2).min(axis=1)
     assert away.max() < 6
@@ -102,7 +89,7 @@ def test_pads_are_drawn_and_told_where_there_are_any(planned):
     assert {(one.uav, one.end) for one in drawn.pads} == {(0, "start"), (0, "target")}
     traces = of_role(in_space(drawn), "pad")
     for trace, one in zip(traces, drawn.pads, strict=True):
-        points = columns_of(trace, "xyz")
+        points = columns(trace, "xyz")
         assert points[:, 2].min() == pytest.approx(one.pad.place[2], abs=1e-3)
         assert points[:, 2].max() == pytest.approx(one.pad.top, abs=1e-3)
     assert "of ada at its start up to z = " in page(drawn)
@@ -134,8 +121,7 @@ def test_the_ceiling_in_the_picture_stands_on_the_lowest_ground(planned):
     below = replace(planned, scenario=planned.scenario.model_copy(update={"terrain": ground}))
     drawn = scene(below)
     (ceiling,) = of_role(in_space(drawn), "ceiling")
-    data = base64.b64decode(ceiling["meta"]["base"]["bdata"])
-    base = np.frombuffer(data, "<f4").reshape(drawn.world.relief.z.T.shape)
+    base = numbers(ceiling["meta"]["base"])
     places = np.stack(np.meshgrid(drawn.world.relief.x, drawn.world.relief.y, indexing="ij"), axis=-1)
     np.testing.assert_allclose(base, ground.height(places).T - 3, atol=1e-4)
 
@@ -162,8 +148,8 @@ def test_a_flight_is_drawn_beside_its_plan_and_the_error_around_the_plan(planned
     flown = dataclasses.replace(drawn, tracks=(strayed, drawn.tracks[1]))
     side, beside = from_the_side(flown)
     (plan,), (band,) = of_role(side["traces"], "planned"), of_role(side["traces"], "tube")
-    np.testing.assert_allclose(columns_of(plan, "y")[:, 0], track.nominal[:, 2], atol=1e-3)
-    heights = columns_of(band, "y")[:, 0]
+    np.testing.assert_allclose(columns(plan, "y")[:, 0], track.nominal[:, 2], atol=1e-3)
+    heights = columns(band, "y")[:, 0]
     assert np.nanmax(heights) == pytest.approx(track.nominal[:, 2].max() + 2, abs=0.1)
     assert of_role(beside["traces"], "planned") == []
 

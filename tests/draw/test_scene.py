@@ -1,4 +1,3 @@
-import base64
 import dataclasses
 import math
 from collections import Counter
@@ -12,13 +11,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.draw import TRACKS, few, of_search, sample, scene, surface
 from skyverse.draw.scene_traces import in_space
-
-
-def columns(trace, names):
-    """The numbers of a trace as rows, out of the bytes that the page carries."""
-    kinds = {"f4": np.float32, "i4": np.int32}
-    packed = [trace[name] for name in names]
-    return np.column_stack([np.frombuffer(base64.b64decode(p["bdata"]), kinds[p["dtype"]]) for p in packed])
+from traces import columns
 
 
 def test_a_track_carries_names_places_and_arrival(mission):

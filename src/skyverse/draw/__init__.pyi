@@ -41,6 +41,8 @@ from .replanned_page import replanned_page as replanned_page
 from .replanned_scene import ReplannedScene as ReplannedScene
 from .scene_traces import in_space as in_space
 from .scene_traces import of_search as of_search
+from .scene_traces import touching as touching
+from .scene_traces import united as united
 from .scenes import LandingPlace as LandingPlace
 from .scenes import MissionScene as MissionScene
 from .scenes import flight_scene as flight_scene
@@ -62,6 +64,4 @@ from .track import few as few
 from .track import sample as sample
 from .triangulation import triangles as triangles
 from .triangulation import turned as turned
-from .world_traces import touching as touching
-from .world_traces import united as united
 from .write_page import scenario_page as scenario_page

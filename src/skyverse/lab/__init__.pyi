@@ -41,7 +41,7 @@ from .report_files import write_report_files as write_report_files
 from .row import COLUMN_TYPES as COLUMN_TYPES
 from .row import LABELS as LABELS
 from .row import Row as Row
-from .row_export import refuse_export as refuse_export
+from .row import refuse_export as refuse_export
 from .rows import Rows as Rows
 from .running import OnRun as OnRun
 from .running import run_jobs as run_jobs

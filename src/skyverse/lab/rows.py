@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.errors import InputError
-from skyverse.lab.row import COLUMN_TYPES, LABELS, Row
-from skyverse.lab.row_export import export_rows
+from skyverse.lab.row import COLUMN_TYPES, LABELS, Row, export_rows
 from skyverse.model.result import History
 
 MAX_WAIT_S = 60.0  # for another process that writes the same file
