@@ -134,6 +134,19 @@ def beside(rng, flights, clearance, least):
     return boxes
 
 
+def walk_among(rng, boxes, room, count, low, high, ground=None):
+    """Random corners; nothing is within some room of the ways between them, nor of the first way up from the ground."""
+    lows, highs = (np.array([box[k] for box in boxes]) for k in (0, 1))
+    corners = []
+    while len(corners) < count:
+        place = rng.uniform(low, high)
+        below = place if ground is None else np.array([*place[:2], ground])
+        legs = np.linspace(corners[-1] if corners else below, place, 300)
+        if not ((legs[:, None] > lows - room) & (legs[:, None] < highs + room)).all(axis=2).any():
+            corners.append(place)
+    return corners
+
+
 local = proj_local
 
 

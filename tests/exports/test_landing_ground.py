@@ -101,21 +101,18 @@ def test_a_landing_beside_something_low_is_refused(tmp_path, high, away, lands, 
             handmade.exported(mission, tmp_path, end="land")
 
 
-def test_a_kerb_may_be_beside_where_a_uav_lands():
-    for high, clear in ((0.015, True), (0.025, False)):
-        scenario = mission_over(slope(0), boxes=[((0.5, 99, -1), (2, 101, high))]).scenario
-        assert (
-            Descents(scenario).why_not_clear(0, np.array([0.0, 100.0, 1.0]), np.array([0.0, 100.0, 0.0])) is None
-        ) == clear
-
-
-@pytest.mark.parametrize(("low", "clear"), [(0.5, False), (1.9, False), (2.1, True)])
-def test_what_overhangs_the_place_where_a_uav_lands_is_too_near(low, clear):
-    """A canopy within twice the clearance of 1 m above the ground: the UAV would pass it on its last metre."""
-    scenario = mission_over(slope(0), boxes=[((-1, 99, low), (1, 101, low + 0.3))]).scenario
-    assert (
-        Descents(scenario).why_not_clear(0, np.array([0.0, 100.0, 1.0]), np.array([0.0, 100.0, 0.0])) is None
-    ) == clear
+@pytest.mark.parametrize(
+    ("box", "clear"),
+    [
+        (((0.5, 99, -1), (2, 101, 0.015)), True),
+        (((0.5, 99, -1), (2, 101, 0.025)), False),
+        *((((-1, 99, low), (1, 101, low + 0.3)), clear) for low, clear in ((0.5, False), (1.9, False), (2.1, True))),
+    ],
+)
+def test_what_is_near_the_last_metre_of_a_landing_is_no_higher_than_rounding(box, clear):
+    """A plate beside the place, or a canopy above it, which within twice the clearance of 1 m is too near."""
+    descents = Descents(mission_over(slope(0), boxes=[box]).scenario)
+    assert (descents.why_not_clear(0, np.array([0.0, 100.0, 1.0]), np.array([0.0, 100.0, 0.0])) is None) == clear
 
 
 @pytest.mark.parametrize(("rise", "level"), [(0.12, True), (0.15, False), (0.25, False), (-0.12, True), (-0.2, False)])

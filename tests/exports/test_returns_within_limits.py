@@ -180,14 +180,7 @@ def test_all_that_a_straying_uav_reaches_on_its_way_home_is_safe(tmp_path, seed)
         (low := rng.uniform([-150, -150, -5], [120, 120, -5]), low + rng.uniform([5, 5, 40], [40, 40, 90]))
         for _ in range(8)
     ]
-    corners = []
-    while len(corners) < 4:
-        place = rng.uniform([-200, -200, 40], [200, 200, 80])
-        legs = np.linspace(corners[-1], place, 300) if corners else np.linspace([*place[:2], 0], place, 50)
-        room = clearance + 3.0
-        inside = [((legs > a - room) & (legs < b + room)).all(axis=1).any() for a, b in towers]
-        if not any(inside):
-            corners.append(place)
+    corners = handmade.walk_among(rng, towers, clearance + 3.0, 4, [-200, -200, 40], [200, 200, 80], ground=0)
     most = float(rng.uniform(85, 110))
     mission = handmade.mission(
         [handmade.along(corners, 20)], boxes=towers, clearance=clearance, terrain=ground, origin=ORIGIN

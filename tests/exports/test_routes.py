@@ -82,15 +82,8 @@ def test_routes_through_random_towers_are_clear_as_flown(seed):
     for _ in range(12):
         low = rng.uniform([-120, -120, -50], [100, 100, -50])
         boxes.append((low, low + rng.uniform([5, 5, 60], [30, 30, 140])))
-    corners, clearance = [], 1.0
-    while len(corners) < 5:  # a walk that keeps the clearance, often by little
-        place = rng.uniform([-140, -140, 10], [140, 140, 100])
-        legs = np.linspace(corners[-1], place, 300) if corners else place[None]
-        low = np.array([b[0] for b in boxes]) - clearance
-        high = np.array([b[1] for b in boxes]) + clearance
-        inside = ((legs[:, None] > low) & (legs[:, None] < high)).all(axis=2)
-        if not inside.any():
-            corners.append(place)
+    clearance = 1.0
+    corners = handmade.walk_among(rng, boxes, clearance, 5, [-140, -140, 10], [140, 140, 100])  # often near by
     mission = handmade.mission([handmade.along(corners, 20)], boxes=boxes, clearance=clearance, origin=ORIGIN)
     (route,) = sky.routes(mission, radius=3.0)
     assert gaps(mission, flown(mission, route)).min() >= clearance - CLEARANCE_ALLOWANCE

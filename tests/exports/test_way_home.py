@@ -158,13 +158,8 @@ def test_returns_among_random_towers_are_clear_where_the_export_says_so(tmp_path
     for _ in range(15):
         low = rng.uniform([-120, -120, -50], [100, 100, -50])
         boxes.append((low, low + np.r_[rng.uniform(5, 30, 2), rng.uniform(60, 195)]))
-    corners, clearance = [], 2.0
-    while len(corners) < 4:
-        place = rng.uniform([-140, -140, 10], [140, 140, 100])
-        legs = np.linspace(corners[-1], place, 300) if corners else np.linspace([*place[:2], -50], place, 50)
-        inside = [((legs > np.array(a) - clearance) & (legs < np.array(b) + clearance)).all(axis=1) for a, b in boxes]
-        if not np.any(inside):
-            corners.append(place)
+    clearance = 2.0
+    corners = handmade.walk_among(rng, boxes, clearance, 4, [-140, -140, 10], [140, 140, 100], ground=-50)
     mission = handmade.mission(
         [handmade.along(corners, 20)], boxes=boxes, clearance=clearance, origin=ORIGIN, error=error
     )

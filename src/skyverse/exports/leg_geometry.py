@@ -188,21 +188,13 @@ def is_straight(cut: Floats, on: Floats) -> bool:
     return long == 0 or float(np.linalg.norm(np.cross(cut, on), axis=1).max()) / long < MIN_GROWTH / 10
 
 
-class CornerLines(NamedTuple):
-    """Lines from where a UAV may turn: (n, 3) metres where they begin, where their last share does, and their ends.
-
-    Every possible way is at most `near` metres from one of the lines, and `near_late` metres from its last share.
-    """
-
-    starts: Floats
-    late: Floats
-    ends: Floats
-    near: float
-    near_late: float
-
-
-def corner_lines(cut: Floats, at: Floats, after: Floats, radius: float, slope: float) -> Iterator[CornerLines]:
+def corner_lines(
+    cut: Floats, at: Floats, after: Floats, radius: float, slope: float
+) -> Iterator[tuple[Floats, Floats, Floats, float, float]]:
     """Yield lines that stand for all ways on from a corner that is cut, from coarse to fine.
+
+    These are (n, 3) metres where they begin, where their last share does, and where they end; and how near each
+    possible way is to one of them, and to its last share, metres.
 
     Parameters
     ----------
@@ -228,7 +220,7 @@ def corner_lines(cut: Floats, at: Floats, after: Floats, radius: float, slope: f
         starts = at + sides.reshape(-1, 3)
         near = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 if upright else 1 + slope)
         ends = np.broadcast_to(after, starts.shape)
-        yield CornerLines(starts, starts + (1 - LATE_SHARE) * (ends - starts), ends, near, LATE_SHARE * near)
+        yield starts, starts + (1 - LATE_SHARE) * (ends - starts), ends, near, LATE_SHARE * near
 
 
 def _middles(length: float, half: float) -> Floats:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -37,13 +36,8 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
 from skyverse.space.tube import NO_ERROR
 
-
-class Polyline(NamedTuple):
-    """Waypoints: (n, 3) metres, the acceptance radius, metres, and (n,) not 0 where a corner is not cut."""
-
-    points: Floats
-    radius: float
-    stops: Floats
+Polyline = tuple[Floats, float, Floats]
+"""Waypoints: (n, 3) metres, the acceptance radius, metres, and (n,) not 0 where a corner is not cut."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,7 +105,7 @@ class Route:
     def polyline(self) -> Polyline:
         """What the referee has to prove of it."""
         points = np.concatenate([self.lead, self.waypoints])
-        return Polyline(points, self.radius, np.r_[np.zeros(len(self.lead)), self.waypoint_holds])
+        return points, self.radius, np.r_[np.zeros(len(self.lead)), self.waypoint_holds]
 
     def sentence(self, scenario: Scenario, corners: str | None = None) -> str:
         """Return a sentence on what is proven; how corners are flown may be said in other words."""
