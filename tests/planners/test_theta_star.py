@@ -2,8 +2,6 @@
 
 import itertools
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -105,32 +103,3 @@ def test_the_lattice_is_searched_only_where_its_path_could_be_the_shorter_one():
     tied = plan(hall((1, 5, 0), (9, 5, 0), ((4.5, 0, 0), (5.5, 10, 9.5)), connectivity=26))
     assert tied.effort.generated_paths == 1
     assert over.effort.generated_nodes + tied.effort.generated_nodes < 1000
-
-
-DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "voxels"
-
-
-def test_on_the_movingai_benchmark_no_path_is_longer_than_the_published_optimum():
-    if not (DATA / "Simple.3dmap.3dscen").is_file():
-        pytest.skip(f"the MovingAI benchmark is not at {DATA}; set SKYVERSE_DATA to where it is")
-    header, *rows = (DATA / "Simple.3dmap").read_text().splitlines()
-    voxels = [[int(n) for n in row.split()] for row in rows if row.strip()]
-    problems = [row.split() for row in (DATA / "Simple.3dmap.3dscen").read_text().splitlines()[2:]][::99]
-    assert len(problems) >= 100
-    ways = [[tuple(float(n) for n in row[i : i + 3]) for i in (0, 3)] for row in problems]
-    scenario = sky.Scenario(
-        name="Simple",
-        bounds=sky.Bounds(min=(0, 0, 0), max=[int(n) - 1 for n in header.split()[1:]]),
-        obstacles=[{"min": [n - 0.5 for n in v], "max": [n + 0.5 for n in v]} for v in voxels],
-        clearance=0.001,
-        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
-        objective=sky.Objective(unit="metres"),
-        uavs=[{"start": a} for a, _ in ways],
-        targets=[{"position": b} for _, b in ways],
-    )
-    airspace = sky.Airspace(scenario)
-    for i, row in enumerate(problems):
-        result = sky.ThetaStar().plan(sky.Problem(airspace, i, i))
-        assert sky.check_result(scenario, i, i, result) == []
-        assert result.cost <= float(row[6]) * (1 + 1e-7), row
-        assert result.cost >= math.dist(*ways[i]) * (1 - 1e-12)

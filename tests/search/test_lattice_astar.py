@@ -1,8 +1,6 @@
 """Exact search against other exact searches, and against published optimal lengths."""
 
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -203,38 +201,6 @@ def test_the_path_from_a_node_to_itself_is_that_node():
         route = shortest_route(airspace.grid, pricing, 5, 5)
         assert route.nodes.tolist() == [5]
         assert route.price == 1
-
-
-DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "voxels"
-
-
-def voxel_scenario():
-    header, *rows = (DATA / "Simple.3dmap").read_text().splitlines()
-    size = [int(n) for n in header.split()[1:]]
-    voxels = [[int(n) for n in row.split()] for row in rows if row.strip()]
-    return sky.Scenario(
-        name="Simple",
-        bounds=sky.Bounds(min=(0, 0, 0), max=[n - 1 for n in size]),
-        obstacles=[{"min": [n - 0.5 for n in v], "max": [n + 0.5 for n in v]} for v in voxels],
-        clearance=0.001,
-        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
-        objective=sky.Objective(unit="metres"),
-    )
-
-
-def test_the_movingai_benchmark_has_its_published_optimal_lengths():
-    if not (DATA / "Simple.3dmap.3dscen").is_file():
-        pytest.skip(f"the MovingAI benchmark is not at {DATA}; set SKYVERSE_DATA to where it is")
-    problems = (DATA / "Simple.3dmap.3dscen").read_text().splitlines()[2:]
-    airspace = sky.Airspace(voxel_scenario())
-    assert tuple(airspace.grid.shape) == (105, 132, 105)
-    sample = problems[:: len(problems) // 60]
-    assert len(sample) >= 60
-    for row in sample:
-        numbers = row.split()
-        source, goal = (np.ravel_multi_index([int(n) for n in numbers[i : i + 3]], (105, 132, 105)) for i in (0, 3))
-        route = shortest_route(airspace.grid, airspace.pricing, int(source), int(goal))
-        assert route.price == pytest.approx(float(numbers[6]), rel=1e-5), row
 
 
 def price_with_few(scenario, node):
