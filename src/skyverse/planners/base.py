@@ -3,6 +3,7 @@
 import dataclasses
 import platform
 from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
 
@@ -87,6 +88,14 @@ def numbers_of(found: object, shape: tuple[int, ...], what: str, field: str, inf
     return numbers
 
 
+def points_of(found: object, field: str) -> Floats:
+    """Return the points of a path that somebody gives, (n, 3) metres, at least one, or raise `InputError`."""
+    points = numbers_of(found, (-1, 3), "rows of x, y, z in metres", field)
+    if not len(points):
+        raise InputError("expected rows of x, y, z in metres, found none", field=field)
+    return points.copy()
+
+
 def seeded(rng: Seed) -> tuple[np.random.Generator, int | None]:
     """Return a generator, and the seed that makes the same one again; ``None`` where the caller made the generator."""
     if isinstance(rng, np.random.Generator):
@@ -123,3 +132,16 @@ def require_boolean(settings: object, name: str) -> None:
     value = getattr(settings, name)
     if not isinstance(value, bool):
         raise InputError(f"{type(settings).__name__}'s {name} is True or False, not {value!r}")
+
+
+def require_schedules(settings: Any) -> None:
+    """Refuse settings of the Multi-Verse Optimizer's two schedules that make none."""
+    require_number(settings, "wep_min", 0, 1)
+    require_number(settings, "wep_max", settings.wep_min, 1)
+    require_number(settings, "p", 1e-3, 1e3)
+
+
+def wep_and_tdr(settings: Any, spent: float) -> tuple[float, float]:
+    """Return WEP (equation 3.8) and TDR (3.9) when a share of the budget is spent."""
+    wep = settings.wep_min + spent * (settings.wep_max - settings.wep_min)
+    return wep, 1.0 - float(spent ** (1.0 / settings.p))

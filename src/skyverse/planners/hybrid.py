@@ -10,7 +10,7 @@ from skyverse import cost
 from skyverse._typing import Ints
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import DETOUR_GAIN, GAIN_ROUNDING, NOT_DEARER
-from skyverse.planners.base import require_boolean, require_integer, require_number
+from skyverse.planners.base import require_boolean, require_integer, require_number, require_schedules, wep_and_tdr
 from skyverse.planners.contact import contact_of, without_movers
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.metaheuristic import LatticeRun
@@ -111,9 +111,7 @@ class HybridMVO(LatticeSearch):
         for name in ("rejoin", "segments", "wormholes"):
             require_boolean(self, name)
         require_number(self, "roam", 0, 1)
-        require_number(self, "wep_min", 0, 1)
-        require_number(self, "wep_max", self.wep_min, 1)
-        require_number(self, "p", 1e-3, 1e3)
+        require_schedules(self)
 
     @property
     def population(self) -> int:
@@ -126,8 +124,7 @@ class HybridMVO(LatticeSearch):
 
     def step(self, run: LatticeRun, spent: float) -> None:
         """Do one iteration."""
-        wep = self.wep_min + spent * (self.wep_max - self.wep_min)  # (3.8)
-        tdr = 1.0 - float(spent ** (1.0 / self.p))  # (3.9)
+        wep, tdr = wep_and_tdr(self, spent)
         repairs = self.straighten, self.tries, self.rejoin, self.segments, self.wormholes, float(self.roam)
         _iterate(run.task, run.workspace, run.paths, run.best, run.rng, Repairs(wep, tdr, *repairs))
 

@@ -7,27 +7,15 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError
 from skyverse.numerics.kernel import inner_query, query
+from skyverse.planners.base import points_of
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, begin_at, cut_loops, generate
 from skyverse.space.lattice import Grid, positions
 
 
 def checked_paths(given: Sequence[ArrayLike]) -> tuple[Floats, ...]:
     """Return paths as arrays (n, 3), and raise `InputError` for what is none."""
-    paths = []
-    for number, one in enumerate(given):
-        try:
-            path = np.array(one, dtype=np.float64)
-        except (TypeError, ValueError):
-            path = np.empty(0)
-        if path.ndim != 2 or path.shape[1] != 3 or not len(path) or not np.isfinite(path).all():
-            raise InputError(
-                f"population[{number}]: expected points x, y, z in metres, at least one, found {one!r:.60}",
-                field="population",
-            )
-        paths.append(path)
-    return tuple(paths)
+    return tuple(points_of(one, f"population[{number}]") for number, one in enumerate(given))
 
 
 def nodes_ahead(grid: Grid, source: int, path: Floats) -> Ints:

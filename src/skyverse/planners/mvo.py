@@ -7,7 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from skyverse.numerics.kernel import inner_query, query
-from skyverse.planners.base import require_boolean, require_integer, require_number
+from skyverse.planners.base import require_boolean, require_integer, require_schedules, wep_and_tdr
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import (
@@ -83,9 +83,7 @@ class MVO(LatticeSearch):
         require_integer(self, "universes", 2)
         require_boolean(self, "as_run")
         require_boolean(self, "greedy")
-        require_number(self, "wep_min", 0, 1)
-        require_number(self, "wep_max", self.wep_min, 1)
-        require_number(self, "p", 1e-3, 1e3)
+        require_schedules(self)
 
     @property
     def population(self) -> int:
@@ -94,8 +92,7 @@ class MVO(LatticeSearch):
 
     def step(self, run: LatticeRun, spent: float) -> None:
         """Do one iteration of Algorithm 3's outer loop."""
-        wep = self.wep_min + spent * (self.wep_max - self.wep_min)  # (3.8)
-        tdr = 1.0 - spent ** (1.0 / self.p)  # (3.9)
+        wep, tdr = wep_and_tdr(self, spent)
         if self.as_run:
             _as_run(run.task, run.workspace, run.paths, run.best, run.rng, wep)
         else:

@@ -8,7 +8,7 @@ from skyverse.errors import InputError, shown
 from skyverse.model.result import Result
 from skyverse.model.short_lines import told_point
 from skyverse.numerics.tolerances import SAME_PLACE
-from skyverse.planners.base import provenance, require_problem
+from skyverse.planners.base import points_of, provenance, require_problem
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.straight_legs import straight_bound
 from skyverse.problem import Problem
@@ -37,12 +37,7 @@ def result_of_path(problem: Problem, path: ArrayLike) -> Result:
         If the path begins elsewhere, or a leg of it meets an obstacle, the ground or the bounds, with clearance.
     """
     require_problem(problem)
-    try:
-        points = np.array(path, dtype=np.float64)
-    except (TypeError, ValueError):
-        points = np.empty(0)
-    if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.isfinite(points).all():
-        raise InputError(f"expected rows of x, y, z in metres, found {shown(path)}", field="path")
+    points = points_of(path, "path")
     for end, place, top in ((0, problem.uav_place, problem.start), (-1, problem.target_place, problem.end)):
         if np.abs(points[end] - place).max() <= SAME_PLACE:
             points[end] = top  # in the column between them the UAV goes straight up or down

@@ -8,7 +8,13 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.arrays import exp, power
-from skyverse.planners.base import require_boolean, require_integer, require_number
+from skyverse.planners.base import (
+    require_boolean,
+    require_integer,
+    require_number,
+    require_schedules,
+    wep_and_tdr,
+)
 from skyverse.planners.waypoints import Evaluate, Iterations, WaypointSearch
 
 
@@ -49,9 +55,7 @@ class WaypointMVO(WaypointSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_number(self, "wep_min", 0, 1)
-        require_number(self, "wep_max", self.wep_min, 1)
-        require_number(self, "p", 1e-3, 1e3)
+        require_schedules(self)
         require_boolean(self, "greedy")
 
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
@@ -63,13 +67,12 @@ class WaypointMVO(WaypointSearch):
             order = np.argsort(cost, kind="stable")
             U, cost = U[order], cost[order]
             spent = yield
-            exists = self.wep_min + spent * (self.wep_max - self.wep_min)  # (3.8)
-            tdr = 1.0 - spent ** (1.0 / self.p)  # (3.9)
+            wep, tdr = wep_and_tdr(self, spent)
             r1, r2, r3, r4, spin = rng.random((5, n - 1, d))
             norm = math.sqrt(np.square(cost).sum())
             k = np.searchsorted(wheel, spin * wheel[-1], side="right")
             X = np.where(r1 * norm < cost[1:, None], U[k, np.arange(d)], U[1:])  # (3.6), NI = cost / norm
-            X = np.where(r2 < exists, U[0] + np.where(r3 < 0.5, tdr, -tdr) * r4, X)  # (3.7)
+            X = np.where(r2 < wep, U[0] + np.where(r3 < 0.5, tdr, -tdr) * r4, X)  # (3.7)
             X = np.clip(X, 0.0, 1.0)
             new = evaluate(X)
             if self.greedy:
