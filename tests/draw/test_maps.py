@@ -25,6 +25,8 @@ from skyverse.draw import (
     faces,
     flight_table,
     footprint,
+    from_above,
+    from_the_side,
     legend_entries,
     page,
     relief,
@@ -42,8 +44,6 @@ from skyverse.draw import (
     united,
 )
 from skyverse.draw import shape_kinds as kinds_module
-from skyverse.draw.map_traces import from_above
-from skyverse.draw.profile_traces import from_the_side
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE
 from skyverse.model.shape_extent import extent
 from towns import buildings, hills, rectangle, town, with_terrain

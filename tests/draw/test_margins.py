@@ -9,11 +9,7 @@ import pytest
 
 import skyverse as sky
 from browser import opened, until
-from skyverse.draw import duct, page, scene, scene_data
-from skyverse.draw.map_traces import from_above
-from skyverse.draw.margin_traces import told
-from skyverse.draw.profile_traces import from_the_side
-from skyverse.draw.scene_traces import in_space
+from skyverse.draw import duct, from_above, from_the_side, in_space, page, scene, scene_data, told
 from towns import hills
 from traces import columns, enclosed, numbers, of_role
 

@@ -8,8 +8,7 @@ import pytest
 
 import skyverse as sky
 from browser import opened
-from skyverse.draw import scenario_page, scenario_scene, scene_data, told_frame
-from skyverse.draw.scene_traces import in_space
+from skyverse.draw import in_space, scenario_page, scenario_scene, scene_data, told_frame
 from towns import town
 
 ROOM = sky.Scenario(

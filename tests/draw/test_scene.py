@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.draw import TRACKS, few, of_search, sample, scene, surface
-from skyverse.draw.scene_traces import in_space
+from skyverse.draw import TRACKS, few, in_space, of_search, sample, scene, surface
 from traces import columns
 
 
