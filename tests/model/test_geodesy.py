@@ -7,15 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import skyverse as sky
 from proj_map import proj_local
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, parse_altitude
-from skyverse.model.frame import Origin
-from skyverse.model.geodesy import to_local, to_wgs84
 
 latitudes = st.one_of(st.floats(-90, 90), st.sampled_from([-90.0, -89.9999, 0.0, 89.9999, 90.0]))
 longitudes = st.one_of(st.floats(-180, 180), st.sampled_from([-180.0, -179.9999, 0.0, 179.9999, 180.0]))
 origins = st.builds(
-    Origin,
+    sky.Origin,
     latitude=latitudes,
     longitude=longitudes,
     altitude=st.floats(-400, 6000),
@@ -29,9 +27,9 @@ offsets = st.lists(
 @given(origins, offsets)
 def test_local_metres_to_places_and_back_are_projs_within_a_millimetre_over_50_km_anywhere(origin, points):
     points = np.array(points)
-    places = to_wgs84(origin, points)
+    places = sky.to_wgs84(origin, points)
     assert np.abs(proj_local(origin, *places.T) - points).max() < 1e-3
-    assert np.abs(to_local(origin, places) - points).max() < 1e-3
+    assert np.abs(sky.to_local(origin, places) - points).max() < 1e-3
     assert (np.abs(places[:, 0]) <= 90).all()
     assert (np.abs(places[:, 1]) <= 180).all()
 
@@ -40,45 +38,45 @@ def test_local_metres_to_places_and_back_are_projs_within_a_millimetre_over_50_k
 def test_places_to_local_metres_are_projs_within_a_millimetre_also_beyond_180_degrees(origin, apart):
     places = np.array([origin.latitude, origin.longitude, 0.0]) + np.array(apart)
     places[:, 0] = np.clip(places[:, 0], -90, 90)
-    assert np.abs(to_local(origin, places) - proj_local(origin, *places.T)).max() < 1e-3
+    assert np.abs(sky.to_local(origin, places) - proj_local(origin, *places.T)).max() < 1e-3
 
 
 @given(origins, st.floats(-90_000, 90_000), st.floats(-90_000, 90_000), st.floats(0, 360))
 def test_lengths_are_too_long_by_the_share_that_is_stated(origin, east, north, course):
     geod = pytest.importorskip("pyproj", reason="the oracle is PROJ").Geod(ellps="WGS84")
     sea = origin.model_copy(update={"altitude": 0.0})
-    (latitude, longitude, _), _ = to_wgs84(sea, [(east, north, 0), (east, north, 0)])
+    (latitude, longitude, _), _ = sky.to_wgs84(sea, [(east, north, 0), (east, north, 0)])
     there = geod.fwd(longitude, latitude, course, 100.0)
-    a, b = to_local(sea, [(latitude, longitude, 0), (there[1], there[0], 0)])
+    a, b = sky.to_local(sea, [(latitude, longitude, 0), (there[1], there[0], 0)])
     stated = east**2 / (2 * 6.37e6**2)
     assert np.linalg.norm(b - a) / 100.0 - 1 == pytest.approx(stated, abs=0.02 * stated + 1e-6)
 
 
 @given(origins, offsets)
 def test_what_is_level_is_level_and_what_is_upright_is_upright(origin, points):
-    places = to_wgs84(origin, points)
+    places = sky.to_wgs84(origin, points)
     assert places[:, 2] == pytest.approx(np.array(points)[:, 2] + origin.altitude, abs=1e-9)
     places[:, 2] += 100.0
-    assert np.abs(to_local(origin, places) - points - [0, 0, 100]).max() < 1e-6
+    assert np.abs(sky.to_local(origin, places) - points - [0, 0, 100]).max() < 1e-6
 
 
 def test_the_origin_is_zero_and_one_row_will_do():
-    origin = Origin(latitude=-33.9, longitude=18.4, altitude=1000, geoid=30)
-    assert to_local(origin, [-33.9, 18.4, 1000]) == pytest.approx(np.zeros((1, 3)), abs=1e-8)
-    assert to_wgs84(origin, [0, 0, 0]) == pytest.approx(np.array([[-33.9, 18.4, 1000]]), abs=1e-8)
+    origin = sky.Origin(latitude=-33.9, longitude=18.4, altitude=1000, geoid=30)
+    assert sky.to_local(origin, [-33.9, 18.4, 1000]) == pytest.approx(np.zeros((1, 3)), abs=1e-8)
+    assert sky.to_wgs84(origin, [0, 0, 0]) == pytest.approx(np.array([[-33.9, 18.4, 1000]]), abs=1e-8)
 
 
 def test_rows_of_two_numbers_are_refused():
     with pytest.raises(ValueError, match="places: expected rows of three finite numbers"):
-        to_local(Origin(latitude=0, longitude=0, altitude=0), [[1.0, 2.0]])
+        sky.to_local(sky.Origin(latitude=0, longitude=0, altitude=0), [[1.0, 2.0]])
 
 
 def test_what_is_round_the_earth_is_no_place_and_what_is_far_aside_stays_a_number(refuses):
-    origin = Origin(latitude=46.8, longitude=9.8, altitude=0)
+    origin = sky.Origin(latitude=46.8, longitude=9.8, altitude=0)
     for point in ([1.1e7, 0, 0], [0, -1.1e7, 0]):
         with refuses():
-            to_wgs84(origin, point)
-    far = to_local(origin, [[0, 99.8, 0], [10, 95, 0], [-46.8, -170.2, 0]])
+            sky.to_wgs84(origin, point)
+    far = sky.to_local(origin, [[0, 99.8, 0], [10, 95, 0], [-46.8, -170.2, 0]])
     assert np.isfinite(far).all()
     assert (np.linalg.norm(far[:, :2], axis=1) > 9e6).all()
 
@@ -86,18 +84,18 @@ def test_what_is_round_the_earth_is_no_place_and_what_is_far_aside_stays_a_numbe
 @pytest.mark.parametrize(
     ("text", "altitude"),
     [
-        ("60 m agl", AboveGround(60)),
-        ("60m agl", AboveGround(60)),
-        ("1250 m amsl", AboveSea(1250)),
-        ("1250M MSL", AboveSea(1250)),
-        (" 30 m home ", AboveHome(30)),
-        ("-3.5 m amsl", AboveSea(-3.5)),
-        ("+1e2 m agl", AboveGround(100)),
-        (".5 m agl", AboveGround(0.5)),
+        ("60 m agl", sky.AboveGround(60)),
+        ("60m agl", sky.AboveGround(60)),
+        ("1250 m amsl", sky.AboveSea(1250)),
+        ("1250M MSL", sky.AboveSea(1250)),
+        (" 30 m home ", sky.AboveHome(30)),
+        ("-3.5 m amsl", sky.AboveSea(-3.5)),
+        ("+1e2 m agl", sky.AboveGround(100)),
+        (".5 m agl", sky.AboveGround(0.5)),
     ],
 )
 def test_an_altitude_says_what_it_is_counted_from(text, altitude):
-    assert parse_altitude(text) == altitude
+    assert sky.parse_altitude(text) == altitude
 
 
 @pytest.mark.parametrize(
@@ -105,18 +103,18 @@ def test_an_altitude_says_what_it_is_counted_from(text, altitude):
 )
 def test_an_altitude_without_a_unit_is_refused_unless_the_unit_is_known(text, number):
     with pytest.raises(ValueError, match="expected an altitude in m or ft, as in '"):
-        parse_altitude(text)
-    assert parse_altitude(text, 0.3048).metres == pytest.approx(0.3048 * number)
+        sky.parse_altitude(text)
+    assert sky.parse_altitude(text, 0.3048).metres == pytest.approx(0.3048 * number)
 
 
 def test_feet_are_international_feet():
-    assert parse_altitude("400 ft agl").metres == pytest.approx(121.92, abs=1e-12)
+    assert sky.parse_altitude("400 ft agl").metres == pytest.approx(121.92, abs=1e-12)
 
 
 @pytest.mark.parametrize("text", ["60", "60 m", "100ft", "-4"])
 def test_a_bare_number_is_refused(text):
     with pytest.raises(ValueError, match="what it is counted from"):
-        parse_altitude(text)
+        sky.parse_altitude(text)
 
 
 @pytest.mark.parametrize(
@@ -137,17 +135,17 @@ def test_a_bare_number_is_refused(text):
 )
 def test_what_is_no_altitude_is_refused(text):
     with pytest.raises(ValueError, match="expected an altitude"):
-        parse_altitude(text)
+        sky.parse_altitude(text)
 
 
 @given(st.floats(-1e4, 5e4), st.sampled_from(["m", "ft"]), st.sampled_from(["amsl", "agl", "home"]))
 def test_what_is_written_is_read(number, unit, frame):
-    kind = {"amsl": AboveSea, "agl": AboveGround, "home": AboveHome}[frame]
+    kind = {"amsl": sky.AboveSea, "agl": sky.AboveGround, "home": sky.AboveHome}[frame]
     factor = 0.3048 if unit == "ft" else 1
-    assert parse_altitude(f"{number!r} {unit} {frame}") == kind(number * factor)
+    assert sky.parse_altitude(f"{number!r} {unit} {frame}") == kind(number * factor)
 
 
 @given(st.text(max_size=30))
 def test_any_text_is_an_altitude_or_refused_in_one_sentence(text):
     with contextlib.suppress(ValueError):
-        assert isinstance(parse_altitude(text), AboveGround | AboveHome | AboveSea)
+        assert isinstance(sky.parse_altitude(text), sky.AboveGround | sky.AboveHome | sky.AboveSea)

@@ -12,7 +12,6 @@ import skyverse as sky
 from every_part import EVERY_PART, models_in
 from skyverse.model.arrays import frozen
 from skyverse.model.quantities import Model, derived, short
-from skyverse.model.scenario import Scenario
 
 ONE_OF_EACH = list({type(part): part for part in models_in(EVERY_PART)}.values())
 FIELDS = [(part, field) for part in ONE_OF_EACH for field in type(part).model_fields]
@@ -99,7 +98,7 @@ def test_a_scenario_keeps_its_digest_when_it_is_written_and_read(tmp_path, scena
 
 def test_defaults_do_not_count(scenario):
     data = scenario.model_dump(mode="json", exclude_defaults=True)
-    assert Scenario.model_validate(data | {"zones": [], "sources": []}).digest == scenario.digest
+    assert sky.Scenario.model_validate(data | {"zones": [], "sources": []}).digest == scenario.digest
 
 
 @pytest.mark.parametrize(
@@ -118,11 +117,13 @@ def test_one_height_makes_another_digest(size):
         "clearance": 0.1,
         "lattice": {"step": [1, 1, 1]},
     }
-    plain = Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights}})
-    again = Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights + 0.0}})
+    plain = sky.Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights}})
+    again = sky.Scenario.model_validate(
+        flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights + 0.0}}
+    )
     assert plain.digest == again.digest
     heights[1, 1] = 1e-9
-    hill = Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights}})
+    hill = sky.Scenario.model_validate(flat | {"terrain": {"origin": [0, 0], "step": [1, 1], "heights": heights}})
     assert hill.digest != plain.digest
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.model.polygon import edges_that_meet
 from skyverse.model.shape_extent import ABOVE_BOUNDS, extruded
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels, told_spans
+from skyverse.model.shapes import told_spans
 
 rings = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=3, max_size=9, unique=True)
 
@@ -64,10 +64,12 @@ def closed(shape, kind):
 
 @pytest.mark.parametrize(("top", "end"), [(2.0, 10.0), (12.0, 12.0)])
 def test_upper_faces_are_raised_beyond_the_higher_of_shape_and_bounds(top, end):
-    assert closed(Box(min=(4, 4, 0), max=(6, 6, top), **OVER), Box).max == (6, 6, end + ABOVE_BOUNDS)
-    assert closed(Cylinder(centre=(5, 5), radius=1, low=0, high=top, **OVER), Cylinder).high == end + ABOVE_BOUNDS
-    assert closed(Prism(vertices=SQUARE, low=0, high=top, **OVER), Prism).high == end + ABOVE_BOUNDS
-    above = closed(Sphere(centre=(5, 5, top - 1), radius=1, **OVER), Cylinder)
+    assert closed(sky.Box(min=(4, 4, 0), max=(6, 6, top), **OVER), sky.Box).max == (6, 6, end + ABOVE_BOUNDS)
+    assert (
+        closed(sky.Cylinder(centre=(5, 5), radius=1, low=0, high=top, **OVER), sky.Cylinder).high == end + ABOVE_BOUNDS
+    )
+    assert closed(sky.Prism(vertices=SQUARE, low=0, high=top, **OVER), sky.Prism).high == end + ABOVE_BOUNDS
+    above = closed(sky.Sphere(centre=(5, 5, top - 1), radius=1, **OVER), sky.Cylinder)
     assert (above.centre, above.radius, above.low, above.high) == ((5, 5), 1, top - 1, end + ABOVE_BOUNDS)
 
 
@@ -75,7 +77,7 @@ def test_upper_faces_are_raised_beyond_the_higher_of_shape_and_bounds(top, end):
 def test_each_column_of_voxels_is_filled_from_its_lowest_on(origin):
     occupied = np.zeros((1, 2, 3), dtype=bool)
     occupied[0, 1, 1] = True
-    found = closed(Voxels(origin=(4, 4, origin), step=(1, 1, 2), occupied=occupied, **OVER), Voxels)
+    found = closed(sky.Voxels(origin=(4, 4, origin), step=(1, 1, 2), occupied=occupied, **OVER), sky.Voxels)
     end = origin + 2 * found.occupied.shape[2]
     assert 10 + ABOVE_BOUNDS <= end < 10 + ABOVE_BOUNDS + 2
     assert not found.occupied[0, 0].any()

@@ -5,7 +5,6 @@ import pytest
 from matplotlib.cbook import get_sample_data
 
 import skyverse as sky
-from skyverse.model.geodesy import to_wgs84
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +41,7 @@ def test_starts_and_targets_are_above_the_ground_that_the_model_knows(mountains)
     places = [*(uav.start for uav in mountains.uavs), *(target.position for target in mountains.targets)]
     assert world.distance(places) == pytest.approx(np.full(len(places), 40.0), abs=0.06)
     assert world.free(places).all()
-    latitude, longitude, _ = to_wgs84(mountains.frame.origin, places).T
+    latitude, longitude, _ = sky.to_wgs84(mountains.frame.origin, places).T
     assert (np.abs(latitude - 36.51) < 0.05).all()
     assert (np.abs(longitude + 84.22) < 0.1).all()
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.problem import Airspace, Problem
 
 MADE = [sky.tunnel_swap(20, width=1.0, seed=3), sky.random_maze(20, seed=3), sky.forest_swap(20, seed=3)]
 
@@ -22,9 +21,9 @@ def test_each_uav_flies_to_the_start_of_one_on_the_other_side(given):
 
 @pytest.mark.parametrize("given", MADE, ids=["tunnel", "maze", "forest"])
 def test_every_uav_has_a_way_and_nobody_is_given_too_close(given):
-    airspace = Airspace(given)
+    airspace = sky.Airspace(given)
     for uav in range(len(given.uavs)):
-        assert sky.Taut(proof=0).plan(Problem(airspace, uav, uav)).status.reached
+        assert sky.Taut(proof=0).plan(sky.Problem(airspace, uav, uav)).status.reached
     starts = np.array([uav.start for uav in given.uavs]) / [0.4, 0.4, 0.8]
     gaps = np.linalg.norm(starts[:, None] - starts, axis=2)[np.triu_indices(20, 1)]
     assert gaps.min() >= 2.0
@@ -33,11 +32,11 @@ def test_every_uav_has_a_way_and_nobody_is_given_too_close(given):
 @pytest.mark.parametrize("seed", range(20))
 def test_all_cells_of_a_maze_are_joined(seed):
     given = sky.random_maze(2, cells=5, seed=seed)
-    airspace = Airspace(given)
+    airspace = sky.Airspace(given)
     cells = [(4.0 + 0.1 + 1.1 * i + 0.5, 1.1 * j + 0.6, 1.0) for i in range(5) for j in range(5)]
     moved = given.model_copy(update={"targets": tuple(sky.Target(position=cell) for cell in cells)})
-    airspace = Airspace(moved)
-    assert all(sky.Taut(proof=0).plan(Problem(airspace, 0, k)).status.reached for k in range(25))
+    airspace = sky.Airspace(moved)
+    assert all(sky.Taut(proof=0).plan(sky.Problem(airspace, 0, k)).status.reached for k in range(25))
 
 
 def test_a_uav_can_pass_between_any_two_trees():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.model.shapes import Cylinder, Prism
 
 
 def test_the_same_seed_makes_the_same_field_and_another_one_another():
@@ -18,7 +17,7 @@ def test_there_are_as_many_threats_as_asked_for_of_every_kind(threats):
     assert all(len(field.obstacles) + len(field.zones) == threats for field in fields)
     if threats >= 15:
         kinds = [type(zone) for field in fields for zone in field.zones]
-        for count in (sum(len(field.obstacles) for field in fields), kinds.count(Cylinder), kinds.count(Prism)):
+        for count in (sum(len(field.obstacles) for field in fields), kinds.count(sky.Cylinder), kinds.count(sky.Prism)):
             assert count == pytest.approx(20 * threats / 3, rel=0.4)
 
 

@@ -4,13 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from skyverse.model.frame import Frame, Origin
-from skyverse.model.mission import Mission
-from skyverse.model.result import Provenance
-from skyverse.model.scenario import AltitudeBand, Bounds, Lattice, Objective, Scenario, Target
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
+import skyverse as sky
 
 
 def hills(size=1000.0, step=10.0, clearance=20.0):
@@ -18,7 +12,7 @@ def hills(size=1000.0, step=10.0, clearance=20.0):
     x = np.arange(0.0, size + step, step)
     east, north = np.meshgrid(x, x, indexing="ij")
     heights = 30 + 0.02 * east + 20 * np.sin(east / 90) * np.cos(north / 70)
-    return Terrain(origin=(0, 0), step=(step, step), heights=heights, clearance=clearance)
+    return sky.Terrain(origin=(0, 0), step=(step, step), heights=heights, clearance=clearance)
 
 
 def rectangle(centre, length, width, turn):
@@ -40,14 +34,14 @@ def buildings(count, size=1000.0, rng=3):
         holes = (rectangle(centre, 0.2 * cell, 0.1 * cell, turn),) if k % 20 == 0 else ()
         low, high = 0.0, float(rng.uniform(60, 90))
         outer = rectangle(centre, 0.6 * cell, 0.4 * cell, turn)
-        found.append(Prism(vertices=outer, holes=holes, low=low, high=high, kind="building"))
+        found.append(sky.Prism(vertices=outer, holes=holes, low=low, high=high, kind="building"))
     return tuple(found)
 
 
 def line(start, end, seconds):
     """A straight flight at constant speed."""
     start, end = np.array(start, float), np.array(end, float)
-    return Trajectory(np.array([0.0, seconds]), np.array([[start, (end - start) / seconds]]))
+    return sky.Trajectory(np.array([0.0, seconds]), np.array([[start, (end - start) / seconds]]))
 
 
 def town(count=50, terrain=True, origin=True):
@@ -56,29 +50,29 @@ def town(count=50, terrain=True, origin=True):
     occupied[1:3, 1:3] = occupied[0, 0, 0] = True
     obstacles = (
         *buildings(count),
-        Cylinder(centre=(800, 200), radius=60, low=0, high=150, kind="no-fly zone", solid=False),
-        Sphere(centre=(200, 800, 140), radius=30, kind="balloon"),
-        Voxels(origin=(500, 100, 40), step=(10, 10, 10), occupied=occupied, kind="rubble"),
-        Box(min=(880, 880, 0), max=(920, 920, 100)),
+        sky.Cylinder(centre=(800, 200), radius=60, low=0, high=150, kind="no-fly zone", solid=False),
+        sky.Sphere(centre=(200, 800, 140), radius=30, kind="balloon"),
+        sky.Voxels(origin=(500, 100, 40), step=(10, 10, 10), occupied=occupied, kind="rubble"),
+        sky.Box(min=(880, 880, 0), max=(920, 920, 100)),
     )
-    school = Prism(vertices=rectangle((500, 500), 80, 60, 0.4), low=0, high=150, kind="school", risk=2)
+    school = sky.Prism(vertices=rectangle((500, 500), 80, 60, 0.4), low=0, high=150, kind="school", risk=2)
     ends = (((100, 100, 130), (900, 850, 160)), ((850, 60, 140), (100, 700, 120)))
-    band = AltitudeBand(low=40, high=90, weight=0.1, above="ground") if terrain else None
-    scenario = Scenario(
+    band = sky.AltitudeBand(low=40, high=90, weight=0.1, above="ground") if terrain else None
+    scenario = sky.Scenario(
         name="town",
-        bounds=Bounds(min=(0, 0, 0), max=(1000, 1000, 200)),
+        bounds=sky.Bounds(min=(0, 0, 0), max=(1000, 1000, 200)),
         obstacles=obstacles,
         zones=(school,),
         terrain=hills() if terrain else None,
         clearance=5,
-        lattice=Lattice(step=(20, 20, 20)),
-        objective=Objective(unit="metres", altitude=band),
-        uavs=tuple(UAV(start=start) for start, _ in ends),
-        targets=tuple(Target(position=end) for _, end in ends),
-        frame=Frame(origin=Origin(latitude=46.8, longitude=9.8, altitude=1500)) if origin else Frame(),
+        lattice=sky.Lattice(step=(20, 20, 20)),
+        objective=sky.Objective(unit="metres", altitude=band),
+        uavs=tuple(sky.UAV(start=start) for start, _ in ends),
+        targets=tuple(sky.Target(position=end) for _, end in ends),
+        frame=sky.Frame(origin=sky.Origin(latitude=46.8, longitude=9.8, altitude=1500)) if origin else sky.Frame(),
     )
     flights = tuple(line(start, end, 60.0) for start, end in ends)
-    return Mission(scenario, (0, 1), (None, None), flights, (), Provenance("", "by hand", "", 0, ""))
+    return sky.Mission(scenario, (0, 1), (None, None), flights, (), sky.Provenance("", "by hand", "", 0, ""))
 
 
 def with_terrain(mission, terrain):

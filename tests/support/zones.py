@@ -2,7 +2,7 @@
 
 import shapely
 
-from skyverse.errors import InputError
+import skyverse as sky
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers import read_features
 
@@ -23,11 +23,16 @@ def polygon(one):
     return shapely.Polygon(one.outline, one.holes)
 
 
+def read_file(path, **choices):
+    """Return the buildings or zones of a file."""
+    return read_features(path, Choices(**choices))
+
+
 def outcome(path, **choices):
     """Return what is read, or the one sentence that it ends in."""
     try:
-        return read_features(path, Choices(**choices)), ""
-    except InputError as error:
+        return read_file(path, **choices), ""
+    except sky.InputError as error:
         return None, str(error)
 
 

@@ -24,8 +24,6 @@ from proj_map import proj_local  # noqa: E402
 from skyverse.cli import main  # noqa: E402
 from skyverse.maps.assembly.obstacles import ROUNDING, LocalFeatures, prisms  # noqa: E402
 from skyverse.maps.georeference.feature import Feature  # noqa: E402
-from skyverse.maps.georeference.reading import Raster  # noqa: E402
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
 from skyverse.space.mission_cautions import mission_cautions  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
@@ -73,20 +71,20 @@ def geojson(path, *features, **more):
 
 
 SQUARE = outline((-50, -50), (50, -50), (50, 50), (-50, 50))
-START, GOAL = place(-300, 0, AboveGround(60)), place(300, 50, AboveGround(60))
+START, GOAL = place(-300, 0, sky.AboveGround(60)), place(300, 50, sky.AboveGround(60))
 
 
 def test_uavs_and_targets_are_where_they_were_said_to_be_in_each_frame(valley):
     scenario = of_maps(
         "valley",
         terrain=[valley],
-        uavs={"sea": place(-300, 0, AboveSea(1600)), "ground": START, "home": place(100, -80, AboveHome(30))},
+        uavs={"sea": place(-300, 0, sky.AboveSea(1600)), "ground": START, "home": place(100, -80, sky.AboveHome(30))},
         targets=[GOAL],
         ground_clearance=20,
     )
     origin = scenario.frame.origin
     starts = {uav.name: uav.start for uav in scenario.uavs}
-    lat, lon, altitude = place(-300, 0, AboveSea(1600))
+    lat, lon, altitude = place(-300, 0, sky.AboveSea(1600))
     assert starts["sea"] == pytest.approx(proj_local(origin, lat, lon, altitude.metres)[0], abs=1e-3)
     x, y, z = starts["ground"]
     assert z - scenario.terrain.height((x, y)) == pytest.approx(60, abs=1e-3)
@@ -116,7 +114,7 @@ def homes(scenario):
 
 def test_a_uav_stands_on_the_rasters_ground_not_on_the_raised_one(valley):
     rng = np.random.default_rng(3)
-    places = [place(*rng.uniform(-800, 800, 2), AboveGround(40)) for _ in range(40)]
+    places = [place(*rng.uniform(-800, 800, 2), sky.AboveGround(40)) for _ in range(40)]
     near = {"separation": 1.0, "tracking_error": (0.0, 0.0)}
     scenario = of_maps("v", terrain=[valley], uavs=places, terrain_step=60, **near)
     expected = [surveyed(valley, latitude, longitude) for latitude, longitude, _ in places]
@@ -129,7 +127,7 @@ def test_a_uav_stands_on_the_rasters_ground_not_on_the_raised_one(valley):
 def test_in_davos_too_home_is_the_rasters_ground():
     path, rng = DATA / "davosdorf.tif", np.random.default_rng(4)
     south, north, west, east = 46.80, 46.83, 9.80, 9.86
-    places = [(rng.uniform(south, north), rng.uniform(west, east), AboveGround(60)) for _ in range(60)]
+    places = [(rng.uniform(south, north), rng.uniform(west, east), sky.AboveGround(60)) for _ in range(60)]
     scenario = of_maps("davos", terrain=[path], uavs=places)
     assert homes(scenario) == pytest.approx([surveyed(path, *at[:2]) for at in places], abs=0.02)  # PROJ's grids
     raised = [scenario.terrain.height(uav.start[:2]) - uav.home for uav in scenario.uavs]
@@ -146,7 +144,7 @@ def test_home_is_of_the_higher_file_in_metres_above_the_sea_and_unknown_beside_h
         return tmp_path / name
 
     feet = changed("feet.tif", (heights + 5) / 0.3048)
-    both = of_maps("v", terrain=[valley, Raster(feet, unit="ft")], uavs=[START])
+    both = of_maps("v", terrain=[valley, sky.Raster(feet, unit="ft")], uavs=[START])
     assert homes(both)[0] == pytest.approx(surveyed(valley, *START[:2], 5), abs=1e-3)
     ellipsoid = changed("e.tif", heights + 50, crs=pyproj.CRS("EPSG:32632").to_3d().to_wkt())
     above = of_maps("v", terrain=[ellipsoid], uavs=[START], geoid=50.0)
@@ -154,7 +152,7 @@ def test_home_is_of_the_higher_file_in_metres_above_the_sea_and_unknown_beside_h
     holed = np.where(np.indices(heights.shape)[1] < 50, -9999, heights)  # START is there
     hole = changed("hole.tif", holed, nodata=-9999)
     assert of_maps("v", terrain=[hole], uavs=[START], fill_nodata=1500.0).uavs[0].home is None
-    assert of_maps("v", ground=AboveSea(1500), uavs=[START]).uavs[0].home is None
+    assert of_maps("v", ground=sky.AboveSea(1500), uavs=[START]).uavs[0].home is None
 
 
 corner = st.tuples(st.floats(-400, 400), st.floats(-400, 400))
@@ -215,14 +213,14 @@ def test_what_is_in_a_zone_is_in_its_prisms(valley, tmp_path, corners, low, high
 @pytest.mark.parametrize(
     ("east", "north", "altitude", "safe"),
     [
-        (0, 0, AboveSea(1540), False),
-        (51, 0, AboveSea(1540), False),  # nearer than the clearance
-        (51.9, 51.9, AboveSea(1540), True),  # though 1.9 m from both sides
-        (53, 0, AboveSea(1540), True),
-        (0, 0, AboveSea(1591), False),
-        (0, 0, AboveSea(1593), True),
-        (-20, 10, AboveSea(1540), True),  # in its court
-        (-31, 10, AboveSea(1540), False),
+        (0, 0, sky.AboveSea(1540), False),
+        (51, 0, sky.AboveSea(1540), False),  # nearer than the clearance
+        (51.9, 51.9, sky.AboveSea(1540), True),  # though 1.9 m from both sides
+        (53, 0, sky.AboveSea(1540), True),
+        (0, 0, sky.AboveSea(1591), False),
+        (0, 0, sky.AboveSea(1593), True),
+        (-20, 10, sky.AboveSea(1540), True),  # in its court
+        (-31, 10, sky.AboveSea(1540), False),
     ],
 )
 def test_a_start_or_target_in_a_zone_or_near_it_is_refused_by_both_names(
@@ -327,18 +325,18 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
 @pytest.mark.parametrize(
     "options",
     [
-        {"uavs": {"low": place(0, 0, AboveGround(1))}},
-        {"uavs": [place(0, 0, AboveSea(1400))]},
-        {"uavs": {"far": (46.9, 9.85, AboveGround(60))}},
+        {"uavs": {"low": place(0, 0, sky.AboveGround(1))}},
+        {"uavs": [place(0, 0, sky.AboveSea(1400))]},
+        {"uavs": {"far": (46.9, 9.85, sky.AboveGround(60))}},
         {"uavs": [START], "targets": [place(0, 900, GOAL[2])], "area": (9.843, 46.796, 9.857, 46.804)},
-        {"uavs": {"turned": (9.85, 46.8, AboveGround(60))}},
-        {"uavs": {"odd": (146.8, 9.85, AboveGround(60))}},
+        {"uavs": {"turned": (9.85, 46.8, sky.AboveGround(60))}},
+        {"uavs": {"odd": (146.8, 9.85, sky.AboveGround(60))}},
         {"uavs": {"bare": (46.8, 9.85, 60)}},
-        {"uavs": [START, START], "targets": [place(0, 0, AboveHome(60))]},
-        {"uavs": [START], "ceiling": AboveSea(1000)},
-        {"uavs": [START], "ceiling": AboveGround(1)},
-        {"uavs": [START], "ceiling": AboveGround(90), "max_height": AboveGround(80)},
-        {"uavs": [START], "ceiling": AboveHome(100)},
+        {"uavs": [START, START], "targets": [place(0, 0, sky.AboveHome(60))]},
+        {"uavs": [START], "ceiling": sky.AboveSea(1000)},
+        {"uavs": [START], "ceiling": sky.AboveGround(1)},
+        {"uavs": [START], "ceiling": sky.AboveGround(90), "max_height": sky.AboveGround(80)},
+        {"uavs": [START], "ceiling": sky.AboveHome(100)},
         {"uavs": [START], "margin": 5000},
         {"uavs": [START], "margin": 100, "area": (9.84, 46.79, 9.86, 46.81)},
         {"area": (46.79, 9.84, 46.81, 9.86)},
@@ -347,7 +345,7 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
         {"uavs": [START], "origin": sky.Origin(latitude=9.85, longitude=46.8, altitude=1500)},
         {"area": (9.86, 46.81, 9.84, 46.79)},
         {"area": (9.84, 146.79, 9.86, 146.81)},
-        {"uavs": [START], "ground": AboveSea(0)},
+        {"uavs": [START], "ground": sky.AboveSea(0)},
         {"uavs": [START], "clearance": -1.0},
         {"uavs": [START], "clearance": 1000000000.0},
         {"uavs": [START], "lattice_step": 0.0},
@@ -366,12 +364,12 @@ def test_what_cannot_be_is_refused_in_one_sentence(valley, options, refuses):
 
 def test_heights_above_ground_need_the_ground_and_above_home_a_home(valley, tmp_path, refuses):
     path = geojson(tmp_path / "z.geojson", (SQUARE, {"upper": "90 m agl"}))
-    start = [place(-300, 0, AboveSea(1600))]
+    start = [place(-300, 0, sky.AboveSea(1600))]
     with refuses():
         of_maps("flat", zones=[path], uavs=start)
     with refuses():
         of_maps("flat", uavs=[START])
-    flat = of_maps("flat", zones=[path], uavs=start, ground=AboveSea(1500))
+    flat = of_maps("flat", zones=[path], uavs=start, ground=sky.AboveSea(1500))
     assert sky.to_wgs84(flat.frame.origin, [0, 0, flat.obstacles[0].high])[0, 2] == pytest.approx(1590, abs=0.1)
     home = geojson(tmp_path / "h.geojson", (SQUARE, {"upper": "90 m home"}))
     with refuses():
@@ -384,7 +382,7 @@ def test_an_area_across_the_antimeridian_is_one(tmp_path):
     path = tmp_path / "z.geojson"
     ring = [[179.99, -16.81], [180.01, -16.81], [180.01, -16.79], [179.99, -16.79], [179.99, -16.81]]
     geojson(path, ({"type": "Polygon", "coordinates": [ring]}, {"lower": "0 m amsl", "upper": "90 m amsl"}))
-    scenario = of_maps("fiji", zones=[path], area=(179.95, -16.85, -179.95, -16.75), ground=AboveSea(0))
+    scenario = of_maps("fiji", zones=[path], area=(179.95, -16.85, -179.95, -16.75), ground=sky.AboveSea(0))
     assert abs(scenario.frame.origin.longitude) == pytest.approx(180)
     wide = 0.1 * DEGREE * np.cos(np.radians(16.8))
     assert scenario.bounds.max[0] - scenario.bounds.min[0] == pytest.approx(wide, rel=0.01)
@@ -484,8 +482,8 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
         "valley",
         terrain=[valley],
         zones=[zones],
-        uavs={"alpha": (start[0], start[1], AboveGround(60))},
-        targets=[(goal[0], goal[1], AboveGround(200 * 0.3048))],
+        uavs={"alpha": (start[0], start[1], sky.AboveGround(60))},
+        targets=[(goal[0], goal[1], sky.AboveGround(200 * 0.3048))],
         band=(40, 80),
         licences={"z.geojson": "mine: free=yes"},
     )
@@ -528,8 +526,8 @@ def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, m
 
 @pytest.mark.parametrize("margin", [250, 280, 300, 340])
 def test_what_is_given_at_the_least_height_above_ground_is_free_whatever_rounding_does(margin):
-    place = (50.0, 10.0, AboveGround(30)), (50.0, 10.01, AboveGround(60))
-    scenario = of_maps("level", ground=AboveSea(300), uavs=place[:1], targets=place[1:], margin=margin)
+    place = (50.0, 10.0, sky.AboveGround(30)), (50.0, 10.01, sky.AboveGround(60))
+    scenario = of_maps("level", ground=sky.AboveSea(300), uavs=place[:1], targets=place[1:], margin=margin)
     for point, metres in ((scenario.uavs[0].start, 30), (scenario.targets[0].position, 60)):
         assert point[2] - scenario.terrain.height(point[:2]) == pytest.approx(metres, abs=1e-12)
 
@@ -548,8 +546,8 @@ def test_a_raster_that_says_no_unit_is_told_unless_the_user_says_one(valley):
 
     give = "give Raster(unit='m') if they are or Raster(unit='ft') to take them as feet"
     assert told(valley) == [f"WARNING: heights without a unit are taken as metres; {give}"]
-    assert told(Raster(valley, unit="m")) == []
-    for raster, kept in ((valley, 1), (Raster(valley, unit="m"), 0)):
+    assert told(sky.Raster(valley, unit="m")) == []
+    for raster, kept in ((valley, 1), (sky.Raster(valley, unit="m"), 0)):
         (source,) = of_maps("v", terrain=[raster], uavs=[START]).sources
         assert len(source.cautions) == kept
         assert not [said for said in source.cautions if "Raster(" in said]
@@ -560,8 +558,8 @@ def test_a_mission_among_zones_whose_times_are_not_read_warns_of_it(tmp_path):
     said = {"lower": "0 m agl", "upper": "50 m agl", "startDateTime": "2026-05-01T08:00:00Z"}
     zone = {"type": "Feature", "properties": said, "geometry": {"type": "Polygon", "coordinates": [square]}}
     (tmp_path / "zones.geojson").write_text(json.dumps(zone))
-    ends = {"uavs": [(50.002, 10.0, AboveGround(60))], "targets": [(50.002, 10.002, AboveGround(60))]}
-    scenario = of_maps("z", ground=AboveSea(300), zones=[tmp_path / "zones.geojson"], **ends)
+    ends = {"uavs": [(50.002, 10.0, sky.AboveGround(60))], "targets": [(50.002, 10.002, sky.AboveGround(60))]}
+    scenario = of_maps("z", ground=sky.AboveSea(300), zones=[tmp_path / "zones.geojson"], **ends)
     warned = [one.sentence for one in mission_cautions(sky.plan_mission(scenario))]
     assert any("with times ('startDateTime')" in sentence for sentence in warned)
 
@@ -613,17 +611,17 @@ def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that
 
 def test_a_ceiling_above_ground_bounds_the_scenario_and_its_ends(valley, refuses):
     ends = {"terrain": [valley], "uavs": [START], "targets": [GOAL]}
-    scenario = of_maps("v", **ends, ceiling=AboveGround(120))
-    assert scenario == of_maps("v", **ends, max_height=AboveGround(120))
+    scenario = of_maps("v", **ends, ceiling=sky.AboveGround(120))
+    assert scenario == of_maps("v", **ends, max_height=sky.AboveGround(120))
     assert scenario.max_height == 120
     assert scenario.bounds.max[2] == pytest.approx(scenario.terrain.heights.max() + 120)
     with refuses():
-        of_maps("v", **ends, max_height=AboveGround(50))
+        of_maps("v", **ends, max_height=sky.AboveGround(50))
 
 
 def test_zones_end_where_their_file_says_which_is_told_unless_they_are_to_be_closed_above(valley, tmp_path):
     path = geojson(tmp_path / "z.geojson", (SQUARE, {"upper": "20 m agl"}))
-    start = place(-300, 0, AboveGround(60))
+    start = place(-300, 0, sky.AboveGround(60))
 
     def built(**more):
         told = []

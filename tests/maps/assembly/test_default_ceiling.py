@@ -4,12 +4,13 @@ import json
 
 import pytest
 
+import skyverse as sky
+
 pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
 from of_maps import of_maps
 from skyverse.maps.assembly.frame import VERY_LOW_LEVEL
-from skyverse.model.altitude import AboveGround, AboveSea
 
 
 def built(folder, lower, ceiling=None):
@@ -20,7 +21,11 @@ def built(folder, lower, ceiling=None):
     zone = {"type": "Feature", "properties": {"type": "PROHIBITED"}, "geometry": geometry}
     (folder / "zones.json").write_text(json.dumps({"type": "FeatureCollection", "features": [zone]}))
     notes = []
-    given = {"zones": [folder / "zones.json"], "ground": AboveSea(500), "uavs": [(46.8, 9.851, AboveGround(35))]}
+    given = {
+        "zones": [folder / "zones.json"],
+        "ground": sky.AboveSea(500),
+        "uavs": [(46.8, 9.851, sky.AboveGround(35))],
+    }
     made = of_maps("circle", **given, ceiling=ceiling, on_note=lambda note: notes.append(note.text))
     return made, " ".join(notes)
 
@@ -42,6 +47,6 @@ def test_a_zone_far_above_everything_does_not_raise_the_ceiling(tmp_path):
 
 
 def test_a_ceiling_that_is_given_is_kept(tmp_path):
-    made, notes = built(tmp_path, 100, ceiling=AboveGround(50))
+    made, notes = built(tmp_path, 100, ceiling=sky.AboveGround(50))
     assert made.bounds.max[2] == pytest.approx(float(made.terrain.heights.max()) + 50)
     assert "1 above or below the bounds" in notes

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.model.shapes import Prism
+import skyverse as sky
 
 shapely = pytest.importorskip("shapely")
 
@@ -35,7 +35,7 @@ def footprints(draw):
 
 
 def prism(polygon):
-    return Prism(
+    return sky.Prism(
         vertices=np.array(polygon.exterior.coords)[:-1],
         holes=tuple(np.array(ring.coords)[:-1] for ring in polygon.interiors),
         low=0.0,

@@ -5,18 +5,17 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import skyverse as sky
+
 rasterio = pytest.importorskip("rasterio", reason="reading rasters needs rasterio")
 pyproj = pytest.importorskip("pyproj", reason="reading rasters needs pyproj")
 
 from rasterio.transform import Affine  # noqa: E402
 
 from skyverse.maps.assembly.terrain import read_terrain  # noqa: E402
-from skyverse.maps.georeference.reading import Raster  # noqa: E402
 from skyverse.maps.readers import raster_tiles  # noqa: E402
-from skyverse.model.frame import Origin  # noqa: E402
-from skyverse.model.geodesy import to_local  # noqa: E402
 
-ORIGIN = Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
+ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
 SYSTEMS = {"EPSG:4326": 30.0 / 111_200, "EPSG:32632": 20.0, "EPSG:21781": 25.0, "EPSG:3857": 40.0, "EPSG:3413": 20.0}
 """Coordinate systems, and the size of a pixel in their units; the last one is turned by 55 degrees at the origin."""
 SIZE = 40
@@ -70,7 +69,7 @@ def require_between(terrain, path, rng, origin=ORIGIN, height=120.0, count=4000)
     longitude, latitude, altitude = samples(path, rng, count)
     known = np.isfinite(altitude)
     ground, high = (
-        to_local(origin, np.column_stack([latitude, longitude, altitude + more])[known]) for more in (0.0, height)
+        sky.to_local(origin, np.column_stack([latitude, longitude, altitude + more])[known]) for more in (0.0, height)
     )
     (x0, y0), (x1, y1) = terrain.extent
     over = (np.abs(ground[:, :2] - [(x0 + x1) / 2, (y0 + y1) / 2]) <= [(x1 - x0) / 2, (y1 - y0) / 2]).all(axis=1)
@@ -93,7 +92,7 @@ def test_no_sample_of_a_raster_is_outside_of_the_two_surfaces(tmp_path, seed, cr
     path = written(tmp_path / "a.tif", heights, crs, SYSTEMS[crs], *rng.uniform(-0.5, 0.5, 2), rng.choice([0.0, 0.3]))
     x, y, wide, tall = *rng.uniform(-150, -60, 2), *rng.uniform(110, 210, 2)
     terrain, _ = read_terrain(
-        [Raster(path)], ORIGIN, (x, y, x + wide, y + tall), step=step, fill="nearest" if holes else None
+        [sky.Raster(path)], ORIGIN, (x, y, x + wide, y + tall), step=step, fill="nearest" if holes else None
     )
     require_between(terrain, path, rng)
 
@@ -107,7 +106,7 @@ def test_pooled_pixels_are_between_the_two_surfaces(tmp_path, monkeypatch, crs):
     heights[20, 30] = np.nan
     path = written(tmp_path / "a.tif", heights, crs, 4.0)
     for step in (20.0, 37.0):
-        terrain, _ = read_terrain([Raster(path)], ORIGIN, (-70, -60, 80, 75), step=step, fill="nearest")
+        terrain, _ = read_terrain([sky.Raster(path)], ORIGIN, (-70, -60, 80, 75), step=step, fill="nearest")
         require_between(terrain, path, rng, count=20_000)
 
 
@@ -115,7 +114,7 @@ def test_of_two_rasters_the_lower_one_counts_for_the_lowest_surface(tmp_path):
     rng = np.random.default_rng(7)
     one, other = rough(rng), rough(rng)
     paths = [written(tmp_path / f"{k}.tif", each, "EPSG:32632", 20.0, 5.0 * k) for k, each in enumerate((one, other))]
-    terrain, _ = read_terrain([Raster(path) for path in paths], ORIGIN, (-90, -100, 120, 80), step=15.0)
+    terrain, _ = read_terrain([sky.Raster(path) for path in paths], ORIGIN, (-90, -100, 120, 80), step=15.0)
     for path in paths:
         require_between(terrain, path, rng)
 
@@ -123,6 +122,6 @@ def test_of_two_rasters_the_lower_one_counts_for_the_lowest_surface(tmp_path):
 def test_on_a_smooth_slope_both_surfaces_are_the_raster(tmp_path):
     rows, columns = np.mgrid[:60, :60]
     path = written(tmp_path / "a.tif", (1500.0 + 4.0 * columns + 6.0 * rows).astype("float32"), "EPSG:32632", 20.0)
-    terrain, told = read_terrain([Raster(path)], ORIGIN, (-300, -300, 300, 300), step=15.0)
+    terrain, told = read_terrain([sky.Raster(path)], ORIGIN, (-300, -300, 300, 300), step=15.0)
     assert require_between(terrain, path, np.random.default_rng(1)).max() < 0.02
     assert told.most_lowered < 0.02

@@ -10,7 +10,6 @@ pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
 import skyverse as sky
 from of_maps import of_maps
-from skyverse.model.altitude import AboveGround, AboveSea
 from skyverse.space.unsafe_points import unsafe_points
 
 RING = [[10.004, 49.996], [10.006, 49.996], [10.006, 50.004], [10.004, 50.004], [10.004, 49.996]]
@@ -25,9 +24,9 @@ def zones(folder, **fields):
 
 
 def built(folder, height, **fields):
-    start = (50.0, 10.005, AboveGround(height))
+    start = (50.0, 10.005, sky.AboveGround(height))
     path = zones(folder, **fields)
-    return of_maps("z", ground=AboveSea(300), uavs=[start], targets=[(50.0, 10.01, start[2])], zones=[path])
+    return of_maps("z", ground=sky.AboveSea(300), uavs=[start], targets=[(50.0, 10.01, start[2])], zones=[path])
 
 
 @pytest.mark.parametrize("height", [60, 240, 500])
@@ -42,28 +41,28 @@ def test_a_zone_below_the_ceiling_has_a_roof(tmp_path, refuses):
         built(tmp_path, 110, upper="120 m")
 
 
-HERE, THERE = (50.0, 10.0, AboveGround(30)), (50.0, 10.01, AboveGround(30))
+HERE, THERE = (50.0, 10.0, sky.AboveGround(30)), (50.0, 10.01, sky.AboveGround(30))
 
 
 @pytest.mark.parametrize("turned", ["a", "b", "t"])
 def test_one_place_with_latitude_and_longitude_swapped_is_named(turned, refuses):
-    uavs, targets = {"a": HERE, "b": (50.001, 10.0, AboveGround(30))}, {"t": THERE}
+    uavs, targets = {"a": HERE, "b": (50.001, 10.0, sky.AboveGround(30))}, {"t": THERE}
     for places in (uavs, targets):
         if turned in places:
             latitude, longitude, altitude = places[turned]
             places[turned] = (longitude, latitude, altitude)
     with refuses():
-        of_maps("z", ground=AboveSea(300), uavs=uavs, targets=targets)
+        of_maps("z", ground=sky.AboveSea(300), uavs=uavs, targets=targets)
 
 
 def test_of_two_places_either_may_be_swapped(refuses):
     with refuses():
-        of_maps("z", ground=AboveSea(300), uavs={"a": HERE}, targets={"t": (10.01, 50.0, AboveGround(30))})
+        of_maps("z", ground=sky.AboveSea(300), uavs={"a": HERE}, targets={"t": (10.01, 50.0, sky.AboveGround(30))})
 
 
 def test_places_that_are_far_apart_either_way_are_not_called_swapped(refuses):
     with refuses():
-        of_maps("z", ground=AboveSea(300), uavs={"a": HERE}, targets={"t": (20.0, 30.0, AboveGround(30))})
+        of_maps("z", ground=sky.AboveSea(300), uavs={"a": HERE}, targets={"t": (20.0, 30.0, sky.AboveGround(30))})
 
 
 def test_notes_are_printed_with_the_refusal_that_they_may_explain(tmp_path, capsys):

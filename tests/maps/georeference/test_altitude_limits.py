@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
+import skyverse as sky
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
@@ -24,18 +24,18 @@ from zones import SQUARE, ZONE, collection, feature, kml, kml_polygon  # noqa: E
                 "lowerVerticalReference": "AGL",
                 "upperVerticalReference": "AMSL",
             },
-            AboveGround(0.0),
-            AboveSea(121.92),
+            sky.AboveGround(0.0),
+            sky.AboveSea(121.92),
         ),
-        ({"lower": 10, "upper": 50, "reference": "AMSL", "unit": "m"}, AboveSea(10.0), AboveSea(50.0)),
-        ({"min_altitude": "GND", "max_altitude": "400 ft agl"}, None, AboveGround(121.92)),
+        ({"lower": 10, "upper": 50, "reference": "AMSL", "unit": "m"}, sky.AboveSea(10.0), sky.AboveSea(50.0)),
+        ({"min_altitude": "GND", "max_altitude": "400 ft agl"}, None, sky.AboveGround(121.92)),
         ({"lower": "SFC", "upper": "UNL"}, None, None),
-        ({"upper": {"value": 100, "unit": "ft", "referenceDatum": "MSL"}}, None, AboveSea(30.48)),
-        ({"upper": "100 ft", "reference": "agl"}, None, AboveGround(30.48)),
-        ({"upper": "400 agl", "uom": "ft"}, None, AboveGround(121.92)),
-        ({"upper": "30 m home"}, None, AboveHome(30.0)),
-        ({"height": "12 m"}, None, AboveGround(12.0)),
-        ({"building": "yes", "building:levels": "2"}, None, AboveGround(9.0)),
+        ({"upper": {"value": 100, "unit": "ft", "referenceDatum": "MSL"}}, None, sky.AboveSea(30.48)),
+        ({"upper": "100 ft", "reference": "agl"}, None, sky.AboveGround(30.48)),
+        ({"upper": "400 agl", "uom": "ft"}, None, sky.AboveGround(121.92)),
+        ({"upper": "30 m home"}, None, sky.AboveHome(30.0)),
+        ({"height": "12 m"}, None, sky.AboveGround(12.0)),
+        ({"building": "yes", "building:levels": "2"}, None, sky.AboveGround(9.0)),
         ({"nothing": 1}, None, None),
     ],
 )
@@ -70,8 +70,8 @@ def test_what_could_be_either_is_refused_with_file_feature_and_field(read, field
 
 def test_the_user_decides_what_bare_altitudes_are_counted_from(read):
     document = collection(feature(upper=120))
-    assert read(document, altitudes="agl", unit="m")[0].high == AboveGround(120.0)
-    assert read(document, altitudes="amsl", unit="m")[0].high == AboveSea(120.0)
+    assert read(document, altitudes="agl", unit="m")[0].high == sky.AboveGround(120.0)
+    assert read(document, altitudes="amsl", unit="m")[0].high == sky.AboveSea(120.0)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_limits_and_heights_without_a_unit_need_one_of_the_user(read, fields, re
 
 def test_nought_needs_no_unit(read):
     (zone,) = read(collection(feature(lower=0, upper="100 m", reference="AGL", min_height=0)))
-    assert (zone.low, zone.high) == (AboveGround(0.0), AboveGround(100.0))
+    assert (zone.low, zone.high) == (sky.AboveGround(0.0), sky.AboveGround(100.0))
 
 
 MAXIMA = ("CEILING", "max_alt", "maxAltitude", "MAX_ALTITUDE")
@@ -108,10 +108,10 @@ def test_a_maximum_altitude_alone_may_be_what_is_permitted_or_forbidden(read, na
     with refuses():
         read(cells, altitudes="agl")
     above = read(cells, altitudes="agl", maximum_altitudes="permitted")
-    assert [(zone.low, zone.high) for zone in above] == [(AboveGround(121.92), None), (AboveGround(0.0), None)]
+    assert [(zone.low, zone.high) for zone in above] == [(sky.AboveGround(121.92), None), (sky.AboveGround(0.0), None)]
     told = []
     below = read(cells, altitudes="agl", maximum_altitudes="forbidden", tell=told.append)
-    assert [(zone.low, zone.high) for zone in below] == [(None, AboveGround(121.92)), (None, None)]
+    assert [(zone.low, zone.high) for zone in below] == [(None, sky.AboveGround(121.92)), (None, None)]
     assert len(told) == 1
 
 
@@ -119,7 +119,7 @@ def test_a_maximum_altitude_alone_may_be_what_is_permitted_or_forbidden(read, na
 @pytest.mark.parametrize("name", MAXIMA)
 def test_a_maximum_altitude_beside_a_minimum_is_an_upper_limit(read, name, fields):
     (zone,) = read(collection(feature(**{name: "120 m agl"}, reference="AGL", **fields)))
-    assert zone.high == AboveGround(120.0)
+    assert zone.high == sky.AboveGround(120.0)
 
 
 NO_LOWER = ({}, {"lower": "SFC"}, {"lower": "GND"}, {"lower": 0}, {"lower": "0 ft agl"}, {"lower": -5})
@@ -159,7 +159,7 @@ LAYER = {"upper": 900, "upperReference": "AGL", "lower": 45, "lowerReference": "
 def test_limits_and_names_within_a_property_are_read(read, name, unit, refuses):
     zone = {"identifier": "X1", "name": "HELIPORT", "type": "REQ_AUTHORIZATION"}
     (found,) = read(collection(feature(UASZone=zone, **{name: LAYER | {unit: "M"}})))
-    assert (found.low, found.high) == (AboveGround(45.0), AboveGround(900.0))
+    assert (found.low, found.high) == (sky.AboveGround(45.0), sky.AboveGround(900.0))
     assert (found.name, found.kind) == ("HELIPORT", "REQ_AUTHORIZATION")
     assert read(collection(feature(), feature(UASZone=zone | {"type": "NO_RESTRICTION"})))[0].name is None
     twice = collection(feature(upper=800, **{name: LAYER | {unit: "M"}}))
@@ -175,7 +175,12 @@ def test_a_note_names_limits_within_other_properties(read):
 
 @pytest.mark.parametrize(
     ("said", "meant"),
-    [((0, 0), AboveGround(1000.0)), ((1, 0), AboveGround(304.8)), ((0, 1), AboveSea(1000.0)), ((6, 2), None)],
+    [
+        ((0, 0), sky.AboveGround(1000.0)),
+        ((1, 0), sky.AboveGround(304.8)),
+        ((0, 1), sky.AboveSea(1000.0)),
+        ((6, 2), None),
+    ],
 )
 def test_numbers_of_openaip_stand_for_words(read, said, meant, refuses):
     unit, datum = said
@@ -233,7 +238,7 @@ def test_a_unit_beside_a_limit_with_its_own_fields_counts_where_those_have_none(
 
 def test_a_reference_beside_a_limit_counts_in_either_order_of_words(read):
     (zone,) = read(collection(feature(upper="100 m", referenceUpper="AMSL")), altitudes="agl")
-    assert zone.high == AboveSea(100.0)
+    assert zone.high == sky.AboveSea(100.0)
 
 
 def test_a_field_that_is_said_twice_is_refused(read, refuses):
@@ -265,4 +270,4 @@ def test_corners_with_altitudes_need_to_say_what_they_are_counted_from(read, ref
     document = collection(feature([[[*place, 30.0] for place in SQUARE]], use="none"))
     with refuses():
         read(document)
-    assert read(document, altitudes="amsl")[0].high == AboveSea(30.0)
+    assert read(document, altitudes="amsl")[0].high == sky.AboveSea(30.0)

@@ -7,16 +7,14 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+import skyverse as sky
+
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
 from of_maps import of_maps  # noqa: E402
 from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds  # noqa: E402
-from skyverse.maps.georeference.reading import Choices, Reading  # noqa: E402
-from skyverse.maps.readers import read_features  # noqa: E402
-from skyverse.model.altitude import AboveSea  # noqa: E402
-from skyverse.model.frame import Origin  # noqa: E402
-from skyverse.model.geodesy import to_local  # noqa: E402
+from zones import read_file  # noqa: E402
 
 GEOD = pyproj.Geod(ellps="WGS84")
 LIMITS = {"lower": "0 m amsl", "upper": "250 m amsl"}
@@ -51,8 +49,8 @@ def zones(tmp_path_factory):
 
 def shut(path, latitude, longitude, *, buffer=None, wide=5000.0, tolerance=0.0, told=None):
     """Return a frame's origin, and what is shut in it, so many metres around, as one polygon."""
-    origin = Origin(latitude=latitude, longitude=wrapped(longitude), altitude=0.0)
-    found = read_features(path, Choices(buffer=buffer, tell=([] if told is None else told).append))
+    origin = sky.Origin(latitude=latitude, longitude=wrapped(longitude), altitude=0.0)
+    found = read_file(path, buffer=buffer, tell=([] if told is None else told).append)
     cut = local_features(found, origin, (-wide, -wide, wide, wide), None, 10.0)
     made, _ = prisms(simplified(within_bounds(cut, 0.0, 150.0, 10.0), tolerance))
     return origin, shapely.union_all([shapely.Polygon(one.vertices, one.holes) for one in made])
@@ -71,7 +69,7 @@ def agree(origin, solid, places, away, width, most):
     """Compare what is shut with what lies within a width, at the ground and at the ceiling."""
     for altitude in (0.0, 150.0):
         rows = np.column_stack([places[:, 1], places[:, 0], np.full(len(places), altitude)])
-        flat = to_local(origin, rows)[:, :2]
+        flat = sky.to_local(origin, rows)[:, :2]
         within = (np.abs(flat) <= 5000.0).all(axis=1)
         assert within.any()
         found = shapely.covers(solid, shapely.points(flat))
@@ -150,9 +148,9 @@ def test_a_buffered_line_across_the_antimeridian_shuts_what_it_crosses(zones, re
         of_maps(
             "z",
             zones=[path],
-            uavs=[(-17.001, -179.9998, AboveSea(50))],
-            ground=AboveSea(0),
-            reading=Reading(buffer=300.0),
+            uavs=[(-17.001, -179.9998, sky.AboveSea(50))],
+            ground=sky.AboveSea(0),
+            reading=sky.Reading(buffer=300.0),
         )
 
 
@@ -173,7 +171,7 @@ def test_a_line_beside_the_antimeridian_shuts_both_its_sides_in_every_format(zon
         told = []
         origin, solid = shut(path, -17, 180, buffer=300.0, told=told)
         assert not any("repaired" in text for text in told)
-        start, free = (shapely.Point(to_local(origin, [-17, lon, 0.0])[0, :2]) for lon in (179.9992, -179.997))
+        start, free = (shapely.Point(sky.to_local(origin, [-17, lon, 0.0])[0, :2]) for lon in (179.9992, -179.997))
         assert solid.contains(start)
         assert solid.distance(free) == pytest.approx(426 - 300, abs=4)
 
@@ -207,7 +205,7 @@ def test_a_zone_that_begins_in_the_frame_and_ends_far_away_begins_where_its_file
     origin, solid = shut(zones(ring(9.86, 14, 46, 48, 1)), 46.8, 9.8)
     for east, inside in ((1e-7, True), (-4e-6, False)):
         rows = [(latitude, 9.86 + east, up) for latitude in (46.77, 46.8, 46.83) for up in (0.0, 150.0)]
-        assert {solid.contains(place) for place in shapely.points(to_local(origin, rows)[:, :2])} == {inside}
+        assert {solid.contains(place) for place in shapely.points(sky.to_local(origin, rows)[:, :2])} == {inside}
 
 
 def test_a_zone_around_the_pole_cut_at_a_meridian_is_whole(zones):
@@ -237,10 +235,10 @@ def test_a_zone_on_the_other_side_of_the_globe_is_not_here(zones):
 )
 def test_what_could_run_either_way_or_goes_around_a_pole_is_refused(zones, geometry, refuses):
     with refuses():
-        read_features(zones(geometry), Choices(buffer=200.0))
+        read_file(zones(geometry), buffer=200.0)
 
 
 def test_a_buffer_wider_than_a_hundred_kilometres_is_refused(refuses):
     with refuses():
-        Reading(buffer=1e7)
-    assert Reading(buffer=1e5).buffer == 1e5
+        sky.Reading(buffer=1e7)
+    assert sky.Reading(buffer=1e5).buffer == 1e5

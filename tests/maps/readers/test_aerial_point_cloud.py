@@ -7,8 +7,6 @@ import skyverse as sky
 from of_maps import of_maps
 from proj_map import proj_local
 from skyverse.cli import main
-from skyverse.errors import InputError
-from skyverse.model.altitude import AboveGround, AboveSea
 
 laspy = pytest.importorskip("laspy")
 pytest.importorskip("lazrs")
@@ -112,7 +110,7 @@ def test_noise_is_left_out_and_the_ground_where_a_terrain_says_it(tmp_path):
     (bare,) = of_maps("a", **options).obstacles
     assert columns(bare) == wanted(places[~np.isin(codes, (7, 18))], 2.0)
     told.clear()
-    (grown,) = of_maps("a", ground=AboveSea(395), **options).obstacles
+    (grown,) = of_maps("a", ground=sky.AboveSea(395), **options).obstacles
     assert columns(grown) == wanted(places[~np.isin(codes, (2, 7, 18))], 2.0)
     assert grown.origin[2] < -5
     assert told[-1].startswith("300 points, 100 of the ground left out, 200 of noise left out; ")
@@ -128,7 +126,7 @@ def test_what_is_outside_the_area_is_left_out_and_told(tmp_path):
     assert columns(scenario.obstacles[0]) == wanted(places[inside], 2.0)
     assert f"{(~inside).sum():,} outside left out" in told[-1].text
     away = (LON + 1, LAT - 0.002, LON + 1.01, LAT + 0.002)
-    nothing = of_maps("a", voxels=[path], area=away, ground=AboveSea(0), on_note=told.append)
+    nothing = of_maps("a", voxels=[path], area=away, ground=sky.AboveSea(0), on_note=told.append)
     assert nothing.obstacles == ()
     assert told[-1].text == "WARNING: nothing of it stands in the area"
 
@@ -194,7 +192,9 @@ def test_a_header_that_lies_is_not_believed(tmp_path, refuses):
 def test_a_cloud_that_is_cut_off_is_refused_in_one_sentence(tmp_path, suffix, share):
     path = las(tmp_path / f"a{suffix}", some(12)[0])
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    with pytest.raises(InputError, match=rf"a\{suffix}: cannot be read as LAS, it is cut off or damaged: ") as caught:
+    with pytest.raises(
+        sky.InputError, match=rf"a\{suffix}: cannot be read as LAS, it is cut off or damaged: "
+    ) as caught:
         of_maps("a", voxels=[path], origin=ORIGIN, area=WIDE)
     assert "\n" not in str(caught.value)
 
@@ -216,10 +216,16 @@ def test_the_command_takes_clouds(tmp_path, capsys):
 def test_a_start_or_target_in_or_near_a_cloud_is_refused(tmp_path, refuses):
     tower = (*TO_UTM.transform(LON, LAT), 430.0)
     path = las(tmp_path / "a.las", np.array([tower]))
-    options = {"voxels": [path], "ground": AboveSea(395), "origin": ORIGIN, "clearance": 3.0, "ground_clearance": 3.0}
-    free = (LAT + 0.001, LON, AboveGround(20))  # UAVs may stray by 1.6 m
+    options = {
+        "voxels": [path],
+        "ground": sky.AboveSea(395),
+        "origin": ORIGIN,
+        "clearance": 3.0,
+        "ground_clearance": 3.0,
+    }
+    free = (LAT + 0.001, LON, sky.AboveGround(20))  # UAVs may stray by 1.6 m
     for east, up, safe in ((0, 20, 0), (4, 20, 0), (7, 20, 1), (0, 37, 0), (0, 41, 1), (-5, 20, 1)):
-        at = (LAT, LON + east / 75_300, AboveGround(up))  # the voxel is 2 m wide, from the origin on
+        at = (LAT, LON + east / 75_300, sky.AboveGround(up))  # the voxel is 2 m wide, from the origin on
         for places in ({"uavs": [at]}, {"uavs": [free], "targets": [at]}):
             if safe:
                 of_maps("a", **places, **options)

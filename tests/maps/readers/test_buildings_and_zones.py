@@ -12,15 +12,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import skyverse as sky
 from altitudes import About
-from skyverse.errors import InputError
-from skyverse.model.altitude import AboveGround, AboveSea
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.readers import read_features  # noqa: E402
 from zones import (  # noqa: E402
     COURT,
     EXTRUDE,
@@ -33,6 +31,7 @@ from zones import (  # noqa: E402
     kml_polygon,
     outcome,
     polygon,
+    read_file,
 )
 
 GEOD = pyproj.Geod(ellps="WGS84")
@@ -65,9 +64,9 @@ def test_buildings_stand_on_the_ground_and_need_a_height(read, refuses):
     with refuses():
         read(plain, kind="building")
     (house,) = read(plain, kind="building", building_height=8.0)
-    assert (house.kind, house.low, house.high) == ("building", None, AboveGround(8.0))
+    assert (house.kind, house.low, house.high) == ("building", None, sky.AboveGround(8.0))
     (tower,) = read(collection(feature(h_max="31.5 m")), kind="building", height_field="h_max")
-    assert tower.high == AboveGround(31.5)
+    assert tower.high == sky.AboveGround(31.5)
 
 
 def test_of_several_heights_the_greatest_counts_and_guesses_are_told(read):
@@ -79,7 +78,7 @@ def test_of_several_heights_the_greatest_counts_and_guesses_are_told(read):
     assert ["several heights" in sentence for sentence in told] == [True, False]
     assert "1 with a height guessed from levels" in told[1]
     chosen = read(collection(feature(height="3 m", measuredHeight=30)), kind="building", height_field="height")
-    assert chosen[0].high == AboveGround(3.0)
+    assert chosen[0].high == sky.AboveGround(3.0)
 
 
 def test_ed_269_gives_a_record_for_each_volume_and_circles_are_circumscribed(read):
@@ -93,7 +92,7 @@ def test_ed_269_gives_a_record_for_each_volume_and_circles_are_circumscribed(rea
     told = []
     disc, zone = read({"title": "zones", "features": [closed, free]}, name="zones.json", tell=told.append)
     assert disc.name == zone.name == "Airfield"
-    assert (disc.kind, disc.high) == ("PROHIBITED", AboveGround(120.0))
+    assert (disc.kind, disc.high) == ("PROHIBITED", sky.AboveGround(120.0))
     middles = (disc.outline + np.roll(disc.outline, -1, axis=0)) / 2
     for places, least, most in ((middles, 500, 500.2), (disc.outline, 500, 501)):
         far = GEOD.inv(np.full(len(places), 7.0), np.full(len(places), 47.0), *places.T)[2]
@@ -146,7 +145,7 @@ def test_heights_of_buildings_without_a_unit_are_in_the_unit_that_is_given(read)
     metres = [house.high.metres for house in read(document, kind="building", unit="ft")]
     assert metres == pytest.approx([30.48, 30.48, 100, 30.48, 33])
     low = read(collection(feature(height=100, min_height=50)), kind="building", unit="ft")[0].low
-    assert low == About(AboveGround, 15.24)
+    assert low == About(sky.AboveGround, 15.24)
     assert [house.high.metres for house in read(document, kind="building", unit="m")][:2] == [100, 100]
 
 
@@ -161,9 +160,9 @@ def test_ed_318_layers_and_circles_belong_to_their_part(read):
     geometry = {"type": "GeometryCollection", "geometries": parts}
     disc, zone = read(collection({"type": "Feature", "properties": fields, "geometry": geometry}))
     assert disc.name == "Hospital"
-    assert disc.low == About(AboveSea, 30.48)
-    assert disc.high == About(AboveGround, 121.92)
-    assert (zone.low, zone.high) == (None, About(AboveGround, 15.24))
+    assert disc.low == About(sky.AboveSea, 30.48)
+    assert disc.high == About(sky.AboveGround, 121.92)
+    assert (zone.low, zone.high) == (None, About(sky.AboveGround, 15.24))
 
 
 def test_coordinates_that_cannot_be_degrees_are_refused_with_a_hint(read, refuses):
@@ -247,7 +246,7 @@ def test_collections_are_the_sum_of_their_parts(read):
     ],
 )
 def test_what_is_no_geojson_ends_in_one_sentence(read, text):
-    with pytest.raises(InputError, match=r"zones\.geojson") as error:
+    with pytest.raises(sky.InputError, match=r"zones\.geojson") as error:
         read(text)
     assert "\n" not in str(error.value)
 
@@ -316,11 +315,11 @@ def test_broken_bytes_are_read_or_refused_in_one_sentence(tmp_path_factory, data
 )
 def test_a_file_of_another_kind_or_none_at_all_is_refused(tmp_path, suffix):
     path = tmp_path / f"x{suffix}"
-    with pytest.raises(InputError, match=r"no such file|expected a file"):
-        read_features(path)
+    with pytest.raises(sky.InputError, match=r"no such file|expected a file"):
+        read_file(path)
     path.write_bytes(os.urandom(200))
-    with pytest.raises(InputError, match=r"expected|cannot"):
-        read_features(path)
+    with pytest.raises(sky.InputError, match=r"expected|cannot"):
+        read_file(path)
 
 
 @pytest.mark.parametrize(
@@ -364,6 +363,6 @@ def test_a_file_that_is_cut_off_is_said_to_be(tmp_path, suffix):
     data = whole.read_bytes()
     for share in (0.1, 0.5, 0.9):
         whole.write_bytes(data[: int(share * len(data))])
-        with pytest.raises(InputError, match=rf"whole\{suffix}: .*cut off") as caught:
-            read_features(whole)
+        with pytest.raises(sky.InputError, match=rf"whole\{suffix}: .*cut off") as caught:
+            read_file(whole)
         assert "\n" not in str(caught.value)

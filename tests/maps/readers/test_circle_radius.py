@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import skyverse as sky
 from altitudes import About
-from skyverse.model.altitude import AboveGround
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
@@ -73,7 +73,7 @@ def test_a_radius_without_a_unit_is_in_the_unit_that_is_given_or_that_of_its_for
         limits = {"unit": "ft", "upper": 400, "reference": "AGL"}
         (disc,) = read(collection(feature([7.0, 47.0], "Point", radius=300, **limits)), unit=unit)
         assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(2 * metres, rel=0.01)
-        assert disc.high == About(AboveGround, 121.92)
+        assert disc.high == About(sky.AboveGround, 121.92)
     part = {"type": "Point", "coordinates": [7.0, 47.0], "extent": {"subType": "Circle", "radius": 300}}
     (disc,) = read(collection({"type": "Feature", "properties": ZONE, "geometry": part}))
     assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(600, rel=0.01)
@@ -84,11 +84,11 @@ def test_the_unit_of_a_circle_is_not_that_of_the_limits_of_its_zone(read):
     extent = {"subType": "Circle", "radius": 1.5, "uom": "km"}
     part = {"type": "Point", "coordinates": [7.0, 47.0], "extent": extent, "layer": layer}
     (disc,) = read(collection({"type": "Feature", "properties": {}, "geometry": part}))
-    assert disc.high == About(AboveGround, 121.92)
+    assert disc.high == About(sky.AboveGround, 121.92)
     assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(3000, rel=0.01)
     volume = {"uomDimensions": "FT", "upperLimit": 400, "upperVerticalReference": "AGL"}
     flat = {"type": "Circle", "center": [7.0, 47.0], "radius": 500}
     zone = {"identifier": "A1", "geometry": [{**volume, "horizontalProjection": flat}]}
     (disc,) = read({"features": [zone]}, name="zones.json")
     assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(1000, rel=0.01)
-    assert disc.high == About(AboveGround, 121.92)
+    assert disc.high == About(sky.AboveGround, 121.92)

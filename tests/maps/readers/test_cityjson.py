@@ -8,14 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skyverse.errors import InputError
-from skyverse.model.altitude import AboveGround, AboveSea
+import skyverse as sky
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
-from skyverse.maps.georeference.reading import Choices  # noqa: E402
-from skyverse.maps.readers import read_features  # noqa: E402
+from zones import read_file  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "delft.city.json").exists(), reason="needs ../shared/data/*.city.json")
@@ -52,7 +50,7 @@ def read(tmp_path):
     def written(document, **choices):
         path = tmp_path / "city.json"
         path.write_text(json.dumps(document))
-        return read_features(path, Choices(**choices))
+        return read_file(path, **choices)
 
     return written
 
@@ -70,7 +68,7 @@ def near(one, other, metres=0.01):
 def test_a_solid_is_its_shadow_from_its_lowest_to_its_highest_corner(read):
     (house,) = read(city())
     assert near(flat(house), shapely.box(X, Y, X + 10, Y + 8))
-    assert (house.low, house.high) == (AboveSea(1.0), AboveSea(7.5))
+    assert (house.low, house.high) == (sky.AboveSea(1.0), sky.AboveSea(7.5))
     assert (house.kind, house.name) == ("building", "house")
     assert house.where.endswith("city.json: house")
 
@@ -80,7 +78,7 @@ def test_vertices_are_scaled_and_moved(read):
     transform = {"scale": [0.001, 0.001, 0.001], "translate": [X, Y, 0]}
     (house,) = read(city(vertices=vertices, transform=transform))
     assert near(flat(house), shapely.box(X, Y, X + 10, Y + 8))
-    assert house.high == AboveSea(7.5)
+    assert house.high == sky.AboveSea(7.5)
 
 
 def test_a_roof_that_reaches_over_the_walls_counts_and_a_courtyard_stays_open(read):
@@ -115,9 +113,9 @@ def test_templates_are_scaled_turned_and_moved_to_their_vertex(read):
     turned = np.array([[0, -3, 0, 5], [3, 0, 0, 6], [0, 0, 2, 1]])  # three times as wide, a quarter turn, moved
     one, other = read(instances(instance(whole, at=4), instance(turned, template=1, at=2)))
     assert near(flat(one), shapely.box(X - 1, Y - 2, X + 1, Y + 2))
-    assert (one.low, one.high, one.kind) == (AboveSea(7.5), AboveSea(11.5), "tree")
+    assert (one.low, one.high, one.kind) == (sky.AboveSea(7.5), sky.AboveSea(11.5), "tree")
     assert near(flat(other), shapely.box(X + 10 + 5 - 6, Y + 8 + 6 - 3, X + 10 + 5 + 6, Y + 8 + 6 + 3))
-    assert (other.low, other.high) == (AboveSea(2.0), AboveSea(10.0))
+    assert (other.low, other.high) == (sky.AboveSea(2.0), sky.AboveSea(10.0))
 
 
 def test_a_template_has_its_own_level_of_detail(read):
@@ -127,8 +125,8 @@ def test_a_template_has_its_own_level_of_detail(read):
         {"t": {"type": "CityFurniture", "geometry": both}},
         **{"geometry-templates": {"templates": [solid(FACES, "1.0"), solid(FACES, "2")], "vertices-templates": TREE}},
     )
-    assert read(document)[0].low == AboveSea(1.0)
-    assert read(document, lod="1")[0].low == AboveSea(10.0)
+    assert read(document)[0].low == sky.AboveSea(1.0)
+    assert read(document, lod="1")[0].low == sky.AboveSea(10.0)
 
 
 @pytest.mark.parametrize(
@@ -167,7 +165,7 @@ def test_points_and_lines_get_the_width_that_is_asked_for(read):
     assert [one.name for one in masts] == ["masts", "masts"]
     for one, at in zip(masts, ((0, 0), (10, 8)), strict=True):
         assert near(flat(one), shapely.Point(X + at[0], Y + at[1]).buffer(2.0, 64), 0.02)
-        assert (one.low, one.high) == (AboveSea(-1.0), AboveSea(9.5))
+        assert (one.low, one.high) == (sky.AboveSea(-1.0), sky.AboveSea(9.5))
     both = shapely.union_all([flat(wire), flat(last)])
     assert near(both, shapely.LineString([(X + 10, Y), (X + 10, Y + 8), (X, Y + 8)]).buffer(2.0, 64), 0.03)
 
@@ -182,8 +180,8 @@ def test_the_highest_level_of_detail_is_taken_unless_another_is_asked_for(read, 
     hut = [[X + x, Y + y, z] for z in (1, 3) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     small = [[[n + 8 for n in ring] for ring in face] for face in FACES]
     document = city({"a": {"type": "Building", "geometry": [solid(small, "2.2"), solid(FACES, 1)]}}, CUBE + hut)
-    assert read(document)[0].high == AboveSea(3.0)
-    assert read(document, lod="1")[0].high == AboveSea(7.5)
+    assert read(document)[0].high == sky.AboveSea(3.0)
+    assert read(document, lod="1")[0].high == sky.AboveSea(7.5)
     with refuses():
         read(document, lod="3")
 
@@ -209,7 +207,7 @@ def test_what_else_stands_in_the_way_is_read_with_its_kind(read):
     told = []
     found = read(city({**objects, "lawn": flat, "point": point}), kind="building", tell=told.append)
     assert {one.name: one.kind for one in found} == kinds
-    assert all(one.low == AboveSea(1.0) and one.solid for one in found)
+    assert all(one.low == sky.AboveSea(1.0) and one.solid for one in found)
     assert [sentence.split(": ")[1][:6] for sentence in told] == ["1 of t", "1 of k"]
 
 
@@ -220,8 +218,10 @@ def test_a_level_of_detail_is_a_number(read, refuses):
 
 def test_a_flat_footprint_gets_its_height_from_its_attributes_or_the_user(read, refuses):
     flat_one = {"type": "Building", "geometry": [surfaces(FACES[:1], "0")]}
-    assert read(city({"a": {**flat_one, "attributes": {"measuredHeight": 9.5}}}), unit="m")[0].high == AboveGround(9.5)
-    assert read(city({"a": flat_one}), building_height=4.0)[0].high == AboveGround(4.0)
+    assert read(city({"a": {**flat_one, "attributes": {"measuredHeight": 9.5}}}), unit="m")[0].high == sky.AboveGround(
+        9.5
+    )
+    assert read(city({"a": flat_one}), building_height=4.0)[0].high == sky.AboveGround(4.0)
     with refuses():
         read(city({"a": flat_one}))
 
@@ -278,7 +278,7 @@ def test_the_user_may_say_what_the_file_does_not(read):
         ({"referenceSystem": "EPSG:28992"}, {"altitudes": "amsl"}),
     ):
         (house,) = read(city(metadata=metadata), **choices)
-        assert house.high == AboveSea(7.5)
+        assert house.high == sky.AboveSea(7.5)
 
 
 def places_in(value, path=()):
@@ -302,8 +302,8 @@ def test_a_wrong_type_at_any_place_of_the_file_is_read_or_refused_in_one_sentenc
             holder[place[-1]] = wrong
         path.write_text(json.dumps(document if place else wrong))
         try:
-            found = read_features(path)
-        except InputError as error:
+            found = read_file(path)
+        except sky.InputError as error:
             found = []
             refusals += str(path) in str(error)
         assert all(shapely.Polygon(one.outline, one.holes).is_valid for one in found)
@@ -313,7 +313,7 @@ def test_a_wrong_type_at_any_place_of_the_file_is_read_or_refused_in_one_sentenc
 @needs_data
 def test_delft_has_its_160_buildings_within_the_extent_that_it_states():
     document = json.loads((DATA / "delft.city.json").read_text())
-    found = read_features(DATA / "delft.city.json")
+    found = read_file(DATA / "delft.city.json")
     assert len(found) == len({one.where for one in found}) == 160 + 126 + 3
     assert [one.kind for one in found].count("building") == 160
     x0, y0, z0, x1, y1, z1 = document["metadata"]["geographicalExtent"]
@@ -329,7 +329,7 @@ def test_every_corner_of_every_building_lies_in_what_was_made_of_it(name, crs):
     transform = document["transform"]
     vertices = np.array(document["vertices"]) * transform["scale"] + transform["translate"]
     found = {}
-    for one in read_features(DATA / name, Choices(crs=crs)):
+    for one in read_file(DATA / name, crs=crs):
         found.setdefault(one.name, []).append(one)
     for number, ones in found.items():
         used = json.dumps(document["CityObjects"][number]["geometry"][0]["boundaries"])

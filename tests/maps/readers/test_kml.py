@@ -5,16 +5,14 @@ import zipfile
 import numpy as np
 import pytest
 
+import skyverse as sky
 from altitudes import About
-from skyverse.errors import InputError
-from skyverse.model.altitude import AboveGround, AboveSea
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.readers import read_features  # noqa: E402
-from zones import ABSOLUTE, COURT, EXTRUDE, RELATIVE, SQUARE, kml, kml_polygon, polygon  # noqa: E402
+from zones import ABSOLUTE, COURT, EXTRUDE, RELATIVE, SQUARE, kml, kml_polygon, polygon, read_file  # noqa: E402
 
 
 def test_kml_altitudes_follow_their_mode(read):
@@ -31,11 +29,11 @@ def test_kml_altitudes_follow_their_mode(read):
     found = read(document, name="zones.kml")
     assert [(one.low, one.high) for one in found] == [
         (None, None),
-        (None, AboveGround(60.0)),
-        (None, AboveSea(600.0)),
-        (None, About(AboveGround, 121.92)),
+        (None, sky.AboveGround(60.0)),
+        (None, sky.AboveSea(600.0)),
+        (None, About(sky.AboveGround, 121.92)),
         (None, None),
-        (None, AboveGround(5.0)),
+        (None, sky.AboveGround(5.0)),
     ]
     assert found[0].name == "A & B"
     assert [len(one.holes) for one in found] == [0, 0, 0, 1, 0, 0]
@@ -89,7 +87,7 @@ def test_kml_as_gdal_writes_it_reads_the_same(tmp_path):
     path = tmp_path / "zones.kml"
     lake = shapely.to_wkb(np.array([shapely.Polygon(SQUARE, [COURT])]))
     write(path, lake, [], [], geometry_type="Polygon", crs="EPSG:4326", driver="KML")
-    (zone,) = read_features(path)
+    (zone,) = read_file(path)
     assert polygon(zone).equals(shapely.Polygon(SQUARE, [COURT]))
 
 
@@ -99,13 +97,13 @@ def test_a_kmz_is_read_and_one_that_unpacks_to_too_much_or_is_cut_off_is_refused
     path = tmp_path / "zones.kmz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("doc.kml", kml(kml_polygon()))
-    assert len(read_features(path)) == 1
+    assert len(read_file(path)) == 1
     monkeypatch.setattr(reader, "MAX_UNPACKED", 100)
-    with pytest.raises(InputError, match="unpacked"):
-        read_features(path)
+    with pytest.raises(sky.InputError, match="unpacked"):
+        read_file(path)
     monkeypatch.undo()
     whole = path.read_bytes()
     for cut in range(0, len(whole), 7):
         path.write_bytes(whole[:cut])
-        with pytest.raises(InputError, match=r"zones\.kmz"):
-            read_features(path)
+        with pytest.raises(sky.InputError, match=r"zones\.kmz"):
+            read_file(path)

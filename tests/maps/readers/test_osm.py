@@ -10,16 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.errors import InputError
-from skyverse.model.altitude import FOOT, AboveGround
+import skyverse as sky
+from skyverse.model.altitude import FOOT
 
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyproj")
 pyogrio = pytest.importorskip("pyogrio")
 
-from skyverse.maps.georeference.reading import Choices  # noqa: E402
-from skyverse.maps.readers import read_features  # noqa: E402
 from skyverse.maps.readers.dimensions import length_in_metres, number_of_levels  # noqa: E402
+from zones import read_file  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 NODES = {1: (7.0, 47.0), 2: (7.001, 47.0), 3: (7.001, 47.001), 4: (7.0, 47.001)}
@@ -52,7 +51,7 @@ def read(tmp_path):
     def written(text, **choices):
         path = tmp_path / "city.osm"
         path.write_text(text, encoding="utf-8")
-        return read_features(path, Choices(**choices))
+        return read_file(path, **choices)
 
     return written
 
@@ -71,7 +70,10 @@ def test_a_way_and_a_part_are_buildings_and_a_street_is_none(read):
             way(4, OUTER, building="no", height="3"),
         )
     )
-    assert [(one.low, one.high) for one in found] == [(None, AboveGround(9.0)), (AboveGround(4.0), AboveGround(10.0))]
+    assert [(one.low, one.high) for one in found] == [
+        (None, sky.AboveGround(9.0)),
+        (sky.AboveGround(4.0), sky.AboveGround(10.0)),
+    ]
     assert found[0].name == "Town & hall"
     assert found[0].where.endswith("city.osm: way 1")
     assert {one.kind for one in found} == {"building"}
@@ -206,8 +208,8 @@ def test_broken_bytes_are_read_or_refused_in_one_sentence(tmp_path_factory, data
     path = tmp_path_factory.mktemp("broken") / "city.osm"
     path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
     try:
-        message = "" if read_features(path, Choices(building_height=3.0)) else "nothing"
-    except InputError as error:
+        message = "" if read_file(path, building_height=3.0) else "nothing"
+    except sky.InputError as error:
         message = str(error)
     assert not message or str(path) in message
 
@@ -222,7 +224,7 @@ def test_a_suburb_has_as_many_buildings_as_gdal_counts():
         if building is not None and number is not None
     }
     told = []
-    ours = read_features(DATA / "suburb.osm", Choices(building_height=6.0, tell=told.append))
+    ours = read_file(DATA / "suburb.osm", building_height=6.0, tell=told.append)
     by_way = {}
     for one in ours:
         by_way.setdefault(int(one.where.rsplit(" ", 1)[1]), []).append(polygon(one))
@@ -285,7 +287,7 @@ def test_the_binary_format_gives_the_same_as_xml(tmp_path, read):
     path = tmp_path / "city.osm.pbf"
     path.write_bytes(pbf(things))
     theirs = read(osm(*(way(number, nodes, **tags) for number, nodes, tags in things)))
-    ours = read_features(path)
+    ours = read_file(path)
     assert len(ours) == 2
     for one, other in zip(ours, theirs, strict=True):
         assert (one.low, one.high, one.name) == (other.low, other.high, other.name)
@@ -298,19 +300,19 @@ def test_what_a_file_is_decides_not_its_name(tmp_path, read, refuses):
     (tmp_path / "binary.osm").write_bytes(pbf(things))
     text = osm(*(way(number, nodes, **tags) for number, nodes, tags in things))
     (tmp_path / "xml.osm.pbf").write_text(text)
-    (one,), (other,) = (read_features(tmp_path / name) for name in ("binary.osm", "xml.osm.pbf"))
+    (one,), (other,) = (read_file(tmp_path / name) for name in ("binary.osm", "xml.osm.pbf"))
     assert np.allclose(one.outline, other.outline, atol=1e-9)
     assert one.high == other.high
     (tmp_path / "other.osm.pbf").write_bytes(b"PK\x03\x04 something")
     with refuses():
-        read_features(tmp_path / "other.osm.pbf")
+        read_file(tmp_path / "other.osm.pbf")
 
 
 def test_a_binary_way_that_does_not_close_is_told_once(tmp_path):
     told = []
     broken = [(n, [1, 2, 3, 4], {"building": "yes", "height": "12", "area": "yes"}) for n in (1, 2)]
     (tmp_path / "city.osm.pbf").write_bytes(pbf([*broken, (3, OUTER, {"building": "yes", "height": "12"})]))
-    found = read_features(tmp_path / "city.osm.pbf", Choices(tell=told.append))
+    found = read_file(tmp_path / "city.osm.pbf", tell=told.append)
     assert len(found) >= 1
     assert not any("OGR" in sentence for sentence in told)
 
@@ -320,5 +322,5 @@ def test_a_binary_file_cut_off_is_refused(tmp_path):
     path = tmp_path / "city.osm.pbf"
     for cut in range(0, len(whole) - 1, 45):
         path.write_bytes(whole[:cut])
-        with pytest.raises(InputError, match=r"city\.osm\.pbf"):
-            read_features(path)
+        with pytest.raises(sky.InputError, match=r"city\.osm\.pbf"):
+            read_file(path)

@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 
+import skyverse as sky
 from altitudes import About
-from skyverse.model.altitude import AboveGround, AboveSea
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.georeference.reading import Choices  # noqa: E402
-from skyverse.maps.readers import read_features  # noqa: E402
-from zones import COURT, SQUARE, polygon  # noqa: E402
+from zones import COURT, SQUARE, polygon, read_file  # noqa: E402
 
 
 @pytest.mark.parametrize("suffix", [".shp", ".gpkg", ".fgb"])
@@ -26,11 +24,9 @@ def test_tables_come_back_from_their_coordinates_with_their_fields(tmp_path, suf
     fields = [np.array([12.5, np.nan]), np.array(["Haus", "Hütte"], dtype=object)]
     shapes = shapely.to_wkb(np.array([house, hut]))
     write(path, shapes, fields, ["height", "name"], geometry_type="Polygon", crs="EPSG:2056")
-    first, second = sorted(
-        read_features(path, Choices(kind="building", building_height=4.0, unit="m")), key=lambda f: f.name
-    )
-    assert (first.name, first.high) == ("Haus", AboveGround(12.5))
-    assert (second.name, second.high) == ("Hütte", AboveGround(4.0))
+    first, second = sorted(read_file(path, kind="building", building_height=4.0, unit="m"), key=lambda f: f.name)
+    assert (first.name, first.high) == ("Haus", sky.AboveGround(12.5))
+    assert (second.name, second.high) == ("Hütte", sky.AboveGround(4.0))
     same = shapely.Polygon(SQUARE, [COURT])
     assert polygon(first).symmetric_difference(same).area < 1e-4 * same.area
 
@@ -47,17 +43,17 @@ def test_a_shapefile_without_coordinate_system_is_refused_unless_the_user_says(t
     written(path)
     path.with_suffix(".prj").unlink()
     with refuses():
-        read_features(path)
-    assert len(read_features(path, Choices(crs="EPSG:4326"))) == 1
+        read_file(path)
+    assert len(read_file(path, crs="EPSG:4326")) == 1
     with refuses():
-        read_features(path, Choices(crs="EPSG:nonsense"))
+        read_file(path, crs="EPSG:nonsense")
 
 
 def test_a_geopackage_gives_all_its_layers(tmp_path):
     path = tmp_path / "zones.gpkg"
     written(path, layer="a")
     written(path, layer="b", append=True)
-    assert [one.where.split(": ")[1] for one in read_features(path)] == ["layer 'a', feature 1", "layer 'b', feature 1"]
+    assert [one.where.split(": ")[1] for one in read_file(path)] == ["layer 'a', feature 1", "layer 'b', feature 1"]
 
 
 def test_a_shapefile_cut_off_anywhere_is_refused(tmp_path, refuses):
@@ -67,7 +63,7 @@ def test_a_shapefile_cut_off_anywhere_is_refused(tmp_path, refuses):
     for cut in range(0, len(whole), 50):
         path.write_bytes(whole[:cut])
         with refuses():
-            read_features(path)
+            read_file(path)
 
 
 CALIFORNIA, UTM = "EPSG:2230", "EPSG:26911"  # in US survey feet, and in metres
@@ -103,15 +99,15 @@ def test_altitudes_of_corners_are_in_the_unit_that_is_said_or_refused(tmp_path, 
     roofs(path, crs)
     if metres is None:
         with refuses():
-            read_features(path, Choices(altitudes="amsl"))
+            read_file(path, altitudes="amsl")
         return
-    (zone,) = read_features(path, Choices(altitudes="amsl", unit=unit))
-    assert zone.high == About(AboveSea, metres)
+    (zone,) = read_file(path, altitudes="amsl", unit=unit)
+    assert zone.high == About(sky.AboveSea, metres)
     if "+" in crs:  # its heights are those above the sea
-        assert read_features(path, Choices(unit=unit))[0].high == zone.high
+        assert read_file(path, unit=unit)[0].high == zone.high
 
 
 def test_altitudes_of_corners_above_the_ellipsoid_are_refused(tmp_path, refuses):
     roofs(tmp_path / "roofs.gpkg", "EPSG:4979")
     with refuses():
-        read_features(tmp_path / "roofs.gpkg", Choices(altitudes="amsl", unit="m"))
+        read_file(tmp_path / "roofs.gpkg", altitudes="amsl", unit="m")
