@@ -232,6 +232,16 @@ def test_a_pickle_is_never_opened(tmp_path):
     refused(tmp_path, "terrain.heights: expected an array of numbers, found one of '|O'")
 
 
+@pytest.mark.parametrize("header", [b"{'descr': '<f8', (", b"{'descr': 3}", b"\0"])
+def test_a_header_that_is_none_is_refused(tmp_path, header):
+    sky.write(scenario(), tmp_path / "a.json")
+    names = list(entries(tmp_path))
+    with zipfile.ZipFile(side(tmp_path, "a.json"), "w") as archive:
+        for name in names:
+            archive.writestr(name, b"\x93NUMPY\1\0" + len(header).to_bytes(2, "little") + header)
+    refused(tmp_path, "a.json")
+
+
 @given(st.data())
 @settings(suppress_health_check=[*HealthCheck], max_examples=40)
 def test_a_damaged_file_beside_is_read_as_it_was_or_refused(tmp_path, data):

@@ -7,6 +7,7 @@ a byte. A reference holds the archive's name, the array's name and shape, and th
 import hashlib
 import io
 import math
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -109,7 +110,7 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
         raise ValueError(f"{file}, the file beside this one with its large arrays, is missing") from None
     except OSError as error:
         raise ValueError(f"{file} cannot be read: {error.strerror or error}") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, tokenize.TokenError) as error:
         raise ValueError(f"{file} is damaged: {error}") from None
     if found != digest:
         raise ValueError(

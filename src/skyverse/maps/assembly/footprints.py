@@ -15,7 +15,7 @@ _MIN_HOLE_DISTANCE = 1e-3
 """Metres; a hole that is nearer to the outline or to another hole is filled."""
 
 
-def simplify(polygons: Sequence[Polygon] | NDArray[Any], tolerance: float, least_hole: float = 0.0) -> NDArray[Any]:
+def simplify(polygons: Sequence[Polygon] | NDArray[Any], tolerance: float) -> NDArray[Any]:
     """Return polygons with fewer corners that cover the given ones, and reach out of them by `tolerance` at most.
 
     The outline that Douglas and Peucker's algorithm simplifies is grown by as much as it may fall short, with mitred
@@ -27,15 +27,13 @@ def simplify(polygons: Sequence[Polygon] | NDArray[Any], tolerance: float, least
         Valid polygons, local metres.
     tolerance
         How far the result may reach out, metres.
-    least_hole
-        Holes with less area than this, square metres, are filled.
 
     Returns
     -------
     ndarray of Polygon
         One for each polygon; its holes touch neither the outline nor each other.
     """
-    given = _filled(np.array(polygons, dtype=object), least_hole)
+    given = _filled(np.array(polygons, dtype=object))
     if tolerance <= 0 or not len(given):
         return given
     lines = shapely.simplify(given, tolerance / 3, preserve_topology=True)
@@ -49,18 +47,18 @@ def simplify(polygons: Sequence[Polygon] | NDArray[Any], tolerance: float, least
     good = single & fewer
     good[good] = shapely.is_valid(result[good]) & shapely.covers(result[good], given[good])
     result = np.where(good, result, given)
-    return _filled(result, least_hole)
+    return _filled(result)
 
 
-def _filled(polygons: NDArray[Any], least_hole: float) -> NDArray[Any]:
-    """Return polygons of which holes are filled that are small, or that touch the outline or one another."""
+def _filled(polygons: NDArray[Any]) -> NDArray[Any]:
+    """Return polygons of which holes are filled that are tiny, or that touch the outline or one another."""
     result = polygons.copy()
     for k in np.flatnonzero(shapely.get_num_interior_rings(polygons) > 0):
         rings = shapely.get_rings(polygons[k])
         outline, holes = rings[0], sorted(rings[1:], key=lambda ring: -Polygon(ring).area)
         kept: list[Any] = []
         for hole in holes:
-            if Polygon(hole).area >= max(least_hole, _MIN_HOLE_DISTANCE**2) and all(
+            if Polygon(hole).area >= _MIN_HOLE_DISTANCE**2 and all(
                 hole.distance(other) > _MIN_HOLE_DISTANCE for other in (outline, *kept)
             ):
                 kept.append(hole)
@@ -113,7 +111,7 @@ def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats,
             shapes.append(part)
             rows.append(one if len(parts) == 1 else one[shapely.covers(part, shapely.point_on_surface(given[one]))])
     least, most = np.array([low[one].min() for one in rows]), np.array([high[one].max() for one in rows])
-    return MergedFootprints(_filled(np.array(shapes, dtype=object), 0.0), least, most, rows)
+    return MergedFootprints(_filled(np.array(shapes, dtype=object)), least, most, rows)
 
 
 def _groups(polygons: NDArray[Any], low: Floats, high: Floats, tolerance: float) -> NDArray[np.int64]:

@@ -223,7 +223,4 @@ def _require(least: float, **numbers: float | None) -> None:
     """Raise `InputError` for a number that is too small or too large."""
     for name, value in numbers.items():
         if value is not None:
-            require_number(value, name)
-        if value is not None and not least <= value <= MAX_NUMBER:
-            limits = f"from {least:g} on" if value < least else f"of at most {MAX_NUMBER:,.0f}"
-            raise InputError(f"expected a number {limits}, found {value:,.12g}", field=name)
+            require_number(value, name, least=least, most=MAX_NUMBER)

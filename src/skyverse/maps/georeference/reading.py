@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from skyverse.errors import InputError, Remedy, Sentence, is_number, path_of, shown
+from skyverse.errors import InputError, Remedy, Sentence, path_of, require_number, shown
 
-MAX_BUFFER = 100_000.0
-"""The widest band, metres, that may be put around a point or a line."""
+LEAST_BUFFER, MAX_BUFFER = 0.001, 100_000.0
+"""The narrowest and the widest band, metres, that may be put around a point or a line."""
 
 
 @dataclass(frozen=True)
@@ -79,22 +79,14 @@ class Reading:
     lod: str | None = None
 
     def __post_init__(self) -> None:
-        if self.altitudes not in (None, "agl", "amsl"):
-            raise InputError(
-                f"expected agl (ground) or amsl (mean sea level), found {self.altitudes!r}", field="Reading.altitudes"
-            )
-        if self.unit not in (None, "m", "ft"):
-            raise InputError(f"expected m or ft, found {self.unit!r}", field="Reading.unit")
-        if self.maximum_altitudes not in (None, "permitted", "forbidden"):
-            raise InputError(
-                f"expected permitted or forbidden, found {self.maximum_altitudes!r}", field="Reading.maximum_altitudes"
-            )
-        for name in ("building_height", "buffer"):
+        words = {"altitudes": ("agl", "amsl"), "unit": ("m", "ft"), "maximum_altitudes": ("permitted", "forbidden")}
+        for name, (one, other) in words.items():
             value = getattr(self, name)
-            if value is not None and not (is_number(value) and value > 0):
-                raise InputError(f"expected metres above zero, found {shown(value)}", field=f"Reading.{name}")
-        if self.buffer is not None and self.buffer > MAX_BUFFER:
-            raise InputError(f"expected at most {MAX_BUFFER:g} metres, found {self.buffer:g}", field="Reading.buffer")
+            if value not in (None, one, other):
+                raise InputError(f"expected {one} or {other}, found {shown(value)}", field=f"Reading.{name}")
+        for name in ("building_height", "buffer"):
+            if getattr(self, name) is not None:
+                require_number(getattr(self, name), f"Reading.{name}", "metres", LEAST_BUFFER, MAX_BUFFER)
         try:
             level = math.isfinite(float(self.lod or 0))
         except (TypeError, ValueError):

@@ -76,7 +76,7 @@ def _reader(suffix: str, unknown: Unknown | None) -> Callable[[Path, float | Non
     return readers[suffix]
 
 
-def voxel_scenario(path: str | Path, size: float | None = None, unknown: Unknown | None = None) -> Scenario:
+def voxel_scenario(path: str | Path, unknown: Unknown | None = None) -> Scenario:
     """Read a file of voxels as a scenario without UAVs.
 
     Its bounds are the grid of a .3dmap, and of an OctoMap whose unknown space is occupied the box of all that it has
@@ -85,13 +85,13 @@ def voxel_scenario(path: str | Path, size: float | None = None, unknown: Unknown
 
     Parameters
     ----------
-    path, size
+    path
         As for `read_voxels`.
     unknown
         What an OctoMap's unknown space is taken for; see `read_octomap`. The kind of the voxels tells which it was.
     """
     path = Path(path)
-    solid = read_voxels(path, size, unknown)
+    solid = read_voxels(path, unknown=unknown)
     margin = 0 if path.suffix.lower() == ".3dmap" or solid.kind == KIND_OF_UNKNOWN["occupied"] else FREE_VOXELS_AROUND
     step = solid.step[0]
     bounds = Bounds(
