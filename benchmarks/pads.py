@@ -14,13 +14,14 @@ from oracle import Motion, depth, ground, norm, sampled
 from wild import MADE_BY, generous, hermite
 
 import skyverse as sky
+from skyverse.model.pad import pad_at
 from skyverse.model.quantities import derived
 from skyverse.model.shapes import Obstacle, Sphere, Terrain, Voxels
 
 BESIDE = 2e-6
 """Metres beside a pad within which a UAV counts as on it."""
 OVER = 0.01
-"""Metres by which a pad is higher than both errors."""
+"""Metres by which a pad is higher than the vertical error and, over terrain, the horizontal one."""
 UP = np.array([0.0, 0.0, 1.0])
 CRUISE = 40.0
 """z at which it flies from the one pad to the other, metres."""
@@ -48,7 +49,8 @@ def by_pads(mission: sky.Mission, uav: int, motion: Motion) -> Iterator[Kept]:
     """Yield what the positions on the pads at a UAV's start and target must keep clear of, then all others."""
     scenario, target = mission.scenario, mission.assignment[uav]
     error = scenario.uavs[uav].tracking_error
-    highest, radius = error.horizontal + error.vertical + OVER, max(scenario.clearance, error.horizontal)
+    highest = error.vertical + OVER + (0.0 if scenario.terrain is None else error.horizontal)
+    radius = max(scenario.clearance, error.horizontal)
     feet = [scenario.uavs[uav].start] + ([] if target is None else [scenario.targets[target].position])
     p = motion.position
     left = np.ones(len(p), dtype=bool)
@@ -123,7 +125,9 @@ def rising(seed: int) -> sky.Mission:
     plain = sky.Scenario.model_validate(given)
     clear = [one for one in shapes if depth(derived(plain, obstacles=(one,)), up).max() < 0]
     scenario = sky.Scenario.model_validate(given | {"obstacles": clear, "terrain": terrain})
-    cuts = [foot[2] + error.horizontal + error.vertical + OVER for foot in feet]
+    world = sky.World(scenario, error)
+    pads = [pad_at(scenario, 0, tuple(foot), world.least_height(foot)) for foot in feet]
+    cuts = [pad.top for pad in pads if pad is not None]
     a, b = ([*foot[:2]] for foot in feet)
     places = np.array([feet[0], [*a, cuts[0]], [*a, CRUISE], [*b, CRUISE], [*b, cuts[1]], feet[1]])
     still = np.zeros_like(places)

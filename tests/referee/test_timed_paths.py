@@ -5,7 +5,7 @@ import pytest
 
 from skyverse.model.trajectory import TimedPath
 from skyverse.referee.solids import nearest_points
-from skyverse.referee.timed_paths import KeptDistance, _needed, paths_apart, pieces_apart
+from skyverse.referee.timed_paths import KeptDistance, _needed, paths_apart
 
 EPS = float(np.finfo(float).eps)
 
@@ -99,46 +99,6 @@ def test_what_is_proven_holds_at_every_time_that_the_paths_allow(seed):
         flying = (clock >= begin) & (clock <= end)
         if flying.any():
             assert (np.linalg.norm((a - b)[flying] / [keep.across, keep.across, keep.above], axis=1) >= 1 - 1e-9).all()
-
-
-@pytest.mark.parametrize("seed", range(30))
-def test_each_piece_is_apart_from_a_whole_path_as_if_it_were_alone(seed, monkeypatch):
-    monkeypatch.setattr("skyverse.referee.timed_paths.PAIRS_AT_ONCE", [1, 30, 100_000][seed % 3])
-    rng = np.random.default_rng(seed)
-    keep = KeptDistance(float(rng.uniform(0.5, 2)), float(rng.uniform(0.5, 3)), *rng.uniform(0, 0.5, 2))
-    deviations = rng.uniform(0, 1, 2)
-    points = rng.uniform([-9, -9, -5], [9, 9, 5], (2, 8, 3))
-    first, second = (path(points[k], range(8), deviation=deviations[k]) for k in range(2))
-    pieces = [path(points[0, k : k + 2], [k, k + 1], deviation=deviations[0]) for k in range(7)]
-    alone = [paths_apart(piece, second, keep, timed=False) for piece in pieces]
-    assert pieces_apart(first, second, keep).tolist() == alone
-
-
-def test_a_piece_that_is_nowhere_is_not_apart():
-    nowhere = path([(np.nan, 0, 0), (9, 0, 0), (9, 9, 0)], [0, 1, 2])
-    with np.errstate(invalid="ignore"):
-        assert (
-            pieces_apart(nowhere, path([(0, 0, 50), (1, 0, 50)], [0, 1]), KeptDistance(1.0, 1.0)).tolist()
-            == [False] * 2
-        )
-
-
-def test_the_larger_deviation_of_a_piece_counts_all_along_it():
-    stay = TimedPath(*np.zeros((2, 1, 3)), *np.zeros((2, 1, 2)), np.zeros((1, 2)))
-    for deviations, apart in (((0.0, 0.4), True), ((0.0, 0.6), False), ((0.6, 0.0), False)):
-        beside = TimedPath(
-            *np.array([[[0, 1.5, 0]], [[9, 1.5, 0]]], float), *np.zeros((2, 1, 2)), np.array([deviations])
-        )
-        assert pieces_apart(beside, stay, KeptDistance(1.0, 1.0)).tolist() == [apart]
-        assert pieces_apart(stay, beside, KeptDistance(1.0, 1.0)).tolist() == [apart]
-
-
-def test_pieces_are_apart_where_nothing_is_kept_or_nothing_is_there():
-    near, none = path([(0, 0, 0), (1, 0, 0)], [0, 1]), TimedPath(*np.zeros((2, 0, 3)), *np.zeros((3, 0, 2)))
-    assert pieces_apart(near, near, KeptDistance(0.0, 1.0)).all()
-    assert pieces_apart(near, near, KeptDistance(1.0, 0.0)).all()
-    assert not pieces_apart(near, near, KeptDistance(1.0, 1.0)).any()
-    assert pieces_apart(none, near, KeptDistance(1.0, 1.0)).shape == (0,)
 
 
 def test_paths_that_touch_for_long_are_given_up_and_not_proven():

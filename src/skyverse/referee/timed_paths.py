@@ -12,14 +12,11 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.model.trajectory import TimedPath
-from skyverse.referee.overlaps import blocks
 from skyverse.referee.solids import nearest_points
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
 MAX_PARTS = 20_000
 """Pairs of parts that are compared for one pair of UAVs before it is undecided, and so not proven."""
-PAIRS_AT_ONCE = 100_000
-"""Pairs of pieces whose boxes are compared in one call of NumPy, which bounds the memory."""
 
 
 class KeptDistance(NamedTuple):
@@ -82,30 +79,6 @@ def paths_apart(first: TimedPath, second: TimedPath, keep: KeptDistance, *, time
             return False
         a, b = _halved(a, b, near, np.linalg.norm(q - p, axis=1) >= np.linalg.norm(s - r, axis=1))
     return True
-
-
-def pieces_apart(first: TimedPath, second: TimedPath, keep: KeptDistance) -> NDArray[np.bool_]:
-    """Tell for each piece of one path whether all of it is apart from the whole of another, whatever the timing, (n,).
-
-    What the UAVs may deviate counts in full along each piece. Parameters are those of `paths_apart`.
-    """
-    apart = np.ones(len(first.starts), dtype=np.bool_)
-    if keep.across <= LET_PASS or keep.above <= LET_PASS or not len(apart):
-        return apart
-    stretch, tall, needed = _needed(first, second, keep)
-    own, others = tall * first.deviation.max(axis=1), tall * second.deviation.max(axis=1)
-    p, q, r, s = (path * stretch for path in (first.starts, first.ends, second.starts, second.ends))
-    low, high, other_low, other_high = np.minimum(p, q), np.maximum(p, q), np.minimum(r, s), np.maximum(r, s)
-    for some in blocks(len(r), PAIRS_AT_ONCE, len(apart)):
-        near = np.ones((len(apart), len(r[some])), dtype=np.bool_)
-        reach = own[:, None] + others[some] + needed
-        for axis in range(3):
-            near &= ~(low[:, axis, None] - reach > other_high[some, axis])
-            near &= ~(high[:, axis, None] + reach < other_low[some, axis])
-        i, j = np.nonzero(near & apart[:, None])
-        _, _, distance = nearest_points(p[i], q[i], r[some][j], s[some][j])
-        apart[i[~(distance - own[i] - others[some][j] >= needed)]] = False
-    return apart
 
 
 def _needed(first: TimedPath, second: TimedPath, keep: KeptDistance) -> tuple[Floats, float, float]:
