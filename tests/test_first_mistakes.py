@@ -35,7 +35,6 @@ def mission():
         (lambda: sky.plan_many(MAP1, "mvo", stop=40), "stop", "found 40"),
         *((lambda one=one: one().plan(PROBLEM, stop=40), "stop", "found 40") for one in (sky.MVO, sky.Taut, sky.Auto)),
         *((lambda one=one: one().plan(MAP1), "problem", "is one") for one in (sky.MVO, sky.Taut, sky.Auto)),
-        (lambda: sky.MVO(universe=3), None, "no setting 'universe'"),
         (lambda: sky.MVO(universes="many"), None, "whole number"),
         (lambda: sky.MaxIterations(0), None, "whole number"),
         (lambda: sky.MaxSeconds("1"), None, "a number above 0"),
