@@ -8,7 +8,7 @@ from skyverse.numerics import tolerances
 SOURCE = Path(tolerances.__file__).parents[1]
 BODY = ast.parse(Path(tolerances.__file__).read_text(encoding="utf-8")).body[1:]
 
-LEAST_OF_SETTINGS = ("gso.py", "waypoint_methods.py")
+LEAST_OF_SETTINGS = ("gso.py", "waypoint_own.py", "waypoint_packages.py")
 """Files in which a small number is the least value of a setting."""
 
 
