@@ -240,6 +240,9 @@ MIN_SLIDE = 1e-5
 BEND_WORTH = 1e-5
 """The share of a path's length that one more bend must save."""
 
+SHORTEST_STEP = 1e-5
+"""Seconds by which a motion among movers is followed at least."""
+
 MERGE_CONVERGED = 1e-5
 """Relative: merging bends and shortening again has ended when it saves less."""
 

@@ -19,7 +19,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.numerics.norm import norm
-from skyverse.numerics.tolerances import MOVER_MARGIN
+from skyverse.numerics.tolerances import MOVER_MARGIN, SHORTEST_STEP
 from skyverse.space.moving_shapes import MovingShapes, gap_at, gap_in_doubts
 
 LEAST_STEP = 1e-3
@@ -149,8 +149,6 @@ def _write_place(legs: FlownLegs, k: int, count: int, t: float, speed: float, ac
         legs.place[axis] = a + min(max(share, 0.0), 1.0) * (b - a)
 
 
-SHORTEST_STEP = 1e-5
-"""Seconds by which a motion is followed at least."""
 SAMPLE = 0.05
 """Seconds between the instants at which it is looked at how near to movers a motion is."""
 MOST_SAMPLES = 400
