@@ -21,10 +21,14 @@ class GoldenMessages:
     def __init__(self):
         self.kept = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
         self.seen = {}
+        self.collected = set()
 
     def write(self):
-        """Replace what was seen, and drop the messages of tests that are no more."""
-        merged = {name: told for name, told in (self.kept | self.seen).items() if is_test(name)}
+        """Replace what was seen, and drop the messages of tests, or of their parameters, that are no more."""
+        functions = {name.partition("[")[0] for name in self.collected}
+        gone = {name for name in self.kept if name.partition("[")[0] in functions} - self.collected
+        merged = {name: told for name, told in (self.kept | self.seen).items() if told and name not in gone}
+        merged = {name: told for name, told in merged.items() if is_test(name)}
         text = json.dumps(dict(sorted(merged.items())), indent=1, ensure_ascii=False)
         FILE.write_text(text + "\n", encoding="utf-8")
 
@@ -44,6 +48,10 @@ def pytest_configure(config):
     config.golden_messages = GoldenMessages()
     if config.getoption("--write-messages") and hasattr(config, "workerinput"):
         raise pytest.UsageError("--write-messages takes one process: give -n 0")
+
+
+def pytest_itemcollected(item):
+    item.config.golden_messages.collected.add(item.nodeid)
 
 
 def pytest_sessionfinish(session):
