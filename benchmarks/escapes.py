@@ -13,7 +13,7 @@ from skyverse.live import braking_motion, steered_motion
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
 from skyverse.space.contact import first_contact
-from skyverse.space.moving_shapes import moving_shapes, timed_parts
+from skyverse.space.timed_shapes import moving_shapes, timed_parts
 from skyverse.trajectory.limits import limits_of
 from skyverse.trajectory.proof import clear_pieces
 

@@ -33,9 +33,9 @@ def fall(axes, rows: sky.Rows) -> None:
     found = rows.select(("evaluations", "bound", "seed"))
     at, bound = grid(np.median(found["evaluations"])), found["bound"].max()
     for label, colour in zip(rows.labels("planner"), COLOURS, strict=True):
-        each = band(rows.histories(planner=label), at)
-        if np.isfinite(each.median).any():
-            median, low, high = (np.where(np.isfinite(v), v, np.nan) for v in (each.median, each.low, each.high))
+        quartiles = band(rows.histories(planner=label), at)[1:]
+        low, median, high = (np.where(np.isfinite(costs), costs, np.nan) for costs in quartiles)
+        if np.isfinite(median).any():
             axes.fill_between(at, low, high, step="post", color=colour, alpha=0.16, linewidth=0)
             axes.step(at, median, where="post", label=label, linewidth=1.8, color=colour)
         else:  # it ends by itself

@@ -13,16 +13,16 @@ from skyverse.model.mission import index_of
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, told_metres, told_point
-from skyverse.model.temporary_zones import is_closed_at_times, temporary_zones
+from skyverse.model.timed_shapes import is_closed_at_times, temporary_zones
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import SIGHT_MARGIN
 from skyverse.search.lattice_astar import LatticePath, shortest_route
 from skyverse.space.cells import Cells, make_cells
 from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, make_grid, positions, snap
-from skyverse.space.moving_shapes import MovingShapes, moving_shapes, timed_parts
 from skyverse.space.pads import lifted
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.timed_shapes import MovingShapes, moving_shapes, timed_parts
+from skyverse.space.tracking_error import NO_ERROR
 from skyverse.space.world import World, point_free
 
 

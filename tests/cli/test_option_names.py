@@ -46,7 +46,17 @@ def test_every_parameter_that_a_message_names_has_an_option():
     # no verb gives the readers of voxels a size, a track's gap stands in its scenario, no verb makes a Replanner, and
     # none begins a search with a population
     without = {"size", "gap", "candidates", "deadline_ms", "mission", "states", "t", "legs", "population"}
-    without |= {"departs", "objective", "path", "policy", "problem", "stop", "suffix"}  # given to Python alone
+    without |= {
+        "departs",
+        "kind",
+        "objective",
+        "path",
+        "policy",
+        "problem",
+        "room",
+        "stop",
+        "suffix",
+    }  # of Python alone
     assert {field for field in named if option_of(field) not in known} <= without
 
 

@@ -10,8 +10,8 @@ from handmade import hall
 from movers import depth_at, movers, points, timed
 from skyverse.deconfliction import STAY, TICK, TimedCurve, clear_departure, free_departures, make_curves, meets_movers
 from skyverse.model.shapes import active_spans
-from skyverse.model.temporary_zones import STANDING, TimedShape
-from skyverse.space.moving_shapes import moving_shapes
+from skyverse.model.timed_shapes import STANDING, TimedShape
+from skyverse.space.timed_shapes import moving_shapes
 from temporary_zones import depth_while_active, zones
 
 KEPT, STEP = 0.5, 0.01

@@ -14,10 +14,10 @@ from skyverse.deconfliction.space_time.leg_profiles import SECONDS, leg_profiles
 from skyverse.deconfliction.space_time.others import make_others
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
 from skyverse.deconfliction.space_time.search import ArrivalQuery, RoadmapGraph, earliest_arrival, seconds_to
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 from skyverse.model.trajectory import joined
 from skyverse.numerics.tolerances import LIMIT_MARGIN
-from skyverse.space.moving_shapes import moving_shapes
+from skyverse.space.timed_shapes import moving_shapes
 from skyverse.trajectory import rest_to_rest
 from skyverse.trajectory.limits import limits_of
 

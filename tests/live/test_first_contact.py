@@ -5,9 +5,9 @@ import pytest
 
 import skyverse as sky
 from replanned import BALL
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 from skyverse.space.contact import first_contact, share_avoided
-from skyverse.space.moving_shapes import LEAST_DOUBT, moving_shapes
+from skyverse.space.timed_shapes import LEAST_DOUBT, moving_shapes
 
 KEPT, APART = 0.5, 3.0
 KNOTS = np.array([0.0, 4.0])

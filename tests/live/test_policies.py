@@ -8,7 +8,7 @@ import pytest
 import skyverse as sky
 from replanned import BALL, hall
 from skyverse.live import Situation, Span, Way, make_policy, problem_now, swept_boxes
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 
 TARGET = (19.0, 5.0, 1.0)
 VELOCITIES = make_policy("velocity-obstacles")

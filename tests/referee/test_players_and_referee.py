@@ -11,9 +11,9 @@ from drawn_shapes import HOLE, SQUARE, along, places, worlds
 from judged_clearance import LET_PASS, ROUNDING, world
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.pads import parts_of_flight
-from skyverse.referee.tube import raised_heights
+from skyverse.referee.tracking_error import raised_heights
 from skyverse.referee.world import referee_world
-from skyverse.space.tube import raised
+from skyverse.space.tracking_error import raised
 
 EXACT = sky.TrackingError()
 

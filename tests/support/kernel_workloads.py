@@ -11,7 +11,7 @@ from skyverse.draw import triangles
 from skyverse.flight import commands_to, simulate, vehicle_of
 from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap
-from skyverse.space.moving_shapes import first_too_near, mover_gaps, moving_shapes, timed_parts
+from skyverse.space.timed_shapes import first_too_near, mover_gaps, moving_shapes, timed_parts
 
 FEW = sky.MaxIterations(3)
 SIZE = np.array([24.0, 20.0, 12.0])

@@ -18,11 +18,11 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.referee.boxes import GrownBoxes
 from skyverse.referee.overlaps import blocks
-from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
+from skyverse.referee.round_solids import GrownCylinders, GrownEllipsoids
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
 from skyverse.referee.tolerances import LET_PASS
-from skyverse.referee.tube import EXACT
+from skyverse.referee.tracking_error import EXACT
 from skyverse.referee.world import RefereeWorld, referee_world
 from soft_terms import altitude_term, climb_term, risk_term
 
@@ -170,7 +170,7 @@ def free_moves(world: RefereeWorld, starts: Floats, ends: Floats, strict: bool) 
         for pairs in kind.tree.overlapping(low, high):
             block, shape = pairs.T
             if isinstance(kind, _ROUND):
-                axes = slice(0, 3 if isinstance(kind, GrownSpheres) else 2)
+                axes = slice(0, 3 if isinstance(kind, GrownEllipsoids) else 2)
                 centre = kind.centre[shape]
                 nearest = np.clip(centre, low[block, axes], high[block, axes])
                 block = block[np.linalg.norm(nearest - centre, axis=1) < kind.grown_radius[shape]]
@@ -178,7 +178,7 @@ def free_moves(world: RefereeWorld, starts: Floats, ends: Floats, strict: bool) 
     return free
 
 
-_ROUND = (GrownSpheres, GrownCylinders)
+_ROUND = (GrownEllipsoids, GrownCylinders)
 
 
 def _clear_of(kind: GrownSolids, b: Floats, strict: bool) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion, motion_bounds
 from skyverse.model.shapes import Box, Cylinder, Sphere
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 
 
 def depth_inside(shape, relative, grown):

@@ -6,7 +6,7 @@ import numpy as np
 
 import skyverse as sky
 from skyverse.referee.curve import curve_of
-from skyverse.referee.movers import judge_movers
+from skyverse.referee.timed_shapes import judge_movers
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import RefereeWorlds
 

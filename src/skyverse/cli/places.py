@@ -6,7 +6,6 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.feature import require_on_globe
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
@@ -158,5 +157,7 @@ def origin_of(text: str) -> "Origin":
         altitude = parse_altitude(said)
     if not isinstance(altitude, AboveSea):
         raise InputError(f"--origin: expected latitude,longitude,{form}, found {text!r}")
+    from skyverse.maps.georeference.feature import require_on_globe
+
     require_on_globe("--origin", latitude, longitude)
     return Origin(latitude=latitude, longitude=longitude, altitude=altitude.metres)

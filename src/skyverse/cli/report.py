@@ -49,7 +49,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     )
     from skyverse.model.quantities import short
     from skyverse.model.short_lines import told_seconds
-    from skyverse.model.temporary_zones import what_is_proven
+    from skyverse.model.timed_shapes import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions, nearest_obstacle
     from skyverse.space.pads import fleet_pads, pads_sentence
 

@@ -16,7 +16,7 @@ from skyverse.deconfliction.curves import Curves, TimedCurve, curve_duration, ev
 from skyverse.deconfliction.forbidden_departures import TICK, next_free
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import MOVER_MARGIN
-from skyverse.space.moving_shapes import MovingShapes, gap_at
+from skyverse.space.timed_shapes import MovingShapes, gap_at
 
 SHORTEST_STEP = 1e-4
 """Seconds by which a timed flight is followed at least."""

@@ -16,11 +16,11 @@ from skyverse.deconfliction.forbidden_departures import TICK, free_departures
 from skyverse.deconfliction.space_time.others import Others, make_others
 from skyverse.deconfliction.traffic import Traffic, conflicting_flights, earliest_departure, estimate_detours
 from skyverse.model.result import Result
-from skyverse.model.temporary_zones import is_dynamic, with_zones_active
+from skyverse.model.timed_shapes import is_dynamic, with_zones_active
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.problem import Airspace, Problem
-from skyverse.space.moving_shapes import MovingShapes, mover_gaps, moving_shapes, timed_parts
+from skyverse.space.timed_shapes import MovingShapes, mover_gaps, moving_shapes, timed_parts
 from skyverse.stop import Stop
 
 CLOSE_ENDS = 1.05

@@ -13,7 +13,7 @@ from skyverse.deconfliction.space_time.waiting_flights import WaitingFlights
 from skyverse.deconfliction.traffic import Traffic
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import active_spans
-from skyverse.model.temporary_zones import temporary_zones
+from skyverse.model.timed_shapes import temporary_zones
 
 SLOWDOWNS = (1.15, 1.4, 2.0)
 """How many times as long a multirotor may take along its path."""

@@ -14,10 +14,10 @@ from skyverse.deconfliction.prioritized_planning import cost_of, place_flights
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result
 from skyverse.model.short_lines import listed, told_point
-from skyverse.model.temporary_zones import is_closed_at_times, told_zone
+from skyverse.model.timed_shapes import is_closed_at_times, told_zone
 from skyverse.model.verdict import Action, ActionKind, Conflict, Deconfliction
 from skyverse.problem import Airspace, Problem
-from skyverse.space.moving_shapes import timed_parts
+from skyverse.space.timed_shapes import timed_parts
 from skyverse.stop import Stop
 
 Replan = Callable[[Problem], Result]

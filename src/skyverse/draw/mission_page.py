@@ -35,7 +35,7 @@ from skyverse.model.mission import PlannedFlight, planned_flights
 from skyverse.model.quantities import short
 from skyverse.model.result import NO_STOP, Status
 from skyverse.model.short_lines import counted, told_gap, told_metres, told_seconds
-from skyverse.model.temporary_zones import what_is_proven
+from skyverse.model.timed_shapes import what_is_proven
 from skyverse.space.mission_cautions import nearest_obstacle
 from skyverse.space.pads import pads_sentence
 

@@ -10,7 +10,7 @@ from skyverse.draw.scenes import Scene
 from skyverse.draw.shape_geometry import footprint, grown, outline
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Voxels, Zone
-from skyverse.model.temporary_zones import temporary_zones
+from skyverse.model.timed_shapes import temporary_zones
 
 SAMPLES = 400
 """Instants at which a mover's way is sampled; on pages it moves straight from one to the next."""

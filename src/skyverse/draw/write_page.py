@@ -30,7 +30,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.quantities import short
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
-from skyverse.model.temporary_zones import temporary_zones
+from skyverse.model.timed_shapes import temporary_zones
 
 
 def write_html(mission: Mission | Scenario, path: str | Path) -> None:

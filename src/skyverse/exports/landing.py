@@ -22,7 +22,7 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.pads import without_support
 from skyverse.referee.world import RefereeWorld, referee_world
-from skyverse.space.tube import steepest_within
+from skyverse.space.tracking_error import steepest_within
 from skyverse.space.world import World
 
 STEEPEST = 15.0

@@ -15,7 +15,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE
-from skyverse.space.tube import raised
+from skyverse.space.tracking_error import raised
 
 
 def towards(way: Floats, radius: float) -> Floats:

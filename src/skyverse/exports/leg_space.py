@@ -19,9 +19,9 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SURFAC
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.pads import without_support
 from skyverse.referee.tolerances import LET_PASS
-from skyverse.referee.tube import named
+from skyverse.referee.tracking_error import named
 from skyverse.referee.world import RefereeWorld, referee_world
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tracking_error import NO_ERROR
 from skyverse.space.world import BESIDE, World
 
 SEGMENTS_AT_ONCE = 20_000

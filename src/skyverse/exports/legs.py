@@ -34,7 +34,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tracking_error import NO_ERROR
 
 Polyline = tuple[Floats, float, Floats]
 """Waypoints: (n, 3) metres, the acceptance radius, metres, and (n,) not 0 where a corner is not cut."""

@@ -28,7 +28,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import told_seconds
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.space.pads import fleet_pads, pads_sentence
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tracking_error import NO_ERROR
 
 MAX_TOLD = 6
 """UAVs that one sentence names; of more it says only how many."""

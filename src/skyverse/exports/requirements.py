@@ -19,7 +19,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import listed
-from skyverse.model.temporary_zones import temporary_zones, told_zone, with_zones_active
+from skyverse.model.timed_shapes import temporary_zones, told_zone, with_zones_active
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee import certify, judge
 from skyverse.referee.clearance import judge_segments

@@ -26,7 +26,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Certificate
 from skyverse.problem import Airspace
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tracking_error import NO_ERROR
 
 MAX_CERTIFICATES = 8
 """Attempts to have routes proven; each but the first follows a search for those that were refused."""

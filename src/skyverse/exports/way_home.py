@@ -24,7 +24,7 @@ from skyverse.exports.separation import kept_distance
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SURFACE_DEPTH
-from skyverse.space.tube import NO_ERROR, is_wall_within
+from skyverse.space.tracking_error import NO_ERROR, is_wall_within
 
 UNPROVEN_NEAR_HOME = {"px4": 0.0, "ardupilot": 0.0, "dji": 50.0}
 """Metres from home within which no return is proven: a DJI aircraft returns there without a climb."""

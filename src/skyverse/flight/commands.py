@@ -18,7 +18,7 @@ from skyverse.flight.vehicle import Vehicle
 from skyverse.model.mission import Mission
 from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
-from skyverse.model.temporary_zones import is_closed_at_times
+from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.trajectory import Motion, Trajectory
 from skyverse.model.uav import GRAVITY
 

@@ -18,11 +18,11 @@ from skyverse.model.mover import Doubt
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.short_lines import told_instant
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
 from skyverse.numerics.tolerances import NEARNESS_ROUNDING
-from skyverse.space.moving_shapes import mover_gaps, moving_shapes
+from skyverse.space.timed_shapes import mover_gaps, moving_shapes
 from skyverse.space.world import World
 
 

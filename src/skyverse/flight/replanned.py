@@ -29,7 +29,7 @@ from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.quantities import derived
 from skyverse.model.replanned_flight import Prediction, ReplanAnswer, ReplannedFlight, ReplanStep
 from skyverse.model.scenario import Scenario
-from skyverse.model.temporary_zones import is_closed_at_times
+from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.model.wrong_values import complaint

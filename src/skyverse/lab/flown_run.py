@@ -27,7 +27,7 @@ from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 from skyverse.referee.mission import judge_fleet
 from skyverse.referee.world import RefereeWorlds
-from skyverse.space.moving_shapes import mover_gaps, moving_shapes, timed_parts
+from skyverse.space.timed_shapes import mover_gaps, moving_shapes, timed_parts
 
 SAMPLE = 0.01
 """Seconds between the instants at which distances from movers are measured; the verdict is the referee's."""

@@ -33,7 +33,7 @@ from skyverse.mission.assignment import Assignment
 from skyverse.model.conditions import Sensor
 from skyverse.model.quantities import Model, derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.temporary_zones import temporary_zones
+from skyverse.model.timed_shapes import temporary_zones
 from skyverse.planners.objective import PathObjective
 from skyverse.planners.waypoints import WaypointSearch
 from skyverse.stop import Stop

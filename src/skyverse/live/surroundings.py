@@ -14,14 +14,14 @@ from skyverse.model.mover import Doubt, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Shape
-from skyverse.model.temporary_zones import STANDING, TimedShape, told_zone
+from skyverse.model.timed_shapes import STANDING, TimedShape, told_zone
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError, kept_ellipsoid
 from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.space.contact import first_contact, share_avoided
 from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids
-from skyverse.space.moving_shapes import MovingShapes, moving_shapes, timed_parts
 from skyverse.space.speed_zones import first_too_fast
+from skyverse.space.timed_shapes import MovingShapes, moving_shapes, timed_parts
 from skyverse.space.voxels import parts_of
 from skyverse.space.world import World
 from skyverse.trajectory.limits import Limits

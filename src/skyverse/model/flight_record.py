@@ -10,7 +10,7 @@ from skyverse.model.conditions import DEFAULT_VEHICLE, Conditions, is_stand_in, 
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import Real, Whole
 from skyverse.model.short_lines import as_lines, counted, told_metres, told_seconds
-from skyverse.model.temporary_zones import not_judged_as_flown
+from skyverse.model.timed_shapes import not_judged_as_flown
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Violation
 

@@ -17,7 +17,7 @@ from skyverse.model.mission import Mission, PlannedFlight, planned_flights
 from skyverse.model.result import Result
 from skyverse.model.shapes import Terrain
 from skyverse.model.short_lines import SMALLEST_GAP, counted, told_gap, told_metres, told_seconds
-from skyverse.model.temporary_zones import temporary_zones
+from skyverse.model.timed_shapes import temporary_zones
 from skyverse.model.trajectory import Trajectory
 
 SAMPLES = 16

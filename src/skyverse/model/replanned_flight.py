@@ -12,7 +12,7 @@ from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, counted
-from skyverse.model.temporary_zones import not_judged_as_flown
+from skyverse.model.timed_shapes import not_judged_as_flown
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Verdict, Violation
 

@@ -4,14 +4,14 @@ from typing import NamedTuple
 
 from skyverse._typing import Floats, Ints
 from skyverse.cost import soft_terms
-from skyverse.model.temporary_zones import JUDGED_STAY
+from skyverse.model.timed_shapes import JUDGED_STAY
 from skyverse.numerics.kernel import by_reference, inner_query
 from skyverse.problem import Problem
 from skyverse.space.contact import FlownLegs, seconds_in_contact
 from skyverse.space.lattice import Grid, write_position
-from skyverse.space.moving_shapes import MovingShapes, moving_shapes
 from skyverse.space.obstacles import Space
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.timed_shapes import MovingShapes, moving_shapes
+from skyverse.space.tracking_error import NO_ERROR
 from skyverse.space.world import segment_free
 
 

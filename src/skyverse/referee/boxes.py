@@ -12,7 +12,7 @@ from skyverse.referee.judgement import Incursion
 from skyverse.referee.solid_shapes import SolidShapes
 from skyverse.referee.solids import GrownSolids, grown
 from skyverse.referee.tolerances import TWO_ROUNDINGS
-from skyverse.referee.tube import EXACT, taller
+from skyverse.referee.tracking_error import EXACT, reach, taller
 
 
 def disjoint_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
@@ -107,7 +107,7 @@ def grown_boxes(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownBoxes
     low, high = np.concatenate(lows), np.concatenate(highs)
     if error != EXACT:
         low[:, 2], high[:, 2] = taller(low[:, 2], high[:, 2], error)
-    clearance = shapes.clearance + error.horizontal
+    clearance = reach(shapes.clearance, error)
     return GrownBoxes(clearance, np.concatenate(numbers), low, high, *grown(low, high, clearance))
 
 

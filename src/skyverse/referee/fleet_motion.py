@@ -13,7 +13,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
-from skyverse.model.temporary_zones import JUDGED_STAY
+from skyverse.model.timed_shapes import JUDGED_STAY
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.polynomial import Polynomials, bernstein, squared
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, TWO_ROUNDINGS

@@ -14,7 +14,7 @@ from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SURELY_OUTSIDE
-from skyverse.referee.tube import EXACT, raised_heights, steepest_in_cells
+from skyverse.referee.tracking_error import EXACT, raised_heights, steepest_in_cells
 
 
 @dataclass(frozen=True, eq=False)

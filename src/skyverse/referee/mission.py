@@ -11,19 +11,19 @@ from skyverse.model.quantities import short
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, counted
-from skyverse.model.temporary_zones import is_closed_at_times
+from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.fleet_motion import judged_until
-from skyverse.referee.movers import judge_movers
 from skyverse.referee.pads import Pads, pads_of
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
+from skyverse.referee.timed_shapes import judge_movers
+from skyverse.referee.tracking_error import EXACT
 from skyverse.referee.trajectory import judge_trajectory
-from skyverse.referee.tube import EXACT
 from skyverse.referee.untrusted import entry, target_index
 from skyverse.referee.world import RefereeWorlds
 

@@ -19,7 +19,7 @@ from skyverse.referee.prisms import GrownPrisms
 from skyverse.referee.round_solids import GrownCylinders, GrownEllipsoids
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.tolerances import EXEMPT_SLOPE, LET_PASS, ON_AXIS
-from skyverse.referee.tube import EXACT, narrower, shorter
+from skyverse.referee.tracking_error import EXACT, narrower, shorter
 from skyverse.referee.world import RefereeWorld
 
 

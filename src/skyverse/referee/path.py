@@ -12,7 +12,7 @@ from skyverse.referee.clearance import judge_segments
 from skyverse.referee.judgement import position_text, position_tuple
 from skyverse.referee.pads import pads_of, parts_of_flight
 from skyverse.referee.tolerances import LET_PASS
-from skyverse.referee.tube import named
+from skyverse.referee.tracking_error import named
 from skyverse.referee.untrusted import finite_point, float_array
 from skyverse.referee.world import RefereeWorld
 

@@ -12,7 +12,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.referee.solid_shapes import Outlines, SolidShapes
 from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SURELY_OUTSIDE
-from skyverse.referee.tube import EXACT, taller
+from skyverse.referee.tracking_error import EXACT, reach, taller
 
 EDGES_AT_ONCE = 2**19
 """Pairs of chords and edges looked at together, which bounds the memory."""
@@ -106,7 +106,7 @@ def _ray_crosses(a: Floats, p: Floats, q: Floats) -> Indices:
 
 def grown_prisms(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownPrisms:
     """Return all prisms, for a UAV with a tracking error."""
-    clearance = shapes.clearance + error.horizontal
+    clearance = reach(shapes.clearance, error)
     low, high = taller(shapes.outlines.low, shapes.outlines.high, error)
     outlines = shapes.outlines._replace(low=low, high=high)
     return GrownPrisms(clearance, shapes.of(Prism)[1], outlines, *grown(low, high, clearance))

@@ -12,7 +12,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.referee.solid_shapes import SolidShapes
 from skyverse.referee.solids import GrownSolids, chords, distance_to_segment, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS
-from skyverse.referee.tube import EXACT, taller, wider
+from skyverse.referee.tracking_error import EXACT, reach, taller, wider
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ def grown_cylinders(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownC
     cylinders, number = shapes.of(Cylinder)
     rows = np.reshape([(*one.centre, one.radius, one.low, one.high) for one in cylinders], (len(cylinders), 5))
     centre, (radius, low, high) = rows[:, :2], rows[:, 2:].T
-    clearance = shapes.clearance + error.horizontal
+    clearance = reach(shapes.clearance, error)
     low, high = taller(low, high, error)
     grown_radius, ends = radius + (clearance - LET_PASS), grown(low, high, clearance)
     return GrownCylinders(clearance, number, centre, radius, low, high, grown_radius, *ends)
@@ -120,5 +120,5 @@ def grown_spheres(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownEll
     spheres, number = shapes.of(Sphere)
     radius = wider(np.array([sphere.radius for sphere in spheres]), error)
     centre = np.reshape([sphere.centre for sphere in spheres], (len(spheres), 3))
-    clearance = shapes.clearance + error.horizontal
+    clearance = reach(shapes.clearance, error)
     return GrownEllipsoids(clearance, number, centre, np.ones_like(centre), radius, radius + (clearance - LET_PASS))

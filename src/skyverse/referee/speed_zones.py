@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import active_spans
-from skyverse.model.temporary_zones import told_zone
+from skyverse.model.timed_shapes import told_zone
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.curve import PolynomialCurve, derivative
 from skyverse.referee.fleet_motion import FleetMotion
@@ -22,7 +22,7 @@ from skyverse.referee.solid_shapes import by_kind
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import INSTANT_ROUNDING, LIMIT_LET_PASS
-from skyverse.referee.tube import named
+from skyverse.referee.tracking_error import named
 from skyverse.referee.world import grown_kinds
 
 

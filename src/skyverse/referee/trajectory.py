@@ -17,7 +17,7 @@ from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.speed_zones import judge_zone_speed
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
-from skyverse.referee.tube import EXACT, named
+from skyverse.referee.tracking_error import EXACT, named
 from skyverse.referee.world import RefereeWorld
 
 

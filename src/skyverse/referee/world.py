@@ -16,7 +16,7 @@ from skyverse.referee.prisms import grown_prisms
 from skyverse.referee.round_solids import grown_cylinders, grown_ellipsoids, grown_spheres
 from skyverse.referee.solid_shapes import SolidShapes, solid_shapes
 from skyverse.referee.solids import GrownSolids
-from skyverse.referee.tube import EXACT
+from skyverse.referee.tracking_error import EXACT
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from skyverse._typing import Floats
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.numerics.norm import norm
 from skyverse.numerics.tolerances import MOVER_MARGIN, SHORTEST_STEP
-from skyverse.space.moving_shapes import MovingShapes, gap_at, gap_in_doubts
+from skyverse.space.timed_shapes import MovingShapes, gap_at, gap_in_doubts
 
 LEAST_STEP = 1e-3
 """Seconds by which a flight is followed at least: its time in contact is exact to this at each beginning and end."""

@@ -12,10 +12,10 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import active_spans
 from skyverse.model.short_lines import listed, told_seconds
-from skyverse.model.temporary_zones import JUDGED_STAY, TimedShape, is_closed_at_times, is_dynamic, told_zone
+from skyverse.model.timed_shapes import JUDGED_STAY, TimedShape, is_closed_at_times, is_dynamic, told_zone
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, TrackingError
-from skyverse.space.moving_shapes import first_too_near, moving_shapes
+from skyverse.space.timed_shapes import first_too_near, moving_shapes
 from skyverse.space.world import World
 
 MAX_NAMED = 6

@@ -17,7 +17,7 @@ from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.numerics.tolerances import CLOSED_MARGIN, GRID_INDEX, SURFACE_DEPTH
 from skyverse.space import blocks
 from skyverse.space.obstacles import Space
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tracking_error import NO_ERROR
 from skyverse.space.world import World, segment_free
 
 

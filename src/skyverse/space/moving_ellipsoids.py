@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.model.trajectory import Trajectory
-from skyverse.space.moving_shapes import ELLIPSOID, STAYS, MovingShapes
+from skyverse.space.timed_shapes import ELLIPSOID, STAYS, MovingShapes
 
 
 class MovingEllipsoid(NamedTuple):

@@ -11,7 +11,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import PAD_LIFT, SURFACE_DEPTH
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tracking_error import NO_ERROR
 from skyverse.space.world import World
 
 MAX_EXITS = 1000

@@ -12,8 +12,8 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import by_reference, inner_query, query
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box, polygon, tree
+from skyverse.space.tracking_error import NO_ERROR, taller, wider
 from skyverse.space.tree import FIRST, SKIP, STOP, Tree
-from skyverse.space.tube import NO_ERROR, taller, wider
 
 BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
 """Kinds of solids. Boxes that are obstacles have a table of their own; boxes that are zones are solids."""

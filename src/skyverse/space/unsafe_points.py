@@ -16,7 +16,7 @@ from skyverse.model.short_lines import told_metres
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.space.lattice import make_grid, positions
 from skyverse.space.pads import lifted, why_no_pad
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tracking_error import NO_ERROR
 from skyverse.space.world import World
 
 Place = tuple[float, float, float]

@@ -1,5 +1,6 @@
 """Which points and segments of a scenario's space are free, and how far away obstacles are."""
 
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +25,7 @@ from skyverse.space.obstacles import (
     obstacle_distance,
 )
 from skyverse.space.speed_zones import SpeedZone, make_speed_zones
-from skyverse.space.tube import NO_ERROR, inner_bounds, is_wall_within, raised, taller, wider
+from skyverse.space.tracking_error import NO_ERROR, inner_bounds, is_wall_within, raised, reach, taller, wider
 from skyverse.space.voxels import merged
 
 
@@ -134,7 +135,7 @@ class World:
         self._solids = np.array(others, dtype=np.int64)[rank]
         self._shapes = [shapes[k] for k in rank]
         self.scenario, self.error = scenario, error
-        growth = float(scenario.clearance + error.horizontal)
+        growth = reach(float(scenario.clearance), error)
         self.low, self.high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
         low, high = inner_bounds(self.low, self.high, error)
         floor, ceiling = raised(scenario.terrain, error), raised(_upside_down_ceiling(scenario), error)
@@ -184,8 +185,7 @@ class World:
         round_, rank = solids.make_solids(shapes, error)
         low = np.array([*space.low[:2], self.low[2]])
         floor = space.ground if self.is_steep_about(place) else ground.make_ground(None)
-        found = World.__new__(World)
-        found.scenario, found.error, found.low, found.high = self.scenario, error, self.low, self.high
+        found = copy(self)
         found._boxes, found._solids = self._boxes[boxes][order], self._solids[others][rank]
         found._shapes = [shapes[k] for k in rank]
         found.space = space._replace(low=low, boxes=table[order], tree=index, solids=round_, ground=floor)

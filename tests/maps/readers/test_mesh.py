@@ -96,7 +96,6 @@ OBJ = "v 0 0 0\nv 3 0 0\nv 0 3 0\nf 1 2 3\n"
         ("a.obj", OBJ.replace("1 2 3", "1 2 9").encode()),
         ("a.obj", b""),
         ("a.stl", b""),
-        ("a.stl", b"\x00" * 80 + b"\xff\xff\xff\xff" + b"\x00" * 100),
         ("a.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\nend_header\n1\n"),
         ("a.ply", b"nothing of the kind"),
@@ -106,6 +105,12 @@ def test_a_mesh_that_is_wrong_is_refused(name, data, tmp_path, refuses):
     (tmp_path / name).write_bytes(data)
     with refuses():
         sky.read(tmp_path / name)
+
+
+def test_an_stl_that_says_it_has_more_than_it_has_is_refused_whatever_packages_are_there(tmp_path):
+    (tmp_path / "a.stl").write_bytes(b"\x00" * 80 + b"\xff\xff\xff\xff" + b"\x00" * 100)
+    with pytest.raises(sky.InputError, match=r"a\.stl: "):
+        sky.read(tmp_path / "a.stl")
 
 
 def test_what_a_library_thinks_of_a_mesh_is_not_printed(tmp_path):

@@ -19,7 +19,7 @@ from skyverse.deconfliction.space_time.leg_profiles import PEAK, SECONDS, Straig
 from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel
 from skyverse.numerics.tolerances import MOVER_MARGIN
-from skyverse.space.moving_shapes import MovingShapes, gap_at
+from skyverse.space.timed_shapes import MovingShapes, gap_at
 
 HOVER_STEP = 0.01
 """Seconds by which time goes on at least where the UAV hovers."""

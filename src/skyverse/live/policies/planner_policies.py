@@ -24,7 +24,7 @@ from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
 from skyverse.planners.lattice import LatticeSearch

@@ -20,7 +20,7 @@ from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import PolynomialMotion
 from skyverse.model.result import Effort
 from skyverse.model.scenario import Scenario
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import kept_ellipsoid
 from skyverse.space.world import World

@@ -18,11 +18,11 @@ from skyverse.model.mover_motions import (
 )
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
-from skyverse.model.temporary_zones import TimedShape, timed_shapes
+from skyverse.model.timed_shapes import TimedShape, timed_shapes
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.space import polygon
-from skyverse.space.tube import taller, wider
+from skyverse.space.tracking_error import reach, taller, wider
 from skyverse.space.voxels import parts_of
 
 BOX, CYLINDER, SPHERE, ELLIPSOID, PRISM = range(5)
@@ -131,7 +131,7 @@ def moving_shapes(given: Sequence[TimedShape], error: TrackingError) -> MovingSh
 
 def _kept(shape: Shape, clearance: float, error: TrackingError) -> tuple[int, tuple[float, ...], float]:
     """Return the kind and the sizes of a shape, and the metres to keep from it, so that the error is allowed for."""
-    up, keep = taller(error), clearance + error.horizontal
+    up, keep = taller(error), reach(clearance, error)
     match shape:
         case Box():
             low, high = (*shape.min[:2], shape.min[2] - up), (*shape.max[:2], shape.max[2] + up)

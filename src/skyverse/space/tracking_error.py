@@ -20,6 +20,11 @@ NO_ERROR = TrackingError()
 """The error of a UAV that keeps to its nominal position."""
 
 
+def reach(clearance: float, error: TrackingError) -> float:
+    """Return how far a nominal position keeps from shapes that are made `taller`, metres: the radius is added."""
+    return clearance + error.horizontal
+
+
 def taller(error: TrackingError) -> float:
     """Return by how many metres shapes are taller at either end that hold, grown by the radius, what is unsafe.
 

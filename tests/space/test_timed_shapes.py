@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from movers import depth_at, movers, points, timed
-from skyverse.model.temporary_zones import TimedShape
+from skyverse.model.timed_shapes import TimedShape
 from skyverse.space.contact import LEAST_STEP, flown_legs, seconds_in_contact
 from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids
-from skyverse.space.moving_shapes import mover_gaps, moving_shapes, timed_parts
+from skyverse.space.timed_shapes import mover_gaps, moving_shapes, timed_parts
 from timed_flights import flown, seconds_inside
 
 EXACT = sky.TrackingError()

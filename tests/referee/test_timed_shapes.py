@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from movers import depth_at, motions, movers, points
-from skyverse.model.temporary_zones import with_zones_active
+from skyverse.model.timed_shapes import with_zones_active
 from skyverse.referee.curve import curve_of
 from skyverse.referee.mover_motion import MAX_PIECES, enclosed_motion
 from skyverse.referee.speed_zones import judge_zone_speed

@@ -1,6 +1,6 @@
 """Judges whether UAVs stay clear of what changes with time: of movers, and of zones that are closed at times.
 
-Such a zone is a mover that stands and is there for a while; see `model.temporary_zones`. The position of a UAV relative
+Such a zone is a mover that stands and is there for a while; see `model.timed_shapes`. The position of a UAV relative
 to the point of a mover is a polynomial of time between all knots of both. The mover's shape, in its own frame, is grown
 by the clearance, and by the doubt of the instant. Where a mover has a top speed, a UAV is clear if it is clear of
 either all that the doubt or all that the top speed allows.
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.mover import Doubt
 from skyverse.model.scenario import Scenario
-from skyverse.model.temporary_zones import JUDGED_STAY, TimedShape, is_closed_at_times, timed_shapes, told_zone
+from skyverse.model.timed_shapes import JUDGED_STAY, TimedShape, is_closed_at_times, timed_shapes, told_zone
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import FleetMotion, fleet_motion, slice_boxes, time_slices
@@ -26,7 +26,7 @@ from skyverse.referee.solid_shapes import by_kind
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import INSTANT_ROUNDING, LET_PASS, MOVER_SLACK
-from skyverse.referee.tube import named
+from skyverse.referee.tracking_error import named
 from skyverse.referee.world import grown_kinds
 
 

@@ -20,6 +20,11 @@ def named(name: str, error: TrackingError) -> str:
     return name if error == EXACT else f"{name}, with its tracking error,"
 
 
+def reach(clearance: float, error: TrackingError) -> float:
+    """Return how far a nominal position keeps from shapes that are made `taller`, metres: the radius is added."""
+    return clearance + error.horizontal
+
+
 def taller(low: Floats, high: Floats, error: TrackingError) -> tuple[Floats, Floats]:
     """Return the altitudes, (n,) metres, between which shapes lie that then grow by the radius on all sides."""
     return low + error.horizontal - error.vertical, high - error.horizontal + error.vertical
