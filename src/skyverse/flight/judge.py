@@ -1,7 +1,4 @@
-"""Judges a flight: tracking errors, distances as flown, and violations.
-
-How near UAVs come to movers, as both really moved.
-"""
+"""Judges a flight: tracking errors, violations, and how near UAVs came to obstacles, movers and each other."""
 
 import itertools
 

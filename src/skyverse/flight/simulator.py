@@ -1,10 +1,7 @@
-"""A fixed-step integrator for rotorpy's vehicles, faster than their adaptive default.
+"""Flies one UAV: in rotorpy, or in the compiled simulator, which does the same many times as fast.
 
-An observer that estimates the acceleration by the wind during the flight.
-
-One UAV in rotorpy, with rotorpy's controller and an observer of the wind.
-
-Flies one UAV: in rotorpy, or in the compiled simulator, which does the same many times as fast.
+In rotorpy it is steered by rotorpy's controller, and an observer estimates during the flight by how much the wind accelerates it. A
+fixed-step integrator takes the place of rotorpy's adaptive one, which is slower.
 """
 
 from dataclasses import dataclass

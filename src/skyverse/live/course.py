@@ -1,6 +1,6 @@
 """What a UAV is flying: a motion that ends at rest, the way that it follows, and how long it is proven.
 
-The mission's own trajectory, followed for as long as the UAV can still come to rest by the horizon.
+At first it follows the mission's own trajectory, for as long as the UAV can still come to rest by the horizon.
 """
 
 import math

@@ -1,6 +1,4 @@
-"""Steers a mission by what stands on one stream, and answers on another.
-
-Steers a mission by what clients send over sockets, and tells each of them all answers.
+"""Steers a mission by what stands on a stream, or by what clients send over sockets, each of whom is told all answers.
 
 Web pages can make browsers send what they like to any address, after lines of HTTP. So a connection whose first line is
 no JSON object is closed before anything that it sent is taken.

@@ -1,6 +1,6 @@
 """What a UAV in flight keeps clear of: what stands still, what was seen to move, and the motions of other UAVs.
 
-Motions that lead a UAV back to where nothing is too near, if it was found where it may not be.
+If a UAV is found where it may not be, `way_back` gives motions that lead it back to where nothing is too near.
 """
 
 import math

@@ -273,9 +273,8 @@ def _straighten(task: LatticeTask, workspace: Workspace, U: Paths, i: int, rng: 
     ny, nz = grid.shape[1], grid.shape[2]
     diagonal, by_nodes = len(grid.offsets) > 6, counts_nodes_only(pricing)
     row = U.nodes[i]
-    order = int(
-        rng.random() * 6
-    )  # one order for all flights, so that turns move to one end of the path, where they merge
+    # one order for all flights, so that turns move to one end of the path, where they merge
+    order = int(rng.random() * 6)
     for _ in range(count):
         n = U.length[i]
         if n < 3 or limit_reached(spent, limit):

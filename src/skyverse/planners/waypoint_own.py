@@ -190,9 +190,8 @@ class WaypointBBO(WaypointSearch):
         n, d = first.shape
         species = np.arange(n, 0, -1)
         immigration, emigration = 1.0 - species / n, species / n  # of the best habitat first
-        chance = np.array(
-            [math.comb(n, k) / math.comb(n, n // 2) for k in species.tolist()]
-        )  # P/P_max by theorem 1, E = I
+        # P/P_max by theorem 1, E = I
+        chance = np.array([math.comb(n, k) / math.comb(n, n // 2) for k in species.tolist()])
         mutate = self.mutation * (1.0 - chance)
         wheel = np.cumsum(emigration)
         H, cost = first, evaluate(first)
