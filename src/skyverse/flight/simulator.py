@@ -1,7 +1,7 @@
 """Flies one UAV: in rotorpy, or in the compiled simulator, which does the same many times as fast.
 
-In rotorpy it is steered by rotorpy's controller, and an observer estimates during the flight by how much the wind accelerates it. A
-fixed-step integrator takes the place of rotorpy's adaptive one, which is slower.
+In rotorpy it is steered by rotorpy's controller, and an observer estimates during the flight by how much the wind
+accelerates it. A fixed-step integrator takes the place of rotorpy's adaptive one, which is slower.
 """
 
 from dataclasses import dataclass

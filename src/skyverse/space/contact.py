@@ -4,10 +4,10 @@ A motion is followed in steps in which the distance that is left from a mover ca
 speed; so what is passed over is proven clear. Where these would be too short, a longer step is taken, and what it
 passes over counts as a contact unless the distances at both of its ends show that it is none.
 
-A flight along straight legs is a guess by planners of what will be flown: it is at rest at both ends, and changes its speed
-as fast as its acceleration allows. Where it turns by an angle A it is no faster than lets it turn within r metres before and
-after the bend, half of the shorter leg but at most `REACH`: its velocity v changes by 2 v sin(A/2) within 2 r / v seconds, so
-that v^2 = a r / sin(A/2).
+A flight along straight legs is a guess by planners of what will be flown: it is at rest at both ends, and changes its
+speed as fast as its acceleration allows. Where it turns by an angle A it is no faster than lets it turn within r
+metres before and after the bend, half of the shorter leg but at most `REACH`: its velocity v changes by 2 v sin(A/2)
+within 2 r / v seconds, so that v^2 = a r / sin(A/2).
 """
 
 import math
