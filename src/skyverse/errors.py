@@ -131,6 +131,19 @@ def require_kind(value: object, kinds: type | tuple[type, ...], field: str) -> N
         raise InputError(f"expected a {names}, found {shown(value)}", field=field)
 
 
+def require_flag(value: object, field: str) -> None:
+    """Raise `InputError` for what is neither true nor false."""
+    if not isinstance(value, bool):
+        raise InputError(f"expected True or False, found {shown(value)}", field=field)
+
+
+def require_choice(value: object, choices: Iterable[str], field: str) -> None:
+    """Raise `InputError` for what is none of some words."""
+    words = tuple(choices)
+    if not (isinstance(value, str) and value in words):
+        raise InputError(f"expected one of {', '.join(words)}, found {shown(value)}", field=field)
+
+
 def path_of(value: object, field: str = "path") -> Path:
     """Return the path that a text or a path is, or raise `InputError`."""
     require_kind(value, (str, Path), field)

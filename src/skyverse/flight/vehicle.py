@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_choice
 from skyverse.model.conditions import is_stand_in
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
@@ -77,8 +77,7 @@ class Vehicle:
 
 def vehicle_of(name: str) -> Vehicle:
     """Return the vehicle of that name, or raise `InputError`."""
-    if name not in VEHICLES:
-        raise InputError(f"expected one of {', '.join(VEHICLES)}, found {name!r}", field="vehicle")
+    require_choice(name, VEHICLES, "vehicle")
     return VEHICLES[name]()
 
 
