@@ -127,8 +127,9 @@ def printable(text: str, most: int = 200) -> str:
 def require_kind(value: object, kinds: type | tuple[type, ...], field: str) -> None:
     """Raise `InputError` for a value of another kind."""
     if not isinstance(value, kinds):
-        names = " or a ".join(kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,)))
-        raise InputError(f"expected a {names}, found {shown(value)}", field=field)
+        names = [kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,))]
+        expected = " or ".join(f"{'an' if name[0].lower() in 'aeio' else 'a'} {name}" for name in names)
+        raise InputError(f"expected {expected}, found {shown(value)}", field=field)
 
 
 def require_flag(value: object, field: str) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import ClassVar, Protocol, TypeGuard
 
-from skyverse.errors import InputError, shown
+from skyverse.errors import InputError, require_kind, shown
 from skyverse.model.result import CANCELLED
 
 
@@ -74,6 +74,10 @@ class Either(Stop):
 
     first: Stop
     second: Stop
+
+    def __post_init__(self) -> None:
+        for rule in (self.first, self.second):
+            require_kind(rule, Stop, "stop")
 
     def met(self, progress: Progress) -> str | None:
         """Return the name of the rule that ends the run here, the first's if both do, or ``None``."""

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 import skyverse as sky
 from skyverse.flight import VEHICLES
-from skyverse.model.conditions import simulated_vehicle, simulated_vehicle_sentence
+from skyverse.model.conditions import SIMULATED_VEHICLES, simulated_vehicle, simulated_vehicle_sentence
 from skyverse.model.uav import with_limits
 from skyverse.model.vehicle_profiles import FleetLimits
 
@@ -209,3 +209,4 @@ def test_another_vehicle_than_the_planned_one_is_told(vehicle, planned, sentence
 
 def test_every_model_of_a_profile_can_be_flown():
     assert {profile.simulated_as for profile in sky.VEHICLE_PROFILES.values()} - {None} <= set(VEHICLES)
+    assert tuple(VEHICLES) == SIMULATED_VEHICLES

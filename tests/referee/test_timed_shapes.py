@@ -22,6 +22,7 @@ AGILE = {"max_speed": 1e3, "max_acceleration": 1e4, "max_jerk": 1e6, "max_tilt":
 REST_TO_REST = np.array([0, 0, 0, 10, -15, 6.0])
 AIRSHOW = {"name": "airshow", "min": (4, -1, -1), "max": (6, 1, 1)}
 BALL = sky.Sphere(centre=(0, 0, 0), radius=1.0)
+HERE = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=47.0)
 
 
 def flight(a, b, seconds, start=0.0):
@@ -220,9 +221,8 @@ def test_missions_among_movers_are_exported_as_data_once_the_referee_has_judged_
     ordinary = {"max_speed": 5, "max_acceleration": 3.5, "max_jerk": 50, "max_tilt": 40, "thrust_to_weight": 2.5}
     standing = flight((0, 0, 0), (9, 0, 0), 5)
     mission = sky.plan_mission(among(stands, flown=standing, **ordinary).scenario, sky.Taut())
-    here = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=47.0)
     for suffix in ("csv", "trajectory.yaml", "path.json", "geojson", "gpx", "geo.csv", "kml"):  # which hold its times
-        assert sky.export(mission, tmp_path / f"out.{suffix}", sky.ExportOptions(origin=here))
+        assert sky.export(mission, tmp_path / f"out.{suffix}", sky.ExportOptions(origin=HERE))
     assert (tmp_path / "out.csv").read_text().count("\n") > 20
     with pytest.raises(sky.InputError, match="the referee refutes this mission"):
         sky.export(
@@ -238,13 +238,13 @@ def test_missions_among_movers_are_neither_exported_to_autopilots_nor_flown_nor_
     stands = sky.Mover(shape=BALL, motion=sky.WaypointMotion(points=[(5, 30, 0)], times=[0]))
     mission = among(stands, flown=flight((0, 0, 0), (9, 0, 0), 5), **ordinary)
     with refuses():
-        sky.export(mission, tmp_path / "out.plan", sky.ExportOptions(origin=(47.0, 8.0, 400.0)))
+        sky.export(mission, tmp_path / "out.plan", sky.ExportOptions(origin=HERE))
     assert not list(tmp_path.iterdir())
     for fly in (sky.fly, partial(sky.fly, runs=2), sky.fly_until_safe):
         with refuses():
             fly(mission)
     with refuses():
-        sky.routes(mission, origin=(47.0, 8.0, 400.0))
+        sky.routes(mission, origin=HERE)
     sky.write(mission.scenario, tmp_path / "moving.yaml")
     with refuses():
         planners = {"planners": ["taut"], "budget": [{"paths": 10}], "seeds": [1]}

@@ -1,13 +1,13 @@
 """Optimal assignment of UAVs to targets (the thesis's Algorithm 4, solved exactly by scipy)."""
 
 from bisect import bisect_left
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_choice
 from skyverse.numerics.side_by_side import side_by_side
 from skyverse.problem import Airspace, snap_endpoint
 from skyverse.search.lattice_astar import prices_to
@@ -42,8 +42,7 @@ def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | No
         raise InputError(f"costs are a matrix, one row a UAV and one column a target, not of shape {matrix.shape}")
     if np.any(np.isnan(matrix)) or np.any(matrix == -np.inf):
         raise InputError("costs are numbers, or infinite where a UAV cannot reach a target")
-    if criterion not in ("min-sum", "min-max"):
-        raise InputError(f"criterion is 'min-sum' or 'min-max', not {criterion!r}")
+    require_choice(criterion, get_args(Criterion), "criterion")
     possible = np.isfinite(matrix)
     if not possible.any():
         return (None,) * len(matrix)
@@ -117,8 +116,7 @@ def assign_targets(
     airspace: Airspace, assignment: Assignment = "path-cost", criterion: Criterion = "min-sum", workers: int = 1
 ) -> tuple[int | None, ...]:
     """Return for each UAV the index of its target, or ``None``; see `plan_mission`."""
-    if assignment not in ("euclidean", "path-cost", "identity"):
-        raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
+    require_choice(assignment, get_args(Assignment), "assignment")
     if assignment == "path-cost" and len(airspace.scenario.uavs) == len(airspace.scenario.targets) == 1:
         assignment = "identity"  # there is nothing to choose, so that no pair has to be priced
     chosen = assign(cost_matrix(airspace, assignment, workers), criterion)

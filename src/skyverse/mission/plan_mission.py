@@ -3,13 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
+from typing import Protocol, get_args
 
 from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.find_conflicts import find_conflicts
 from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_apart
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_choice, require_flag, require_kind
 from skyverse.mission.assignment import Assignment, Criterion, assign_targets
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
@@ -61,6 +61,10 @@ class MissionOptions:
     apart_in_space: bool = False
 
     def __post_init__(self) -> None:
+        require_choice(self.criterion, get_args(Criterion), "criterion")
+        require_choice(self.shape, get_args(Shape), "shape")
+        require_flag(self.keep_apart, "keep_apart")
+        require_flag(self.apart_in_space, "apart_in_space")
         if self.apart_in_space and not self.keep_apart:
             why = "conflicts are to be left, so that paths cannot be led apart in space"
             raise InputError(why, field="apart_in_space")
@@ -122,6 +126,7 @@ def plan_mission(
         If scenario, planner, assignment, options, workers or seed is invalid, or the stop rule does not fit the
         planner.
     """
+    require_kind(options, MissionOptions, "options")
     most_threads = threads(workers)
     airspace = Airspace(scenario)
     planner = planner_of(planner)

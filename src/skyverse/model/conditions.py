@@ -7,11 +7,13 @@ from typing import Annotated, ClassVar
 
 from pydantic import ConfigDict, Field
 
-from skyverse.errors import InputError, require_kind, require_number, shown
+from skyverse.errors import InputError, require_choice, require_flag, require_number, shown
 from skyverse.model.quantities import Flag, Model, NonNegative, Positive, Real
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
 
+SIMULATED_VEHICLES = ("thesis", "camera", "crazyflie", "hummingbird")
+"""The multirotors that a simulation has models of."""
 MAX_MISMATCH = 0.5
 """The largest share by which a vehicle may differ from its model; beyond, few could hover."""
 MAX_NOISE = 10.0
@@ -85,7 +87,7 @@ class Conditions:
 
     def __post_init__(self) -> None:
         if self.vehicle is not None:
-            require_kind(self.vehicle, str, "vehicle")
+            require_choice(self.vehicle, SIMULATED_VEHICLES, "vehicle")
         object.__setattr__(self, "wind", _velocity(self.wind))
         for name, unit, most in (
             ("noise", "metres", MAX_NOISE),
@@ -94,8 +96,7 @@ class Conditions:
             ("delay", "seconds", MAX_DELAY),
         ):
             require_number(getattr(self, name), name, unit, 0.0, most)
-        if not isinstance(self.gusts, bool):
-            raise InputError(f"expected true or false, found {self.gusts!r}", field="gusts")
+        require_flag(self.gusts, "gusts")
         if self.gusts and not math.hypot(*self.wind[:2]):
             raise InputError("gusts need a wind, as their strength follows from its horizontal speed", field="gusts")
 

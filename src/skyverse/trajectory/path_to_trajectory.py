@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.cost import soft_terms
-from skyverse.errors import InputError
+from skyverse.errors import require_choice
 from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
@@ -69,8 +69,7 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
     InputError
         If there is no such shape.
     """
-    if shape not in get_args(Shape):
-        raise InputError(f"shape is one of {', '.join(map(repr, get_args(Shape)))}, not {shape!r}")
+    require_choice(shape, get_args(Shape), "shape")
     if not result.status.reached:
         return None
     scenario, world = problem.scenario, problem.airspace.world
