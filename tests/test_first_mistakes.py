@@ -1,8 +1,9 @@
 """What newcomers give in place of what is meant is refused in one sentence that names it, with one type of error."""
 
 import copy
+import dataclasses
 import pickle
-from contextlib import suppress
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,9 +14,14 @@ MAP1 = sky.read("map1")
 PROBLEM = sky.Problem(MAP1)
 
 
+@cache
+def planned():
+    return sky.plan_mission(MAP1)
+
+
 @pytest.fixture(scope="module")
 def mission():
-    return sky.plan_mission(MAP1)
+    return planned()
 
 
 @pytest.mark.parametrize(
@@ -99,6 +105,9 @@ NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_wei
         (sky.World, "scenario", NOT_A_THING),
         (lambda one: sky.find_conflicts(one, ()), "scenario", NOT_A_THING),
         (sky.routes, "mission", NOT_A_THING),
+        (lambda one: sky.routes_apart(one, []), "mission", NOT_A_THING),
+        (lambda one: sky.export(planned(), "x.csv", scenario=one), "scenario", NOT_A_THING[1:]),
+        (lambda one: sky.export(planned(), "x.plan", page=one), "page", NOT_A_PATH[1:]),
         (lambda one: sky.certify(MAP1, one), "mission", NOT_A_THING),
         (sky.window_swap, "room", NOT_A_THING),
         *(
@@ -123,14 +132,43 @@ def test_wrong_values_of_one_argument_are_refused_in_one_sentence(call, field, w
         assert (told.sentence.field or "").partition("[")[0] == (field or ""), (one, str(told))
 
 
-@pytest.mark.parametrize("suffix", [".plan", ".waypoints", ".csv", ".skyc"])
-def test_wrong_values_of_an_export_are_refused_in_one_sentence(mission, suffix, tmp_path):
-    named = {"rate": NOT_A_NUMBER[1:], "radius": NOT_A_NUMBER, "takeoff": NOT_A_NUMBER}
-    named |= {"return_altitude": NOT_A_NUMBER[1:], "origin": (3, "x", (46.8, 9.85, 1500.0))}
-    for name, wrong in named.items():
-        for one in wrong:
-            with suppress(sky.InputError):  # as others may be refused first, or have no part in it
-                sky.export(mission, tmp_path / f"x{suffix}", sky.ExportOptions(**{name: one}))
+NOT_A_WORD = ("hover", None, 3, ["rtl"], object())
+NOT_A_FLAG = ("no", None, 0, [True], np.True_)
+
+
+@pytest.mark.parametrize("suffix", [".plan", ".waypoints", ".wpml.kmz", ".kml", ".csv"])
+@pytest.mark.parametrize(
+    ("field", "wrong"),
+    [
+        ("altitude", NOT_A_WORD),
+        ("origin", (3, "x", (46.8, 9.85, 1500.0), object())),
+        ("rate", (*NOT_A_NUMBER[1:], 0, -1.0)),
+        ("radius", (*NOT_A_NUMBER, 0.0, -1.0, 1e6)),
+        ("takeoff", (*NOT_A_NUMBER, -1.0)),
+        ("end", NOT_A_WORD),
+        ("return_altitude", (*NOT_A_NUMBER[1:], -1.0)),
+        ("autopilot", ("mikrokopter", 3, ["px4"], object())),
+        ("apart_in_space", NOT_A_FLAG),
+        ("allow_close", NOT_A_FLAG),
+    ],
+)
+def test_wrong_values_of_an_export_are_refused_in_one_sentence(mission, suffix, field, wrong, tmp_path):
+    placed = {"origin": ORIGIN.model_copy(update={"geoid": 52.0})}
+    for one in wrong:
+        with pytest.raises(sky.InputError) as refused:
+            sky.export(mission, tmp_path / f"x{suffix}", sky.ExportOptions(**placed | {field: one}))
+        assert refused.value.sentence.field == field
+        assert "\n" not in str(refused.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_every_field_of_an_export_is_tried_with_wrong_values():
+    (tried,) = [
+        mark.args[1]
+        for mark in test_wrong_values_of_an_export_are_refused_in_one_sentence.pytestmark
+        if mark.args[0] == ("field", "wrong")
+    ]
+    assert [field for field, _ in tried] == [one.name for one in dataclasses.fields(sky.ExportOptions)]
 
 
 @pytest.mark.parametrize("t", [None, np.nan, [0.0, np.nan], [[1.0]], "now", [1, "a"], [[1.0], [1.0, 2.0]], object()])

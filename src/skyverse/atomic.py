@@ -34,6 +34,8 @@ def whole_file(path: Path) -> Iterator[Path]:
             with suppress(OSError, ValueError):
                 beside.unlink(missing_ok=True)
             raise
+    except InputError:  # of another file, which is written beside this one
+        raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     except ValueError as error:  # no file can have that name

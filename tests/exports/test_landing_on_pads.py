@@ -7,7 +7,7 @@ import skyverse as sky
 from skyverse import Terrain
 from skyverse.exports import LegChecker, LegSpace
 from skyverse.exports.leg_space import Segments
-from skyverse.exports.return_space import Lines, ReturnSpace, proven
+from skyverse.exports.way_home_space import Lines, ReturnSpace, proven
 
 ERROR = sky.TrackingError(horizontal=1.5, vertical=2.0)
 START, TARGET = (9.0, 12.0, 5.5), (45.0, 12.0, 12.0)

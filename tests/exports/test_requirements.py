@@ -63,6 +63,28 @@ def test_a_home_may_be_as_low_as_the_lowest_ground_but_no_lower(refuses):
         routes(straight(home=low - 6, terrain=ground))
 
 
+@pytest.mark.usefixtures("unjudged")
+@pytest.mark.parametrize(
+    "broken", ["waypoint_files.cautions", "waypoint_files.details", "waypoint_files.flight_verdicts", "report.page"]
+)
+def test_files_appear_whole_or_not_at_all(tmp_path, monkeypatch, broken):
+    def fails(*args, **kwargs):
+        raise RuntimeError(broken)
+
+    monkeypatch.setattr(f"skyverse.exports.{broken}", fails)
+    with pytest.raises(RuntimeError, match=broken):
+        sky.export(straight(), tmp_path / "m.plan", page=tmp_path / "m.html")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("unjudged")
+def test_where_one_of_the_files_cannot_be_written_none_is(tmp_path, refuses):
+    (tmp_path / "m.params").mkdir()
+    with refuses():
+        sky.export(straight(), tmp_path / "m.plan")
+    assert [path.name for path in tmp_path.iterdir()] == ["m.params"]
+
+
 def test_an_export_that_is_refused_leaves_no_folder_behind(tmp_path, monkeypatch, capsys):
     from skyverse.cli import main
 

@@ -8,7 +8,7 @@ import skyverse as sky
 from skyverse import Bounds, Box, Origin, Terrain
 from skyverse.exports import WAYS, Apart
 from skyverse.exports.leg_space import Segments
-from skyverse.exports.return_space import Lines, ReturnSpace, proven
+from skyverse.exports.way_home_space import Lines, ReturnSpace, proven
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 

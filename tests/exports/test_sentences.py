@@ -33,7 +33,7 @@ def test_one_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
     mission = handmade.mission(flights, origin=ORIGIN, boxes=[wall], **bounds, from_home=True)
     notes = handmade.exported(mission, tmp_path, page=tmp_path / "m.html").notes
     assert any(note.startswith("uav-1: no way home is proven from t = ") for note in notes)
-    warning = "WARNING: no way home is proven at every instant of the flight of uav-1: the table says when."
+    warning = "WARNING: the way home of uav-1 is not proven at every instant: the table says when not."
     assert [note for note in notes if "WARNING" in note] == [warning]
     listed = (tmp_path / "m.html").read_text().split("What is exported", 1)[1]
     assert listed.index("<li>") == listed.index(f"<li>{warning}</li>")  # in a list of which a page shows a few lines

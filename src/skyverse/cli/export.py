@@ -150,6 +150,8 @@ def export(
     sys.stderr.flush()
     for path in files:
         print(path, flush=True)
+    if proven and place.rate is not None:
+        print("Without effect on waypoints: --rate (.csv, .kml and others are sampled).", file=sys.stderr)
     if proven and not details:
         rest = [f"--details tells all that is proven: {counted(len(rest), 'line')}."] if rest else []
     for note in [*rest, judged_by]:

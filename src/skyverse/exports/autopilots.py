@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from skyverse.errors import InputError, is_number
+from skyverse.errors import InputError, require_number
 from skyverse.exports.global_positions import AltitudeReference
 from skyverse.model.uav import UAV
 
@@ -239,9 +239,4 @@ def stop_acceptance(autopilot: Autopilot, rates: AutopilotRates, radius: float, 
 def require_return_altitude(autopilot: Autopilot, altitude: float) -> None:
     """Raise `InputError` for a return altitude, metres above home, that an autopilot does not keep to."""
     least, most = RETURN_ALTITUDES[autopilot.name]
-    if not (is_number(altitude) and least <= altitude <= most):
-        until = f"to {most:g}" if most < math.inf else "on"
-        raise InputError(
-            f"expected metres above home from {least:g} {until} for {autopilot.title}, found {altitude!r}",
-            field="return_altitude",
-        )
+    require_number(altitude, "return_altitude", f"metres above home, for {autopilot.title},", least, most)

@@ -6,14 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from skyverse.atomic import write_text
-from skyverse.errors import InputError, require_kind
+from skyverse.errors import InputError, path_of, require_kind
 from skyverse.exports.global_positions import with_origin
 from skyverse.exports.map_formats import geo_csv_text, geojson_text, gpx_text, kml_text
-from skyverse.exports.report import ExportCertificate, write_export_page
+from skyverse.exports.report import ExportCertificate, export_page
 from skyverse.exports.requirements import (
     ALTITUDE_REFERENCES,
     ROUTE_SUFFIXES,
+    Contents,
     ExportOptions,
     export_suffix,
     file_for_each,
@@ -21,9 +21,8 @@ from skyverse.exports.requirements import (
     require_format,
     require_no_movers,
     require_not_refuted,
-    require_radius_and_takeoff,
     with_zones_always_active,
-    write_zip,
+    write_files,
 )
 from skyverse.exports.sampled_formats import (
     SampledTrajectory,
@@ -33,7 +32,7 @@ from skyverse.exports.sampled_formats import (
     show_csv,
     trajectory_message,
 )
-from skyverse.exports.waypoint_files import export_waypoints
+from skyverse.exports.waypoint_files import waypoint_files
 from skyverse.files import write
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -103,9 +102,11 @@ def export(
         flights depend on the active times of zones.
     """
     require_kind(mission, Mission, "mission")
-    require_kind(path, (str, Path), "path")
     require_kind(options, ExportOptions, "options")
-    path = Path(path)
+    if scenario is not None:
+        require_kind(scenario, Scenario, "scenario")
+    path = path_of(path)
+    page = None if page is None else path_of(page, "page")
     suffix = export_suffix(path)
     given = mission.scenario if scenario is None else scenario
     placed = mission.scenario
@@ -117,8 +118,6 @@ def export(
     if suffix in ALTITUDE_REFERENCES:
         placed = with_origin(mission, options.origin, str(path))
         require_format(mission, placed, suffix, options, str(path))
-    if suffix in ROUTE_SUFFIXES:
-        require_radius_and_takeoff(options.radius, options.takeoff)
     notes, judged = require_not_refuted(mission, given, path, allow_close=options.allow_close)
     for note in [*notes, *(caution.sentence for caution in mission_cautions(replace(mission, scenario=given)))]:
         on_note(note)
@@ -128,64 +127,60 @@ def export(
     if suffix in SAMPLED:
         if suffix == ".kmz":
             on_note(f"{path.name} is for Google Earth; aircraft of DJI fly files that end in .wpml.kmz.")
-        write_sampled, rate = SAMPLED[suffix]
+        made_of, rate = SAMPLED[suffix]
         flights = sample_trajectories(mission, rate if options.rate is None else options.rate)
         if not flights:
             raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
-        return write_sampled(Sampled(path, suffix, placed, flights, options))
+        contents = made_of(Sampled(path, suffix, placed, flights, options))
+        write_files(contents)
+        return list(contents)
     if suffix not in ROUTE_SUFFIXES:
         write(mission, path, rate=CSV_RATE if options.rate is None else options.rate)
         return [path]
     flown = with_zones_always_active(mission, str(path), judged.certificates)
     flown = replace(flown, scenario=with_origin(flown, options.origin, str(path)))
-    files, certificate, told = export_waypoints(flown, path, suffix, options)
+    contents, files, certificate, told = waypoint_files(flown, path, suffix, options)
+    if page is not None:
+        contents[page] = export_page(replace(judged, scenario=placed), certificate, [*notes, *told])
+        files.append(page)
+    write_files(contents)
     on_certificate(certificate)
     for note in told:
         on_note(note)
-    if page is None:
-        return files
-    write_export_page(Path(page), replace(judged, scenario=placed), certificate, [*notes, *told])
-    return [*files, Path(page)]
-
-
-def _write_map(text: Callable[..., str], to: Sampled) -> list[Path]:
-    """Write one file of all UAVs; text in an archive for ``.kmz``."""
-    made = text(to.scenario, to.flights, to.options.altitude)
-    if to.suffix == ".kmz":
-        write_zip(to.path, {"doc.kml": made})
-    else:
-        write_text(to.path, made)
-    return [to.path]
-
-
-def _write_messages(message: Callable[[SampledTrajectory], dict[str, Any]], to: Sampled) -> list[Path]:
-    """Write a file for each UAV, for robots."""
-    files = file_for_each(to.path, to.suffix, [flight.name for flight in to.flights])
-    for file, flight in zip(files, to.flights, strict=True):
-        write_text(file, as_text(message(flight), file.suffix))
     return files
 
 
-def _write_show(to: Sampled) -> list[Path]:
-    """Write an archive with a table for each UAV, for a light show."""
-    last = max(float(flight.seconds[-1]) for flight in to.flights)
-    names = file_stems([flight.name for flight in to.flights])
-    write_zip(to.path, {f"{name}.csv": show_csv(one, last) for name, one in zip(names, to.flights, strict=True)})
-    return [to.path]
+def _map_file(text: Callable[..., str], of: Sampled) -> Contents:
+    """Return one file of all UAVs; text in an archive for ``.kmz``."""
+    made = text(of.scenario, of.flights, of.options.altitude)
+    return {of.path: {"doc.kml": made} if of.suffix == ".kmz" else made}
+
+
+def _message_files(message: Callable[[SampledTrajectory], dict[str, Any]], of: Sampled) -> Contents:
+    """Return a file for each UAV, for robots."""
+    files = file_for_each(of.path, of.suffix, [flight.name for flight in of.flights])
+    return {file: as_text(message(flight), file.suffix) for file, flight in zip(files, of.flights, strict=True)}
+
+
+def _show_file(of: Sampled) -> Contents:
+    """Return an archive with a table for each UAV, for a light show."""
+    last = max(float(flight.seconds[-1]) for flight in of.flights)
+    names = file_stems([flight.name for flight in of.flights])
+    return {of.path: {f"{name}.csv": show_csv(one, last) for name, one in zip(names, of.flights, strict=True)}}
 
 
 CSV_RATE = 20.0
 """Samples a second of plain tables."""
-SAMPLED: dict[str, tuple[Callable[[Sampled], list[Path]], float]] = {
-    ".kml": (partial(_write_map, kml_text), 10.0),
-    ".kmz": (partial(_write_map, kml_text), 10.0),
-    ".geojson": (partial(_write_map, geojson_text), 10.0),
-    ".gpx": (partial(_write_map, gpx_text), 10.0),
-    ".geo.csv": (partial(_write_map, geo_csv_text), 10.0),
-    ".path.json": (partial(_write_messages, path_message), 10.0),
-    ".path.yaml": (partial(_write_messages, path_message), 10.0),
-    ".trajectory.json": (partial(_write_messages, trajectory_message), 10.0),
-    ".trajectory.yaml": (partial(_write_messages, trajectory_message), 10.0),
-    ".skybrush.zip": (_write_show, 4.0),
+SAMPLED: dict[str, tuple[Callable[[Sampled], Contents], float]] = {
+    ".kml": (partial(_map_file, kml_text), 10.0),
+    ".kmz": (partial(_map_file, kml_text), 10.0),
+    ".geojson": (partial(_map_file, geojson_text), 10.0),
+    ".gpx": (partial(_map_file, gpx_text), 10.0),
+    ".geo.csv": (partial(_map_file, geo_csv_text), 10.0),
+    ".path.json": (partial(_message_files, path_message), 10.0),
+    ".path.yaml": (partial(_message_files, path_message), 10.0),
+    ".trajectory.json": (partial(_message_files, trajectory_message), 10.0),
+    ".trajectory.yaml": (partial(_message_files, trajectory_message), 10.0),
+    ".skybrush.zip": (_show_file, 4.0),
 }
-"""What writes each format of sampled trajectories, and its samples a second."""
+"""What makes each format of sampled trajectories, and its samples a second."""

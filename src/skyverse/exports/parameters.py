@@ -4,7 +4,6 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-from skyverse.atomic import write_text
 from skyverse.exports.autopilots import ACCEPTANCE, PX4_TAKEOFF_RAMP, corner_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.way_home import WayHome
@@ -174,13 +173,11 @@ def parameters_text(plan: FlightPlan, name: str, back: WayHome | None) -> str:
     return "\n".join([*head, *rows]) + "\n"
 
 
-def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str, back: WayHome | None) -> Path | None:
-    """Write the parameter file beside a mission file; return its path, or ``None`` where there is nothing to write.
+def parameter_file(file: Path, suffix: str, plan: FlightPlan) -> Path | None:
+    """Return the path of the parameter file beside a mission file, or ``None`` where there is nothing to write.
 
     DJI's aircraft take no parameters, and those of an aeroplane are its own.
     """
-    if plan.autopilot.name not in SUFFIXES or not parameters(plan, back):
+    if plan.autopilot.name not in SUFFIXES or not _rate_parameters(plan):
         return None
-    own = file.with_name(file.name[: -len(suffix)] + SUFFIXES[plan.autopilot.name])
-    write_text(own, parameters_text(plan, name, back))
-    return own
+    return file.with_name(file.name[: -len(suffix)] + SUFFIXES[plan.autopilot.name])

@@ -10,17 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.atomic import write_text
 from skyverse.draw import LandingPlace, page, scene
 from skyverse.errors import Remedy, Sentence
 from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
 from skyverse.exports.landing import starts_in_the_air, why_not_level
 from skyverse.exports.requirements import ExportOptions
-from skyverse.exports.return_space import CLEARANCE_SHARE
 from skyverse.exports.separation import Apart, FleetApart, circle_reach, few, fleet_apart, named_pairs
 from skyverse.exports.speed_limits import may_return_too_fast, zones_of
 from skyverse.exports.way_home import WayHome, layer
+from skyverse.exports.way_home_space import CLEARANCE_SHARE
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
@@ -38,7 +37,7 @@ MAX_OTHERS = 3
 """Names of other UAVs in a cell of the table; of more it says only how many."""
 HIGH = 120.0
 """Metres above home: most rules allow no more above ground."""
-HEADS = ("UAV", "legs", "at its end", "way home", "apart in flight")
+HEADS = ("UAV", "legs", "at its end", "way home, m above home", "apart in flight")
 """The columns of the table."""
 AT_END = {"loiter": "stays at its target", "land": "lands below its target", "rtl": "lands at home"}
 """How the table tells what UAVs do at their ends."""
@@ -247,21 +246,21 @@ def _warnings(fleet: ExportedFleet) -> Iterator[tuple[list[str], str]]:
         "homes that are not known, as the scenario has no terrain, and are taken to be the starts: {}. Where a UAV "
         "arms lower, it returns as much lower than is proven: state its home.",
     )
-    vehicles = [(plan, scenario.uavs[plan.route.uav]) for plan in plans]
+    uavs = [scenario.uavs[plan.route.uav] for plan in plans]
     known = [
         plan
-        for plan, uav in vehicles
+        for plan, uav in zip(plans, uavs, strict=True)
         if uav.fixed_wing is None and (scenario.terrain is not None or uav.home is not None)
     ]
     yield (
         [fleet.name(plan) for plan in known if why_not_level(scenario, plan.route.uav, plan.home) is not None],
         "homes that are not level: {}. Choose other starts, or level the places.",
     )
+    farthest = [float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max()) for plan in plans]
     slow = [
         f"{fleet.name(plan)} at {plan.top_speed:.3g} m/s from {away:,.0f} m away, {away / plan.top_speed:,.0f} s"
-        for plan, uav in vehicles
+        for plan, uav, away in zip(plans, uavs, farthest, strict=True)
         if plan.top_speed < uav.max_speed / 2
-        for away in [float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max())]
     ]
     yield slow, "returns are as slow as the slowest zone demands, wherever that zone is: {}."
     yield (
@@ -271,12 +270,13 @@ def _warnings(fleet: ExportedFleet) -> Iterator[tuple[list[str], str]]:
     flown = [back for back in fleet.returns if back is not None]
     yield (
         [f"{fleet.name(back.plan)} {back.altitude:.4g} m" for back in flown if back.altitude > HIGH],
-        f"return altitudes of more than {HIGH:g} m above home, where most rules end: {{}}; give a lower one, or ask.",
+        f"return altitudes of more than {HIGH:g} m above home, where most rules end: {{}}; give a lower one, or ask "
+        "the air traffic authority.",
     )
     backs = zip(plans, fleet.returns, strict=True)
     yield (
         [fleet.name(plan) for plan, back in backs if back is None or not back.everywhere],
-        "no way home is proven at every instant of the flight of {}: the table says when.",
+        "the way home of {} is not proven at every instant: the table says when not.",
     )
 
 
@@ -371,8 +371,8 @@ def _of_way_home(fleet: ExportedFleet, plan: FlightPlan, back: WayHome | None) -
         )
 
 
-def write_export_page(path: Path, mission: Mission, proven: ExportCertificate, notes: Sequence[str]) -> None:
-    """Write the page of an export: a judged mission whose scenario has an origin, what is proven, and what is said."""
+def export_page(mission: Mission, proven: ExportCertificate, notes: Sequence[str]) -> str:
+    """Return the page of an export: a judged mission whose scenario has an origin, what is proven, and what is said."""
     landings = []
     for back in proven.returns:
         if back is None:
@@ -386,4 +386,4 @@ def write_export_page(path: Path, mission: Mission, proven: ExportCertificate, n
         landings.append(LandingPlace(uav, words, (x, y, z), back.level))
     head, rows = verdict_table(proven.flights)
     told = replace(scene(mission), landings=tuple(landings), export_notes=tuple(notes), export_verdicts=(head, *rows))
-    write_text(path, page(told))
+    return page(told)

@@ -1,16 +1,26 @@
 """Which formats there are, and what each needs of a mission: the referee must not refute it, whatever the format."""
 
-import math
 import re
 import zipfile
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
 from skyverse.atomic import whole_file
-from skyverse.errors import InputError, Remedy, is_number
+from skyverse.errors import (
+    InputError,
+    Remedy,
+    is_number,
+    require_choice,
+    require_flag,
+    require_kind,
+    require_number,
+    shown,
+)
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, End, autopilot_for
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, home, require_reference
 from skyverse.model.caution import Caution
@@ -89,6 +99,22 @@ class ExportOptions:
     apart_in_space: bool = False
     allow_close: bool = False
 
+    def __post_init__(self) -> None:
+        require_choice(self.altitude, get_args(AltitudeReference), "altitude")
+        require_choice(self.end, get_args(End), "end")
+        if self.autopilot is not None:
+            require_choice(self.autopilot, get_args(AutopilotName), "autopilot")
+        if self.origin is not None:
+            require_kind(self.origin, Origin, "origin")
+        if self.rate is not None and not (is_number(self.rate) and self.rate > 0):
+            raise InputError(f"expected samples a second above 0, found {shown(self.rate)}", field="rate")
+        require_number(self.radius, "radius", "metres", MIN_ACCEPTANCE_RADIUS, 1000.0)
+        require_number(self.takeoff, "takeoff", "metres", 0.0)
+        if self.return_altitude is not None:
+            require_number(self.return_altitude, "return_altitude", "metres above home", 0.0)
+        require_flag(self.apart_in_space, "apart_in_space")
+        require_flag(self.allow_close, "allow_close")
+
 
 def export_suffix(path: Path) -> str:
     """Return which of `EXPORT_SUFFIXES` a path has, or raise `InputError`."""
@@ -118,11 +144,21 @@ def file_stems(names: list[str]) -> list[str]:
     return made
 
 
-def write_zip(path: Path, parts: dict[str, str]) -> None:
-    """Write an archive of texts, given by their names in it; equal texts give equal bytes."""
-    with whole_file(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in parts.items():
-            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
+Contents = dict[Path, str | dict[str, str]]
+"""What files are to hold: a text, or an archive of texts, given by their names in it."""
+
+
+def write_files(contents: Contents) -> None:
+    """Write all files, or none where one cannot be written; equal contents give equal bytes."""
+    with ExitStack() as stack:
+        for path, held in contents.items():
+            part = stack.enter_context(whole_file(path))
+            if isinstance(held, str):
+                part.write_text(held, encoding="utf-8", newline="\n")
+                continue
+            with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+                for name, text in held.items():
+                    archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
 
 
 HOME_TOLERANCE = 0.1
@@ -146,17 +182,6 @@ def require_format(mission: Mission, scenario: Scenario, suffix: str, options: E
         geoid_of(scenario, what if suffix == ".geojson" else "DJI's waylines, above the sea")
     if suffix in ROUTE_SUFFIXES or altitude == "home":
         require_plausible_homes(scenario)
-
-
-def require_radius_and_takeoff(radius: float, takeoff: float) -> None:
-    """Raise `InputError` for an acceptance radius or a height of the first climb that no waypoint can have."""
-    for noun, value, least, most in (
-        ("radius", radius, MIN_ACCEPTANCE_RADIUS, 1000.0),
-        ("takeoff", takeoff, 0.0, math.inf),
-    ):
-        if not (is_number(value) and least <= value <= most):
-            until = f"to {most:g}" if most < math.inf else "on"
-            raise InputError(f"expected metres from {least:g} {until}, found {value!r}", field=noun)
 
 
 def require_plausible_homes(scenario: Scenario) -> None:

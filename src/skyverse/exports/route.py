@@ -118,9 +118,10 @@ class Route:
         """How corners are flown, in words."""
         if self.radius and len(self.waypoints) <= 2:
             return "no corners"
+        if not self.radius:
+            return "stopping at each"
         held = int((self.holds[:-1] > 0).sum())
-        cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
-        return cut + (f" but at {held}, where it stops" if held else "")
+        return f"corners cut within {self.radius:.3g} m" + (f" but at {held}, where it stops" if held else "")
 
     def proof(self, scenario: Scenario) -> str:
         """Return the end of a sentence on what is proven of its legs."""

@@ -4,7 +4,7 @@ from typing import get_args
 
 import numpy as np
 
-from skyverse.errors import InputError, require_kind
+from skyverse.errors import InputError, require_choice, require_flag, require_kind
 from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName, rates_of
 from skyverse.exports.flight_plan import flight_plans
 from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
@@ -12,10 +12,10 @@ from skyverse.exports.landing import stands
 from skyverse.exports.leg_space import LegSpace
 from skyverse.exports.legs import LegChecker, refused
 from skyverse.exports.requirements import (
+    ExportOptions,
     require_homes,
     require_no_movers,
     require_plausible_homes,
-    require_radius_and_takeoff,
     with_zones_always_active,
 )
 from skyverse.exports.route import Route, Takeoff, route
@@ -59,6 +59,8 @@ def routes(
         As for `export`.
     """
     require_kind(mission, Mission, "mission")
+    ExportOptions(altitude=altitude, origin=origin, radius=radius, takeoff=takeoff, autopilot=autopilot)
+    require_flag(stops, "stops")
     require_no_movers(mission.scenario, "waypoints")
     mission = with_zones_always_active(mission, "waypoints")
     scenario = with_origin(mission, origin, "waypoints")
@@ -66,7 +68,6 @@ def routes(
     if altitude == "home":
         uavs = enumerate(zip(mission.trajectories, scenario.uavs, strict=True))
         require_homes(scenario, [k for k, (flight, uav) in uavs if flight is not None and uav.fixed_wing is None])
-    require_radius_and_takeoff(radius, takeoff)
     require_plausible_homes(scenario)
     checkers = leg_checkers(mission, scenario, altitude)
     flying: AutopilotName = "ardupilot" if altitude == "agl" else autopilot  # PX4 takes no altitudes above ground
@@ -142,6 +143,8 @@ def routes_apart(mission: Mission, flown: list[Route], *, autopilot: AutopilotNa
         up to 10 % off, and if they rise at once or up to 1 s later than planned; undecided if some are apart only on
         schedule; refuted if some come too close even then. Its sentence says it pair by pair.
     """
+    require_kind(mission, Mission, "mission")
+    require_choice(autopilot, AUTOPILOTS, "autopilot")
     scenario = mission.scenario
     homes = stands(scenario, [one.uav for one in flown])
     plans = flight_plans(scenario, flown, AUTOPILOTS[autopilot], homes)

@@ -19,8 +19,8 @@ from skyverse.exports.flight_parts import Parts, flown_legs, joined_parts
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.leg_geometry import leg_deviation
 from skyverse.exports.leg_space import Segments
-from skyverse.exports.return_space import Lines, ReturnSpace, proven, rounded_up, rounding, strayed
 from skyverse.exports.separation import kept_distance
+from skyverse.exports.way_home_space import Lines, ReturnSpace, proven, rounded_up, rounding, strayed
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SURFACE_DEPTH

@@ -1,19 +1,19 @@
-"""Writes waypoints for autopilots: proven, on one schedule, with what is proven of them."""
+"""Makes files of waypoints for autopilots: proven, on one schedule, with what is proven of them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.atomic import write_text
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, autopilot_for, require_return_altitude
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.landing import landing_places, require_landings, stands
 from skyverse.exports.mavlink_formats import FlightFile, geofence, plan_text, waypoints_text
-from skyverse.exports.parameters import write_parameters
+from skyverse.exports.parameters import parameter_file, parameters_text
 from skyverse.exports.report import (
     AS_PLANNED,
     MAX_TOLD,
@@ -26,7 +26,7 @@ from skyverse.exports.report import (
     loading,
     not_apart_when_returning,
 )
-from skyverse.exports.requirements import ExportOptions, file_for_each, write_zip
+from skyverse.exports.requirements import Contents, ExportOptions, file_for_each
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, few, fleet_apart
@@ -39,22 +39,29 @@ from skyverse.numerics.tolerances import SAME_PLACE
 
 MAX_HALVINGS = 6
 """How often the acceptance radius is halved where paths are to be apart in space."""
-WRITERS: dict[str, Callable[[Path, FlightFile], None]] = {
-    ".plan": lambda path, flight: write_text(path, plan_text(flight)),
-    ".waypoints": lambda path, flight: write_text(path, waypoints_text(flight)),
-    ".wpml.kmz": lambda path, flight: write_zip(path, wpml_parts(flight)),
+FORMATS: dict[str, Callable[[FlightFile], str | dict[str, str]]] = {
+    ".plan": plan_text,
+    ".waypoints": waypoints_text,
+    ".wpml.kmz": wpml_parts,
 }
 
 
-def export_waypoints(
-    mission: Mission, path: Path, suffix: str, options: ExportOptions
-) -> tuple[list[Path], ExportCertificate, list[str]]:
-    """Write one file for each UAV, or several where one takes too few waypoints.
+class WaypointFiles(NamedTuple):
+    """What is to be written, the files of waypoints among it, what is proven of them, and what is said."""
 
-    Returns
-    -------
-    tuple of list of Path, ExportCertificate and list of str
-        The files, what is proven of them, and what is said of them; raises `InputError` as `skyverse.export` does.
+    contents: Contents
+    files: list[Path]
+    certificate: ExportCertificate
+    notes: list[str]
+
+
+def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOptions) -> WaypointFiles:
+    """Make one file for each UAV, or several where one takes too few waypoints.
+
+    Raises
+    ------
+    InputError
+        As `skyverse.export` does.
     """
     scenario, altitude = mission.scenario, options.return_altitude
     plans = _plans(mission, suffix, options)
@@ -70,10 +77,11 @@ def export_waypoints(
     apart = fleet_apart(scenario, plans)
     planned = not apart_by_timing_only(mission)
     _require_apart(scenario, apart, plans, options, path, planned=planned)
-    files, rates = _written(path, suffix, scenario, plans, returns, options)
     told = ExportedFleet(mission, plans, returns, apart, options)
+    contents, rates = _contents(path, suffix, told)
     notes = [*cautions(told, planned=planned), *loading(told, rates), *details(told)]
-    return files, ExportCertificate(apart, tuple(returns), flight_verdicts(told)), notes
+    certificate = ExportCertificate(apart, tuple(returns), flight_verdicts(told))
+    return WaypointFiles(contents, [file for file in contents if file not in rates], certificate, notes)
 
 
 def _require_returns(scenario: Scenario, backs: Sequence[tuple[int, WayHome | None]]) -> None:
@@ -171,21 +179,17 @@ def _require_apart(
         )
 
 
-def _written(
-    path: Path,
-    suffix: str,
-    scenario: Scenario,
-    plans: Sequence[FlightPlan],
-    returns: Sequence[WayHome | None],
-    options: ExportOptions,
-) -> tuple[list[Path], list[Path | None]]:
-    """Write the files of each flight plan; return their paths, and those of the parameter files beside them."""
-    names = [scenario.uavs[plan.route.uav].name for plan in plans]
-    fence, files, rates = geofence(scenario), list[Path](), list[Path | None]()
-    for own, plan, name, back in zip(file_for_each(path, suffix, names), plans, names, returns, strict=True):
+def _contents(path: Path, suffix: str, fleet: ExportedFleet) -> tuple[Contents, list[Path | None]]:
+    """Return all files of each flight plan, and which of them is its parameter file."""
+    names = [fleet.name(plan) for plan in fleet.plans]
+    fence, contents, rates = geofence(fleet.scenario), Contents(), list[Path | None]()
+    each = zip(file_for_each(path, suffix, names), fleet.plans, names, fleet.returns, strict=True)
+    for own, plan, name, back in each:
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
-            WRITERS[suffix](file, FlightFile(scenario, plan, part, options.altitude, options.end, back, fence))
-            files.append(file)
-        rates.append(write_parameters(own, suffix, plan, name, back))
-    return files, rates
+            flight = FlightFile(fleet.scenario, plan, part, fleet.options.altitude, fleet.options.end, back, fence)
+            contents[file] = FORMATS[suffix](flight)
+        rates.append(parameter_file(own, suffix, plan))
+        if rates[-1] is not None:
+            contents[rates[-1]] = parameters_text(plan, name, back)
+    return contents, rates
