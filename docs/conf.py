@@ -141,7 +141,7 @@ def _write_table(file: Path, head: str, rows: list[str]) -> None:
 _write_generated_pages()
 
 
-_NAMED_LATER = {"Figure": Figure, "Scenario": skyverse.Scenario}
+_NAMED_LATER = {"Figure": Figure, "Origin": skyverse.Origin, "Scenario": skyverse.Scenario}
 """What signatures name that their modules import for type checkers alone."""
 
 

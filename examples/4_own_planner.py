@@ -57,11 +57,3 @@ for name in ("map1", "map2", "map3"):
 
 # %%
 # Not by itself: a single path that takes only what is cheaper gets stuck.
-
-# %%
-# A misspelt setting is an error that lists the settings.
-
-try:
-    HillClimb(trys=5)
-except sky.InputError as error:
-    print(error)
