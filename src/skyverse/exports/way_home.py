@@ -123,6 +123,14 @@ class ReturnPad(NamedTuple):
     top: float
 
 
+class Heights(NamedTuple):
+    """Of parts of a flight, (n,) metres each: the lowest z, and from what z to what z the ways home from there lead."""
+
+    bottom: Floats
+    lowest: Floats
+    highest: Floats
+
+
 class _Returns:
     """The returns of one UAV, at any altitude."""
 
@@ -168,34 +176,50 @@ class _Returns:
         ground = self.space.lines((top, low), NO_ERROR, rounding(1))
         return [*self._on_axis(self.pad, self.landing, self.acceptance.radius, level), *ground]
 
-    def lines(self, parts: Parts, level: float) -> Iterator[tuple[int, list[Lines]]]:
-        """Yield the number of each of `WAYS` and the lines that stand for it, of parts of the flight."""
-        count, middle, (low, high) = len(parts.leg), parts.middle, parts.box
-        aside, rise = self.legs.off(parts)
+    def lines(self, parts: Parts, level: float) -> tuple[Iterator[Lines], Iterator[Lines], Iterator[Lines]]:
+        """Return the lines of the first three of `WAYS`, the climb, the level line and the descent, of parts."""
+        heights = self._heights(parts, level)
+        return self._climb(parts, heights), self._level_line(parts, heights), self._descent(heights, level)
+
+    def _heights(self, parts: Parts, level: float) -> Heights:
+        """Return how high the ways home from parts lead, with the error of a UAV that is too high to climb."""
+        (low, high), rise = parts.box, self.legs.off(parts)[1]
         bottom, top = low[:, 2] - rise, high[:, 2] + rise
         knows = top + self.error.vertical <= level  # it climbs to a height that it knows
         sinks = np.where(knows, 0.0, self.error.vertical)
         highest, lowest = np.maximum(top + sinks, level), np.maximum(bottom - sinks, level)
-        lowest = lowest - np.where(bottom - self.error.vertical < level, self.acceptance.altitude, 0.0)
-        off, tall = parts.radius + aside, rounded_up(MAVLINK_ROUNDING + (highest - lowest) / 2)
-        begins, on_pads = bottom, list[Lines]()
+        early = np.where(bottom - self.error.vertical < level, self.acceptance.altitude, 0.0)
+        return Heights(bottom, lowest - early, highest)
+
+    def _aside(self, parts: Parts) -> Floats:
+        """Return how far from the middle of its part a UAV may be to the side without straying, (n,) metres."""
+        return parts.radius + self.legs.off(parts)[0]
+
+    def _climb(self, parts: Parts, heights: Heights) -> Iterator[Lines]:
+        """Yield the lines straight up from parts; above a pad, those on the pad and those from its top on."""
+        begins = heights.bottom
         for pad in self.pads:
             on = self._are_on(parts, pad)
             begins = np.maximum(begins, np.where(on, pad.top, -np.inf))
             for k in np.flatnonzero(on):
-                some = np.array([k])
-                on_pads += [
-                    one._replace(some=some) for one in self._on_axis(pad, self.called_back, 0.0, float(highest[k]))
-                ]
-        up = _at(middle, np.minimum(begins, highest)), _at(middle, highest)
-        climbing = off, np.full(count, MAVLINK_ROUNDING)
-        yield 0, [*self.space.lines(up, self.called_back, climbing, climb=True), *on_pads]
-        more = leg_deviation(self.scenario, self._away(parts) + off + 2 * self.error.horizontal)
-        centre, goals = highest + MAVLINK_ROUNDING - tall, np.broadcast_to(self.home, middle.shape)
-        across = _at(middle, centre), _at(goals, centre)
-        yield 1, list(self.space.lines(across, self.called_back, (off + MAVLINK_ROUNDING + more, tall)))
-        down = _at(goals, highest), _at(goals, np.full(count, min(self.pad.top, level)))
-        yield 2, list(self.space.lines(down, self.landing, rounding(count)))
+                lines = self._on_axis(pad, self.called_back, 0.0, float(heights.highest[k]))
+                yield from (one._replace(some=np.array([k])) for one in lines)
+        up = _at(parts.middle, np.minimum(begins, heights.highest)), _at(parts.middle, heights.highest)
+        off = self._aside(parts), np.full(len(begins), MAVLINK_ROUNDING)
+        yield from self.space.lines(up, self.called_back, off, climb=True)
+
+    def _level_line(self, parts: Parts, heights: Heights) -> Iterator[Lines]:
+        """Return the lines from above parts to above home, as tall as the heights are at which they may be flown."""
+        tall = rounded_up(MAVLINK_ROUNDING + (heights.highest - heights.lowest) / 2)
+        centre, aside = heights.highest + MAVLINK_ROUNDING - tall, self._aside(parts)
+        more = leg_deviation(self.scenario, self._away(parts) + aside + 2 * self.error.horizontal)
+        across = _at(parts.middle, centre), _at(self.home, centre)
+        return self.space.lines(across, self.called_back, (aside + MAVLINK_ROUNDING + more, tall))
+
+    def _descent(self, heights: Heights, level: float) -> Iterator[Lines]:
+        """Return the lines from above home down to the pad there."""
+        down = _at(self.home, heights.highest), _at(self.home, np.full_like(heights.highest, min(self.pad.top, level)))
+        return self.space.lines(down, self.landing, rounding(len(heights.highest)))
 
     def _away(self, parts: Parts) -> Floats:
         """Return how far the middles of parts are from home, seen from above, (n,) metres."""
@@ -221,12 +245,12 @@ class _Returns:
     def clear(self, parts: Parts, level: float) -> NDArray[np.bool_]:
         """Tell which of `WAYS` are clear from parts of the flight, (n, 4)."""
         found = np.ones((len(parts.leg), len(WAYS)), dtype=np.bool_)
-        for way, each in self.lines(parts, level):
+        for way, each in enumerate(self.lines(parts, level)):
             for lines in each:
                 np.logical_and.at(found[:, way], lines.some, lines.free())
         found[:, 0] &= self._in_bounds(parts, level)
         found[:, 2] &= all(lines.free().all() for lines in self.home_lines(level))
-        off = parts.radius + self.legs.off(parts)[0] + self.error.horizontal
+        off = self._aside(parts) + self.error.horizontal
         near = UNPROVEN_NEAR_HOME[self.plan.autopilot.name]
         found[:, 3] = (near == 0) | (self._away(parts) - off > near)
         return found
@@ -246,7 +270,7 @@ class _Returns:
             lost.append(rest.of(small))
             whys.append(np.argmin(clear[~free][small], axis=1))
             todo = rest.of(~small).halved()
-        lines = [one for _, some in self.lines(joined_parts(clear_parts), level) for one in some]
+        lines = [one for some in self.lines(joined_parts(clear_parts), level) for one in some]
         gaps = self._gaps(joined_parts(lost), np.concatenate(whys))
         return WayHome(self.plan, altitude, gaps, (*lines, *self.home_lines(level)) if lines else ())
 
@@ -351,5 +375,5 @@ def layer(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> float:
 
 
 def _at(places: Floats, z: Floats) -> Floats:
-    """Return places (n, 3) at heights z (n,), metres."""
-    return np.column_stack([places[:, :2], z])
+    """Return places, (n, 3), or one place, (3,), at heights z, (n,) metres."""
+    return np.column_stack([np.broadcast_to(places, (len(z), 3))[:, :2], z])
