@@ -70,7 +70,62 @@ NOT_PLACES = (None, "x", [1.0, 2.0], [[1.0, 2.0]], [[1.0, np.nan, 0.0]], [[["x"]
 NOT_FILES = ("dem.tif", 3, [3], [["dem.tif"]], {"dem.tif": 1}, object())
 NOT_A_PATH = (None, 3, ["x"], np.nan, object())
 NOT_A_THING = (None, "map1", 3, [MAP1], object())
-NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_weight", "lattice_step", "terrain_step")
+NOT_A_TEXT = (3, ["x"], np.nan, object())
+NOT_A_FLAG = (None, "yes", 1, np.nan, [True], object())
+NOT_A_LENGTH = (*NOT_A_NUMBER, -1.0)
+OF_MAPS = {
+    name: wrong
+    for names, wrong in (
+        ("terrain buildings zones voxels", (None, *NOT_FILES)),
+        ("soft_zones", (None, *NOT_FILES, ["a.geojson"], [("a.geojson", "x")])),
+        ("uavs targets", (None, 3, "46.8,9.85", object())),
+        ("licences", (3, ["x"], {"a.tif": 3}, {3: "CC0"}, object())),
+        ("zones_closed_above", NOT_A_FLAG),
+        ("area", ("x", 3, (1.0, 2.0), (1.0, 2.0, 3.0, "x"))),
+        ("band tracking_error", ("x", 3, (1.0,), (1.0, "x"), object())),
+        ("origin", ("x", 3, (46.8, 9.85, 1500.0))),
+        ("ground ceiling max_height", (120, "60 m agl", sky.AboveHome(3.0), object())),
+        ("clearance ground_clearance tolerance band_weight", NOT_A_LENGTH),
+        ("margin lattice_step terrain_step voxel_size", NOT_A_LENGTH[1:]),
+        ("max_speed max_climb max_descent separation", NOT_A_LENGTH[1:]),
+        ("geoid fill_nodata", NOT_A_NUMBER[1:]),
+        ("vehicle", ("ufo", 3, ["camera"])),
+        ("name", (None, *NOT_A_TEXT)),
+        ("reading", ({}, "x", sky.Raster("x"))),
+        ("on_note", (None, 3, "print")),
+    )
+    for name in names.split()
+}
+OF_RASTERS = {
+    "path": NOT_A_PATH,
+    "crs": NOT_A_TEXT,
+    "unit": NOT_A_TEXT,
+    "band": (0, 1.5, "1", True, object()),
+    "nodata": ("x", np.inf, [[1.0]], True, object()),
+}
+OF_READING = {
+    **dict.fromkeys(("altitudes", "unit", "maximum_altitudes"), ("x", 3, ["m"], np.zeros(2), object())),
+    **dict.fromkeys(("building_height", "buffer"), NOT_A_LENGTH[1:]),
+    **dict.fromkeys(("height_field", "crs"), NOT_A_TEXT),
+    "lod": ("x", "", True, {}, [[1]], np.nan, 10**400, object()),
+}
+OF_MISSIONS = {
+    **dict.fromkeys(("criterion", "shape"), (None, "best", 3, ["min-sum"])),
+    **dict.fromkeys(("keep_apart", "apart_in_space"), NOT_A_FLAG),
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "tried"),
+    [
+        (sky.BuildOptions, OF_MAPS),
+        (sky.Raster, OF_RASTERS),
+        (sky.Reading, OF_READING),
+        (sky.MissionOptions, OF_MISSIONS),
+    ],
+)
+def test_every_field_is_tried_with_wrong_values(kind, tried):
+    assert {field.name for field in dataclasses.fields(kind)} == set(tried)
 
 
 @pytest.mark.parametrize(
@@ -85,23 +140,25 @@ NUMBERS_OF_MAPS = ("margin", "geoid", "clearance", "ground_clearance", "band_wei
         (lambda one: sky.to_local(one, [[46.8, 9.85, 1500.0]]), "origin", (None, "x", (46.8, 9.85, 1500.0))),
         (lambda one: sky.to_wgs84(one, [[0.0, 0.0, 0.0]]), "origin", (None, "x", (46.8, 9.85, 1500.0))),
         *(
-            (lambda one, name=name: sky.BuildOptions("x", **{name: one}), name, NOT_FILES)
-            for name in ("terrain", "buildings", "zones", "voxels", "soft_zones")
-        ),
-        (lambda one: sky.BuildOptions("x", soft_zones=one), "soft_zones", (["a.geojson"], [("a.geojson", "x")])),
-        *(
-            (lambda one, name=name: sky.BuildOptions("x", **{name: one}), name, (3, "46.8,9.85", object()))
-            for name in ("uavs", "targets")
+            (lambda one, name=name: sky.BuildOptions(**{"name": "x", name: one}), name, wrong)
+            for name, wrong in OF_MAPS.items()
         ),
         *(
-            (lambda one, name=name: sky.BuildOptions("x", **{name: one}), name, NOT_A_NUMBER[1:])
-            for name in NUMBERS_OF_MAPS
+            (lambda one, name=name: sky.Raster(**{"path": "a.tif", name: one}), f"Raster.{name}", wrong)
+            for name, wrong in OF_RASTERS.items()
         ),
-        (lambda one: sky.BuildOptions("x", area=one), "area", ("x", 3, (1.0, 2.0), (1.0, 2.0, 3.0, "x"))),
-        (lambda one: sky.Raster(one), "Raster.path", NOT_A_PATH),
-        (lambda one: sky.Reading(building_height=one), "Reading.building_height", NOT_A_NUMBER[1:]),
-        (lambda one: sky.Reading(buffer=one), "Reading.buffer", NOT_A_NUMBER[1:]),
-        (lambda one: sky.Reading(lod=one), "Reading.lod", ([[1]], object(), "x")),
+        *(
+            (lambda one, name=name: sky.Reading(**{name: one}), f"Reading.{name}", wrong)
+            for name, wrong in OF_READING.items()
+        ),
+        *(
+            (lambda one, name=name: sky.MissionOptions(**{name: one}), name, wrong)
+            for name, wrong in OF_MISSIONS.items()
+        ),
+        (sky.build_scenario, "options", NOT_A_THING),
+        (lambda one: sky.plan_mission(MAP1, options=one), "options", (*NOT_A_THING, {"shape": "x"}, sky.Raster("x"))),
+        (lambda one: sky.MaxIterations(2) | one, "stop", (3, None, "MaxSeconds(1)")),
+        (lambda one: sky.Conditions(vehicle=one), "vehicle", ("ufo", 3, ["camera"])),
         (sky.World, "scenario", NOT_A_THING),
         (lambda one: sky.find_conflicts(one, ()), "scenario", NOT_A_THING),
         (sky.routes, "mission", NOT_A_THING),

@@ -163,6 +163,13 @@ def require_number(
     _require(is_number(value) and least <= value <= most, value, field, what, (least, most))
 
 
+def require_row(value: object, count: int, field: str, least: float = -math.inf) -> None:
+    """Raise `InputError` for what is no row of so many finite numbers, or has one that is less than the least."""
+    sound = isinstance(value, list | tuple) and len(value) == count
+    sound = sound and all(is_number(one) and one >= least for one in value)  # type: ignore[attr-defined]
+    _require(sound, value, field, f"{count} numbers", (least, math.inf))
+
+
 def require_whole(value: object, field: str, least: int, most: float = math.inf, *, even: bool = False) -> None:
     """Raise `InputError` for what is no whole number from the least to the most, or not even where it must be."""
     sound = isinstance(value, Integral) and is_number(value) and least <= value <= most and not (even and value % 2)

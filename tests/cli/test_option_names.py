@@ -50,6 +50,7 @@ def test_every_parameter_that_a_message_names_has_an_option():
         "departs",
         "kind",
         "objective",
+        "on_note",
         "path",
         "policy",
         "problem",

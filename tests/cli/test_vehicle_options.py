@@ -21,8 +21,8 @@ def test_plan_gives_all_uavs_the_limits_of_a_vehicle_and_those_that_are_given(sk
     [
         (("--vehicle", "rocket"), "--vehicle: expected one of indoor, thesis, camera, heavy, mapping, found 'rocket'"),
         (("--tracking-error", "3"), "--tracking-error: expected horizontal,vertical in metres, as in 1.5,2, found '3'"),
-        (("--tracking-error", "3,-1"), "--tracking-error: uav-1: expected 0 or more"),
-        (("--max-climb", "-1"), "--max-climb: uav-1: expected 0.001 or more"),
+        (("--tracking-error", "3,-1"), "--tracking-error: expected 2 numbers from 0 on"),
+        (("--max-climb", "-1"), "--max-climb: expected a number from 0.001"),
         (("--vehicle", "mapping", "--max-speed", "5"), "uav-1: fixed_wing.speed of 15 m/s"),
     ],
 )

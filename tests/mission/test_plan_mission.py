@@ -239,10 +239,6 @@ def test_a_mission_does_not_depend_on_the_number_of_threads(planner):
     "changes",
     [
         {"assignment": "greedy"},
-        {"options": "fast"},
-        {"options": None},
-        {"options": {"shape": "minimum-snap"}},
-        {"options": sky.ExportOptions()},
         {"stop": sky.MaxSeconds(1)},
         {"rng": -3},
         {"workers": 0},
@@ -251,13 +247,3 @@ def test_a_mission_does_not_depend_on_the_number_of_threads(planner):
 def test_what_cannot_be_asked_of_a_mission_is_refused(refuses, changes):
     with refuses():
         sky.plan_mission(fleet(SIDE, OTHER), sky.MVO(universes=4), **changes)
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [("criterion", "min-mean"), ("shape", ["stop-and-go"]), ("keep_apart", None), ("apart_in_space", "no")],
-)
-def test_options_of_a_wrong_kind_are_refused_by_their_field(field, value):
-    with pytest.raises(sky.InputError) as error:
-        sky.MissionOptions(**{field: value})
-    assert error.value.sentence.field == field

@@ -10,7 +10,7 @@ from pydantic import Field, ValidationError, model_validator
 from skyverse._typing import Floats
 from skyverse.errors import InputError, shown
 from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, Positive, Whole
-from skyverse.model.vehicle_profiles import VEHICLE_PROFILES, FleetLimits, with_profile
+from skyverse.model.vehicle_profiles import FleetLimits, with_profile
 from skyverse.model.wrong_values import complaint
 
 GRAVITY = 9.81
@@ -198,10 +198,6 @@ def with_limits(uav: UAV, limits: FleetLimits) -> UAV:
         return uav
     if limits.tracking_error is not None:
         given["tracking_error"] = dict(zip(("horizontal", "vertical"), limits.tracking_error, strict=True))
-    if limits.vehicle is not None and limits.vehicle not in VEHICLE_PROFILES:
-        raise InputError(
-            f"expected one of {', '.join(VEHICLE_PROFILES)}, found {limits.vehicle!r:.40}", field="vehicle"
-        )
     kept = tuple(UAV.model_fields) if limits.vehicle is None else _NOT_OF_A_VEHICLE
     own = {name: getattr(uav, name) for name in kept}
     if limits.separation is not None and limits.vehicle is None:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from skyverse.errors import require_choice, require_number, require_row
+
 
 @dataclass(frozen=True)
 class VehicleProfile:
@@ -57,6 +59,15 @@ class FleetLimits:
     max_descent: float | None = None
     separation: float | None = None
     tracking_error: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.vehicle is not None:
+            require_choice(self.vehicle, VEHICLE_PROFILES, "vehicle")
+        for name in ("max_speed", "max_climb", "max_descent", "separation"):
+            if getattr(self, name) is not None:
+                require_number(getattr(self, name), name, least=0.0 if name == "separation" else 1e-3, most=1e6)
+        if self.tracking_error is not None:
+            require_row(self.tracking_error, 2, "tracking_error", least=0.0)
 
 
 def _profile(title: str, source: str, simulated_as: str | None = None, **limits: Any) -> VehicleProfile:

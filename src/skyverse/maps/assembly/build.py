@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, Sentence, in_words
+from skyverse.errors import InputError, Remedy, Sentence, in_words, require_kind
 from skyverse.maps.assembly import frame
 from skyverse.maps.assembly.bad_points import BadPoint, Point, refuse_bad_points
 from skyverse.maps.assembly.frame import Area, require_size
@@ -72,6 +72,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
     InputError
         If something cannot be used; the message names file, feature or UAV, what was expected and what was found.
     """
+    require_kind(options, BuildOptions, "options")
     told: list[Note] = []
     options = replace(options, on_note=_kept_too(options.on_note, told))
     starts, goals = named_places(options.uavs, "uav"), named_places(options.targets, "target")

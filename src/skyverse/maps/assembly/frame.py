@@ -15,7 +15,7 @@ from skyverse.maps.assembly.places import flat_points
 from skyverse.maps.assembly.terrain import GIVE_GROUND
 from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED, Rectangle, intersection
 from skyverse.maps.readers.raster import OpenRaster
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.frame import Origin, require_true_lengths
 from skyverse.model.geodesy import to_local
 from skyverse.model.round_steps import round_steps
@@ -292,8 +292,6 @@ def ceiling(
         if band is not None and ground is not None:
             highest = max(highest, ground + band[1])
         return float(math.ceil(highest + DEFAULT_HEADROOM))
-    if isinstance(asked, AboveHome):
-        raise InputError("expected agl (above the ground below) or amsl, found home", field="ceiling")
     if isinstance(asked, AboveGround):
         if ground is None:
             raise InputError("metres above ground need the ground", field="max_height", give=GIVE_GROUND)

@@ -5,9 +5,9 @@ from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from skyverse.errors import InputError, is_number, require_kind, require_number, shown
+from skyverse.errors import InputError, require_flag, require_kind, require_number, require_row, shown
 from skyverse.maps.georeference.reading import Raster, Reading
-from skyverse.model.altitude import AboveGround, AboveSea, Altitude
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.vehicle_profiles import FleetLimits
 
 if TYPE_CHECKING:
@@ -80,6 +80,24 @@ class MapFiles:
     targets: GlobalPlaces = ()
     licences: Mapping[str, str] | None = None
 
+    def __post_init__(self) -> None:
+        require_flag(self.zones_closed_above, "zones_closed_above")
+        for name in ("uavs", "targets"):
+            require_kind(getattr(self, name), (list, tuple, Mapping), name)
+        for name in ("terrain", "buildings", "zones", "voxels", "soft_zones"):
+            require_kind(getattr(self, name), (list, tuple), name)
+            for number, one in enumerate(getattr(self, name)):
+                if name == "soft_zones":
+                    require_kind(one, (list, tuple), f"soft_zones[{number}]")
+                    one, risk = one if len(one) == 2 else (one, None)
+                    require_number(risk, f"soft_zones[{number}]", "a file and a risk")
+                require_kind(one, (str, Path, Raster) if name == "terrain" else (str, Path), f"{name}[{number}]")
+        if self.licences is not None:
+            require_kind(self.licences, Mapping, "licences")
+            for file, text in self.licences.items():
+                require_kind(file, (str, Path), "licences")
+                require_kind(text, str, "licences")
+
 
 @dataclass(frozen=True, kw_only=True)
 class MapRegion:
@@ -115,6 +133,25 @@ class MapRegion:
     ground: AboveSea | None = None
     ceiling: Altitude | None = None
     max_height: AboveGround | None = None
+
+    def __post_init__(self) -> None:
+        from skyverse.model.frame import Origin, require_geoid  # which imports pydantic; help has no need of it
+
+        _require(0.0, margin=self.margin)
+        if self.area is not None:
+            require_row(self.area, 4, "area")
+        if self.geoid is not None:
+            require_geoid(self.geoid)
+        if isinstance(self.ceiling, AboveHome):
+            raise InputError("expected agl (above the ground below) or amsl, found home", field="ceiling")
+        for name, kinds in (
+            ("origin", (Origin,)),
+            ("ground", (AboveSea,)),
+            ("ceiling", (AboveSea, AboveGround)),
+            ("max_height", (AboveGround,)),
+        ):
+            if getattr(self, name) is not None:
+                require_kind(getattr(self, name), kinds, name)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,9 +197,16 @@ class MapDetail:
     def __post_init__(self) -> None:
         from skyverse.model.shapes import LEAST_CLEARANCE  # which imports numpy; help has no need of it
 
-        _require(LEAST_CLEARANCE, clearance=self.clearance, ground_clearance=self.ground_clearance)
-        _require(0.0, tolerance=self.tolerance)
-        _require(1e-3, lattice_step=self.lattice_step, terrain_step=self.terrain_step, band_weight=self.band_weight)
+        for name, least in (
+            ("clearance", LEAST_CLEARANCE),
+            ("ground_clearance", LEAST_CLEARANCE),
+            ("tolerance", 0.0),
+            ("band_weight", 1e-3),
+        ):
+            require_number(getattr(self, name), name, least=least, most=MAX_NUMBER)
+        _require(1e-3, lattice_step=self.lattice_step, terrain_step=self.terrain_step, voxel_size=self.voxel_size)
+        if self.band is not None:
+            require_row(self.band, 2, "band")
         _require(-1000.0, fill_nodata=None if self.fill_nodata == "nearest" else self.fill_nodata)
 
 
@@ -186,28 +230,13 @@ class BuildOptions(FleetLimits, MapDetail, MapRegion, MapFiles):
     on_note: Callable[[Note], object] = lambda note: None
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        _require(0.0, margin=self.margin)
-        if self.geoid is not None:
-            from skyverse.model.frame import require_geoid  # which imports pydantic
-
-            require_geoid(self.geoid)
-        for name in ("uavs", "targets"):
-            require_kind(getattr(self, name), (list, tuple, Mapping), name)
-        for name in ("terrain", "buildings", "zones", "voxels", "soft_zones"):
-            require_kind(getattr(self, name), (list, tuple), name)
-            for number, one in enumerate(getattr(self, name)):
-                if name == "soft_zones":
-                    require_kind(one, (list, tuple), f"soft_zones[{number}]")
-                    one, risk = one if len(one) == 2 else (one, None)
-                    require_number(risk, f"soft_zones[{number}]", "a file and a risk")
-                require_kind(one, (str, Path, Raster) if name == "terrain" else (str, Path), f"{name}[{number}]")
-        for name, count in (("area", 4), ("band", 2), ("tracking_error", 2)):
-            row = getattr(self, name)
-            if row is not None and not (
-                isinstance(row, list | tuple) and len(row) == count and all(map(is_number, row))
-            ):
-                raise InputError(f"expected {count} numbers, found {shown(row)}", field=name)
+        require_kind(self.name, str, "name")
+        for part in (MapFiles, MapRegion, MapDetail, FleetLimits):
+            part.__post_init__(self)
+        if self.reading is not None:
+            require_kind(self.reading, Reading, "reading")
+        if not callable(self.on_note):
+            raise InputError(f"expected a function, found {shown(self.on_note)}", field="on_note")
         if isinstance(self.ceiling, AboveGround):  # one idea: a ceiling above ground follows it
             if self.max_height is not None and self.max_height != self.ceiling:
                 raise InputError(

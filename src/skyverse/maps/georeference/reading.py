@@ -4,10 +4,21 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
 from typing import Literal
 
-from skyverse.errors import InputError, Remedy, Sentence, path_of, require_number, shown
+from skyverse.errors import (
+    InputError,
+    Remedy,
+    Sentence,
+    path_of,
+    require_choice,
+    require_kind,
+    require_number,
+    require_whole,
+    shown,
+)
 
 LEAST_BUFFER, MAX_BUFFER = 0.001, 100_000.0
 """The narrowest and the widest band, metres, that may be put around a point or a line."""
@@ -41,6 +52,11 @@ class Raster:
 
     def __post_init__(self) -> None:
         path_of(self.path, "Raster.path")
+        _require_texts(self, "crs", "unit")
+        if self.band is not None:
+            require_whole(self.band, "Raster.band", 1)
+        if self.nodata is not None and not (isinstance(self.nodata, Real) and math.isnan(self.nodata)):
+            require_number(self.nodata, "Raster.nodata", "a number or nan")
 
 
 @dataclass(frozen=True)
@@ -80,19 +96,26 @@ class Reading:
 
     def __post_init__(self) -> None:
         words = {"altitudes": ("agl", "amsl"), "unit": ("m", "ft"), "maximum_altitudes": ("permitted", "forbidden")}
-        for name, (one, other) in words.items():
-            value = getattr(self, name)
-            if value not in (None, one, other):
-                raise InputError(f"expected {one} or {other}, found {shown(value)}", field=f"Reading.{name}")
+        for name, choices in words.items():
+            if getattr(self, name) is not None:
+                require_choice(getattr(self, name), choices, f"Reading.{name}")
+        _require_texts(self, "height_field", "crs")
         for name in ("building_height", "buffer"):
             if getattr(self, name) is not None:
                 require_number(getattr(self, name), f"Reading.{name}", "metres", LEAST_BUFFER, MAX_BUFFER)
         try:
-            level = math.isfinite(float(self.lod or 0))
-        except (TypeError, ValueError):
+            level = self.lod is None or (not isinstance(self.lod, bool) and math.isfinite(float(self.lod)))
+        except (TypeError, ValueError, OverflowError):
             level = False
         if not level:
-            raise InputError(f"expected a level of detail such as 2.2, found {self.lod!r:.40}", field="Reading.lod")
+            raise InputError(f"expected a level of detail such as 2.2, found {shown(self.lod)}", field="Reading.lod")
+
+
+def _require_texts(given: Raster | Reading, *names: str) -> None:
+    """Raise `InputError` for one of these fields that is given, but is no text."""
+    for name in names:
+        if getattr(given, name) is not None:
+            require_kind(getattr(given, name), str, f"{type(given).__name__}.{name}")
 
 
 GIVE_CRS = Remedy("Reading.crs", "EPSG:4326")
