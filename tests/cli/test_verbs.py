@@ -256,6 +256,13 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         assert next(csv.DictReader(file))["uav"] == "uav-1"
 
 
+def test_export_tells_that_waypoints_are_not_sampled(skyverse, mission_file):
+    told = "Without effect on waypoints: --rate"
+    for asked, said in (((), False), (("--rate", 5), True)):
+        code, _, err = skyverse("export", mission_file, "m.plan", "--origin", "46.8,9.85,1500 m amsl", *asked)
+        assert (code, told in err) == (0, said)
+
+
 BAD_INPUT = """
 plann
 plan

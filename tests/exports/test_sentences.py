@@ -1,5 +1,7 @@
 """What exports say of legs and of pairs of UAVs can be read in one way only."""
 
+from dataclasses import replace
+
 import handmade_exports as handmade
 import numpy as np
 import pytest
@@ -40,6 +42,13 @@ def test_one_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
     assert (
         "WARNING" not in handmade.exported(handmade.mission([STRAIGHT], origin=ORIGIN, from_home=True), tmp_path).said
     )
+
+
+def test_a_uav_that_stops_at_each_waypoint_stops_at_none_besides():
+    (flown,) = sky.routes(handmade.mission([BENT], origin=ORIGIN), stops=True)
+    held = replace(flown, holds=np.full(len(flown.points), 2.0))
+    assert flown.corners == held.corners == "stopping at each"
+    assert replace(held, radius=2.0).corners.startswith("corners cut within 2 m but at ")
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
