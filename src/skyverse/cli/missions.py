@@ -14,6 +14,7 @@ from skyverse.cli.option_types import FLAG, AsJson, GivenMission, GivenScenario,
 from skyverse.cli.outputs import DEFAULT_FOLDER, make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
 from skyverse.errors import InputError
+from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
@@ -58,7 +59,7 @@ def check(
     else:
         for violation in violations:
             print(f"{violation.fault.value}: {violation.message}")
-        print(f"{len(violations)} found." if violations else "The referee found nothing wrong.")
+        print(f"{counted(len(violations), 'violation')} found." if violations else "The referee found nothing wrong.")
     aside = sys.stderr if as_json else sys.stdout
     print(judged_by, file=aside)
     apart = certificates.apart if len(world.uavs) > 1 else None

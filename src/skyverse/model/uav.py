@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, shown
+from skyverse.errors import InputError
 from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, Positive, Whole
 from skyverse.model.vehicle_profiles import FleetLimits, with_profile
 from skyverse.model.wrong_values import complaint
@@ -206,6 +206,5 @@ def with_limits(uav: UAV, limits: FleetLimits) -> UAV:
         return UAV.model_validate(own | given)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        found = "" if isinstance(first["input"], dict) else f", found {shown(first['input'])}"
         place = str(first["loc"][0]) if first["loc"] else ""
-        raise InputError(f"{uav.name}: {complaint(first)}{found}", field=place or None) from None
+        raise InputError(f"{uav.name}: {complaint(first)}", field=place or None) from None

@@ -58,20 +58,23 @@ _UNITS = {field: unit for unit, fields in _FIELDS_BY_UNIT.items() for field in f
 
 
 def complaint(error: Mapping[str, Any]) -> str:
-    """Return what is wrong with a value, without its place: what was expected, or what a validator of ours says.
+    """Return what is wrong with a value, without its place: what was expected, or what a validator says, and found.
 
     Parameters
     ----------
     error
         One of the errors that pydantic's `ValidationError.errors` lists.
     """
+    given = error["ctx"]["tag"] if error["type"] == "union_tag_invalid" else error["input"]
+    whole = isinstance(given, dict) and error["type"] in ("missing", "value_error")  # says nothing of what is wrong
+    found = "" if whole else f", found {shown(given, 60)}"
     expected = _EXPECTED.get(error["type"])
     if expected is not None:
         unit = _unit_of(error["loc"]) if expected == "a number" else None
-        return f"expected {expected.format(**error.get('ctx', {}))}{f' of {unit}' if unit else ''}"
+        return f"expected {expected.format(**error.get('ctx', {}))}{f' of {unit}' if unit else ''}{found}"
     said: str = error["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ").rstrip(".")
     said = said.replace("Input should be", "expected", 1)
-    return said[:1].lower() + said[1:] if said[1:2].islower() else said
+    return (said[:1].lower() + said[1:] if said[1:2].islower() else said) + found
 
 
 def _unit_of(loc: Sequence[int | str]) -> str | None:
@@ -96,11 +99,10 @@ def wrong_field(error: "ValidationError", data: Any, known: set[str]) -> tuple[s
     wrong = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
     first = min(wrong, key=lambda found: found["type"] not in _UNKNOWN_KEY_ERRORS)
     place, kind = _place(first["loc"], data, missing=first["type"] == "missing")
-    found, near = first["input"], ""
+    near = ""
     if first["type"] == "union_tag_invalid":
         place += f".{_name_of_type(first['loc'])}"
-        found = first["ctx"]["tag"]
-        near = did_you_mean(found, re.findall(r"'([^']+)'", first["ctx"]["expected_tags"]))
+        near = did_you_mean(first["ctx"]["tag"], re.findall(r"'([^']+)'", first["ctx"]["expected_tags"]))
     if first["type"] in _UNKNOWN_KEY_ERRORS:
         key = str(first["loc"][-1])
         if kind is not None and key in known:
@@ -112,8 +114,7 @@ def wrong_field(error: "ValidationError", data: Any, known: set[str]) -> tuple[s
         return place, "is missing"
     said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", complaint(first))
     more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
-    but = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {shown(found, 60)}"
-    return place, f"{said}{but}{near}{more}"
+    return place, f"{said}{near}{more}"
 
 
 def _name_of_type(loc: tuple[int | str, ...]) -> str:

@@ -28,9 +28,7 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
     columns = {noun: getattr(mission, noun) for noun in ("assignment", "results", "trajectories")}
     for noun, values in columns.items():
         if len(values) != count:
-            message = (
-                f"The mission's {noun} has {counted(len(values), 'entry', 'entries')}, but the scenario has {fleet}."
-            )
+            message = f"The mission has {counted(len(values), 'entry', 'entries')} of {noun} for {fleet}."
             found.append(Violation(Fault.ASSIGNMENT, (), message))
     takers: dict[int, int] = {}
     for uav in range(min(count, *(len(values) for values in columns.values()))):

@@ -6,7 +6,6 @@ Claims on time are judged by generated nodes, and once more by milliseconds; bot
 import math
 from collections.abc import Callable, Sequence
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -80,25 +79,28 @@ def order(
     maps: Sequence[str] = THESIS_MAPS,
     sizes: Sequence[Size] = CASES,
     equal: Sequence[Size] = EQUAL,
-    **more: Any,
+    *,
+    asked: Range = LOWER,
+    column: str = "cost",
+    few: bool = False,
+    told: str = "",
 ) -> Judge:
     """Judge whether the first method of each pair has the lower mean on these maps, in both cases and at equal effort.
 
-    Of `more`, ``asked`` may ask for another range of the difference and ``column`` for another column than the cost;
-    ``few`` takes fewer runs at equal iterations, and ``told`` is said beside.
+    `asked` is the range of the difference, `column` what is compared; `few` takes fewer runs at equal iterations, and
+    `told` is said beside.
     """
-    asked, column = more.get("asked", LOWER), more.get("column", "cost")
 
     def judge(cells: CellRuns, form: str) -> Finding:
-        few = cells.first() if more.get("few") else cells
+        some = cells.first() if few else cells
         published = [
-            compared(few, form, pair, name, size, asked, column) for name, size, pair in product(maps, sizes, pairs)
+            compared(some, form, pair, name, size, asked, column) for name, size, pair in product(maps, sizes, pairs)
         ]
         at_equal = [
             compared(cells, form, pair, name, size, asked, column) for size, name, pair in product(equal, maps, pairs)
         ]
-        told = more.get("told", "").format(unit=cells.unit, runs=few.runs)
-        return judged(published, at_equal, told, same_refutes=asked == LOWER and column == "cost")
+        said = told.format(unit=cells.unit, runs=some.runs)
+        return judged(published, at_equal, said, same_refutes=asked == LOWER and column == "cost")
 
     return judge
 
@@ -172,12 +174,12 @@ def optimal(cells: CellRuns, form: str) -> Finding:
             f"{MAP_TITLES[name]} {share:.0%} of the runs ({ends[-1].low:.0%} to {ends[-1].high:.0%}), "
             f"mean gap {gap:.1%}"
         )
-    verdict = ClaimVerdict.OPEN
+    judgement = ClaimVerdict.OPEN
     if all(low >= OPTIMAL_SHARE for low, _ in ends):
-        verdict = ClaimVerdict.AS_PUBLISHED
+        judgement = ClaimVerdict.AS_PUBLISHED
     elif any(high < OPTIMAL_SHARE for _, high in ends):
-        verdict = ClaimVerdict.FAILS
-    return Finding(verdict, f"Optimal, 25 x 40 (asked: {OPTIMAL_SHARE:.0%} on each map): {'; '.join(told)}.")
+        judgement = ClaimVerdict.FAILS
+    return Finding(judgement, f"Optimal, 25 x 40 (asked: {OPTIMAL_SHARE:.0%} on each map): {'; '.join(told)}.")
 
 
 # ---- spreads ----
