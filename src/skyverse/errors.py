@@ -184,13 +184,14 @@ def _require(sound: bool, value: object, field: str, what: str, limits: tuple[fl
 
 
 def shown(value: object, most: int = 40) -> str:
-    """Return at most so many printable characters of a value as Python writes it, for messages."""
+    """Return at most so many printable characters of a value as Python writes it, for messages; cut, it ends in "…"."""
     text = ""
     for piece in _pieces(value):
         text += piece
         if len(text) > 2 * most:
             break
-    return printable(text, most)
+    said = printable(text, most + 1)
+    return said if len(said) <= most else f"{said[: most - 1]}…"
 
 
 def _pieces(value: object) -> Iterator[str]:
