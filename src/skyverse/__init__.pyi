@@ -104,6 +104,7 @@ from .model.verdict import Deconfliction as Deconfliction
 from .model.verdict import Fault as Fault
 from .model.verdict import Verdict as Verdict
 from .model.verdict import Violation as Violation
+from .model.waypoints import Waypoints as Waypoints
 from .planners.astar import AStar as AStar
 from .planners.auto import Auto as Auto
 from .planners.base import Planner as Planner
@@ -160,3 +161,5 @@ from .stop import Progress as Progress
 from .stop import Stop as Stop
 from .stop import TargetCost as TargetCost
 from .trajectory import fly_along as fly_along
+from .waypoints.files import read_waypoints as read_waypoints
+from .waypoints.files import write_waypoints as write_waypoints

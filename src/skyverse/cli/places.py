@@ -9,7 +9,7 @@ from skyverse.errors import InputError
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
-    from skyverse.maps.assembly.options import GlobalPlace
+    from skyverse.model.altitude import GlobalPlace
     from skyverse.model.frame import Origin
     from skyverse.model.scenario import Scenario
 

@@ -32,6 +32,8 @@ class AboveGround(_Metres):
 
 
 Altitude = AboveSea | AboveHome | AboveGround
+GlobalPlace = tuple[float, float, Altitude]
+"""Latitude, longitude, degrees; altitude."""
 
 _FRAMES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
     "amsl": AboveSea,

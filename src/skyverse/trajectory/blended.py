@@ -19,7 +19,7 @@ from skyverse.space.speed_zones import first_too_fast
 from skyverse.space.world import World
 from skyverse.trajectory.leg_parts import ZONE_MARGIN, LegParts, cut_legs, whole_legs
 from skyverse.trajectory.limits import Limits, limits_of
-from skyverse.trajectory.merged_bends import Waypoints, merge_bends
+from skyverse.trajectory.merged_bends import MovedWaypoints, merge_bends
 from skyverse.trajectory.proof import clear_pieces
 from skyverse.trajectory.straight_legs import (
     Legs,
@@ -65,7 +65,7 @@ class BlendedLegs(NamedTuple):
         How long it takes.
     """
 
-    waypoints: Waypoints
+    waypoints: MovedWaypoints
     legs: Legs
     speeds: Floats
     seconds: float
@@ -109,7 +109,7 @@ def blended_legs(world: World, path: Floats, limits: Limits, tolerance: float) -
     The path is free and has no repeated waypoints; it is flown within the limits and the tolerance, metres. Where no
     blends are clear, the speeds are 0.
     """
-    whole = Waypoints(path, np.zeros(len(path)))
+    whole = MovedWaypoints(path, np.zeros(len(path)))
     first = best = _fit(world, whole, limits, tolerance) or _with_stops(path, limits)
     slow = np.maximum(first.speeds[:-1], first.speeds[1:]) < first.legs.speeds
     for share in MERGED_SHARES:
@@ -132,7 +132,7 @@ def _slow_in_zones(world: World, fit: BlendedLegs, limits: Limits, tolerance: fl
 
 def _fit(
     world: World,
-    waypoints: Waypoints,
+    waypoints: MovedWaypoints,
     limits: Limits,
     tolerance: float,
     less_than: float = math.inf,
@@ -190,7 +190,9 @@ def _with_stops(path: Floats, limits: Limits, parts: LegParts | None = None) -> 
     parts = parts or whole_legs(path)
     legs = parts.legs(parts.ends(path), limits)
     speeds = corner_speeds(legs, np.where(parts.at_waypoint, 0.0, math.inf))
-    return BlendedLegs(Waypoints(path, np.zeros(len(path))), legs, speeds, float(pieces_along(legs, speeds)[0].sum()))
+    return BlendedLegs(
+        MovedWaypoints(path, np.zeros(len(path))), legs, speeds, float(pieces_along(legs, speeds)[0].sum())
+    )
 
 
 def _corners_at_fault(pieces: Ints, outside: Bools, parts: LegParts, in_pairs: bool) -> Bools:

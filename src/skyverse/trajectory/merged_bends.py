@@ -17,7 +17,7 @@ from skyverse.space.obstacles import Space
 from skyverse.space.world import segment_free
 
 
-class Waypoints(NamedTuple):
+class MovedWaypoints(NamedTuple):
     """Waypoints that may have taken the place of others.
 
     Attributes
@@ -32,7 +32,7 @@ class Waypoints(NamedTuple):
     moved: Floats
 
 
-def merge_bends(space: Space, path: Floats, slow: Bools, most: float) -> Waypoints:
+def merge_bends(space: Space, path: Floats, slow: Bools, most: float) -> MovedWaypoints:
     """Return waypoints of which as many in a row as possible are replaced by one.
 
     Parameters
@@ -70,7 +70,7 @@ def merge_bends(space: Space, path: Floats, slow: Bools, most: float) -> Waypoin
         spans.append((k, last))
         k = last + 1
     points = np.vstack([*kept, path[-1]])
-    return Waypoints(points, _moved(points, path, [*spans, (len(path) - 1, len(path) - 1)]))
+    return MovedWaypoints(points, _moved(points, path, [*spans, (len(path) - 1, len(path) - 1)]))
 
 
 def _moved(points: Floats, path: Floats, spans: Sequence[tuple[int, int]]) -> Floats:

@@ -15,7 +15,7 @@ from skyverse.maps.assembly.bad_points import BadPoint, Point, refuse_bad_points
 from skyverse.maps.assembly.frame import Area, require_size
 from skyverse.maps.assembly.inputs import FeatureFile, licence_of, licensed, open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds
-from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note
+from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.assembly.places import (
     homes,
     local_points,
@@ -33,7 +33,7 @@ from skyverse.maps.georeference.feature import Rectangle
 from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.aerial_point_cloud import AerialCloud
 from skyverse.maps.readers.raster import open_raster
-from skyverse.model.altitude import AboveSea
+from skyverse.model.altitude import AboveSea, GlobalPlace
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
 from skyverse.model.frame import Frame, Origin
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target, upright_step

@@ -10,12 +10,11 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.bad_points import BadPoint
 from skyverse.maps.assembly.obstacles import LocalFeatures
-from skyverse.maps.assembly.options import GlobalPlace
 from skyverse.maps.assembly.places import flat_points
 from skyverse.maps.assembly.terrain import GIVE_GROUND
 from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED, Rectangle, intersection
 from skyverse.maps.readers.raster import OpenRaster
-from skyverse.model.altitude import AboveGround, AboveSea, Altitude
+from skyverse.model.altitude import AboveGround, AboveSea, Altitude, GlobalPlace
 from skyverse.model.frame import Origin, require_true_lengths
 from skyverse.model.geodesy import to_local
 from skyverse.model.round_steps import round_steps

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Literal
 
 from skyverse.errors import InputError, require_flag, require_kind, require_number, require_row, shown
 from skyverse.maps.georeference.reading import Raster, Reading
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
 from skyverse.model.vehicle_profiles import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.model.frame import Origin
 
-GlobalPlace = tuple[float, float, Altitude]
-"""Latitude, longitude, degrees; altitude."""
 GlobalPlaces = Mapping[str, GlobalPlace] | Sequence[GlobalPlace]
 """Places with names, or without."""
 MAX_NUMBER = 1e6

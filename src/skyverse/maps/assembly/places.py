@@ -9,11 +9,11 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, is_number
 from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
-from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
+from skyverse.maps.assembly.options import GlobalPlaces
 from skyverse.maps.assembly.terrain import GIVE_GROUND
 from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED, Feature, Rectangle, contains, require_on_globe
 from skyverse.maps.readers.raster import OpenRaster
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, GlobalPlace
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
 from skyverse.model.shape_extent import roof_z

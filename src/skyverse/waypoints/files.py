@@ -1,0 +1,91 @@
+"""Other people's missions: read from files and written back with what was changed; the suffix tells the format."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from skyverse.atomic import whole_file
+from skyverse.documents.limits import LimitError, require_length
+from skyverse.errors import InputError, path_of, require_file, require_kind, unreadable
+from skyverse.model.waypoints import Waypoints
+from skyverse.waypoints.mavlink_files import plan_content, read_plan, read_wpl, wpl_content
+
+
+class _Format(NamedTuple):
+    """How files of one format are read, and written with changes."""
+
+    read: Callable[[bytes, str], Waypoints]
+    content: Callable[[Waypoints], bytes]
+
+
+FORMATS = {
+    ".plan": _Format(read_plan, plan_content),
+    ".waypoints": _Format(read_wpl, wpl_content),
+    ".txt": _Format(read_wpl, wpl_content),
+}
+MAX_ORDERS = 100_000
+"""Orders that a file may have at most; autopilots take some thousands."""
+
+
+def read_waypoints(path: str | Path) -> Waypoints:
+    """Read the mission of one vehicle as its autopilot is told it.
+
+    Parameters
+    ----------
+    path
+        ``.plan`` (QGroundControl), ``.waypoints`` or ``.txt`` (QGC WPL 110).
+
+    Raises
+    ------
+    InputError
+        If it cannot be read; the message names file, item and field.
+    """
+    path = path_of(path)
+    require_file(path)
+    form = _format(path)
+    try:
+        with unreadable(path):
+            require_length(path)
+            content = path.read_bytes()
+    except LimitError as error:
+        raise InputError(f"{path}: {error}") from None
+    found = form.read(content, str(path))
+    if len(found.orders) > MAX_ORDERS:
+        raise InputError(f"{path}: expected at most {MAX_ORDERS:,} items, found {len(found.orders):,}")
+    return found
+
+
+def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
+    """Write a mission as the file that it was read from, with what its orders have changed, and nothing else.
+
+    Parameters
+    ----------
+    waypoints
+        What `read_waypoints` returned, with other places of orders, or with waypoints added.
+    path
+        The file; its suffix is that of the file that was read.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one, or the file cannot be written.
+    """
+    require_kind(waypoints, Waypoints, "waypoints")
+    path = path_of(path)
+    form = _format(path)
+    if form is not _format(Path(waypoints.name)):
+        raise InputError(f"{path}: expected a suffix as that of {waypoints.name}, since it is written as it was read")
+    same = form.read(waypoints.stored, waypoints.name).orders == waypoints.orders
+    content = waypoints.stored if same else form.content(waypoints)
+    with whole_file(path) as beside:
+        beside.write_bytes(content)
+
+
+def _format(path: Path) -> _Format:
+    name = path.name.lower()
+    found = next((form for suffix, form in FORMATS.items() if name.endswith(suffix)), None)
+    if found is None:
+        raise InputError(
+            f"{path}: expected a file ending in {', '.join(FORMATS)}, found {path.suffix or 'no ending'!r}"
+        )
+    return found

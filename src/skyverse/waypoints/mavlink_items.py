@@ -1,0 +1,156 @@
+"""MAVLink's mission items as orders: which numbers of each command mean what, and which are kept word for word."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+from skyverse.errors import InputError, shown
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.waypoints import Order, OrderKind
+
+FRAMES: dict[int, type[Altitude]] = {
+    **{0: AboveSea, 3: AboveHome, 10: AboveGround},  # MAV_FRAME_GLOBAL, _RELATIVE_ALT, _TERRAIN_ALT
+    **{5: AboveSea, 6: AboveHome, 11: AboveGround},  # the same with whole numbers: MAV_FRAME_GLOBAL_INT ...
+}
+FOR_EVER = -1
+WAYPOINT = 16
+"""MAV_CMD_NAV_WAYPOINT."""
+
+
+@dataclass(frozen=True)
+class _Meaning:
+    """What a command is: its kind, name, whether it is of a place, and its numbers by the fields of an order."""
+
+    kind: OrderKind
+    name: str
+    of_place: bool = False
+    numbers: dict[str, int] = field(default_factory=dict)
+
+
+_K = OrderKind
+MEANINGS = MappingProxyType(
+    {
+        16: _Meaning(_K.WAYPOINT, "NAV_WAYPOINT", True, {"seconds": 0, "radius": 1, "heading": 3}),
+        17: _Meaning(_K.LOITER, "NAV_LOITER_UNLIM", True, {"radius": 2}),
+        18: _Meaning(_K.LOITER, "NAV_LOITER_TURNS", True, {"turns": 0, "radius": 2}),
+        19: _Meaning(_K.LOITER, "NAV_LOITER_TIME", True, {"seconds": 0, "radius": 2}),
+        20: _Meaning(_K.RETURN, "NAV_RETURN_TO_LAUNCH"),
+        21: _Meaning(_K.LAND, "NAV_LAND", True, {"heading": 3}),
+        22: _Meaning(_K.TAKEOFF, "NAV_TAKEOFF", True, {"heading": 3}),
+        31: _Meaning(_K.LOITER, "NAV_LOITER_TO_ALT", True, {"radius": 1}),
+        82: _Meaning(_K.WAYPOINT, "NAV_SPLINE_WAYPOINT", True, {"seconds": 0}),
+        84: _Meaning(_K.TAKEOFF, "NAV_VTOL_TAKEOFF", True, {"heading": 3}),
+        85: _Meaning(_K.LAND, "NAV_VTOL_LAND", True, {"heading": 3}),
+        93: _Meaning(_K.DELAY, "NAV_DELAY", False, {"seconds": 0}),
+        112: _Meaning(_K.GATE, "CONDITION_DELAY", False, {"seconds": 0}),
+        114: _Meaning(_K.GATE, "CONDITION_DISTANCE"),
+        115: _Meaning(_K.HEADING, "CONDITION_YAW", False, {"heading": 0}),
+        177: _Meaning(_K.JUMP, "DO_JUMP", False, {"to": 0, "times": 1}),
+        178: _Meaning(_K.SPEED, "DO_CHANGE_SPEED", False, {"speed": 1}),
+        195: _Meaning(_K.LOOK_AT, "DO_SET_ROI_LOCATION", True),
+        197: _Meaning(_K.LOOK_AT, "DO_SET_ROI_NONE"),
+        201: _Meaning(_K.LOOK_AT, "DO_SET_ROI", True),
+        203: _Meaning(_K.CAMERA, "DO_DIGICAM_CONTROL"),
+        205: _Meaning(_K.GIMBAL, "DO_MOUNT_CONTROL"),
+        206: _Meaning(_K.CAMERA, "DO_SET_CAM_TRIGG_DIST", False, {"spacing": 0}),
+        214: _Meaning(_K.CAMERA, "DO_SET_CAM_TRIGG_INTERVAL"),
+        530: _Meaning(_K.CAMERA, "SET_CAMERA_MODE"),
+        1000: _Meaning(_K.GIMBAL, "DO_GIMBAL_MANAGER_PITCHYAW"),
+        2000: _Meaning(_K.CAMERA, "IMAGE_START_CAPTURE"),
+        2001: _Meaning(_K.CAMERA, "IMAGE_STOP_CAPTURE"),
+        2500: _Meaning(_K.CAMERA, "VIDEO_START_CAPTURE"),
+        2501: _Meaning(_K.CAMERA, "VIDEO_STOP_CAPTURE"),
+        4501: _Meaning(_K.GATE, "CONDITION_GATE", True),
+    }
+)
+"""By the number of the MAV_CMD; all others are passed on."""
+_USUAL_IF_ZERO = ("radius",)
+"""Fields that 0 leaves to the autopilot's own setting."""
+
+
+@dataclass(frozen=True)
+class StoredItem:
+    """One item: its command, its frame and seven numbers, of which the last three may be a place; NaN is left open."""
+
+    command: int
+    frame: int
+    numbers: tuple[float, ...]
+
+
+def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
+    """Return what an item tells, or raise `InputError` if its numbers cannot be; `where` names it in messages."""
+    meaning = MEANINGS.get(item.command)
+    if meaning is None:
+        return Order(number, OrderKind.OTHER, f"MAV_CMD {item.command}", index)
+    told: dict[str, Any] = {}
+    for name, at in meaning.numbers.items():
+        value = item.numbers[at]
+        if math.isnan(value) or (name in _USUAL_IF_ZERO and value == 0):
+            continue
+        least = {"times": FOR_EVER, "heading": -math.inf, "radius": -math.inf, "speed": -math.inf}.get(name, 0.0)
+        if not least <= value < math.inf or (name in ("to", "times") and value != int(value)):
+            what = f"a number of at least {least:g}" if least > -math.inf else "a number"
+            raise InputError(f"{where}: {meaning.name}, parameter {at + 1}: expected {what}, found {value:g}")
+        told[name] = int(value) if name in ("to", "times") else value
+    if told.get("radius", 0.0) < 0:  # the circle's direction, or that a vehicle passes on that side
+        told["radius"] = -told["radius"]
+    if told.get("speed", 0.0) < 0 or (meaning.kind is OrderKind.SPEED and item.numbers[0] > 1):
+        told.pop("speed", None)  # it stays as it is, or another speed is meant: that of climbs or descents
+    if meaning.kind is OrderKind.LOITER and "turns" not in told and "seconds" not in told:
+        told["seconds"] = 0.0 if item.command == 31 else math.inf
+    curved = meaning.name == "NAV_SPLINE_WAYPOINT"
+    place = _place(item, f"{where}: {meaning.name}") if meaning.of_place else None
+    return Order(number, meaning.kind, meaning.name, index, place, curved=curved, **told)
+
+
+def _place(item: StoredItem, where: str) -> tuple[float, float, Altitude] | None:
+    """Return an item's place; latitude and longitude are NaN where they are left to the autopilot."""
+    latitude, longitude, metres = item.numbers[4:7]
+    frame = FRAMES.get(item.frame)
+    if frame is None:
+        if item.command not in (20, 201, 22):
+            raise InputError(f"{where}: expected a frame from {', '.join(map(str, FRAMES))}, found {item.frame}")
+        return None
+    for name, value, most in (("latitude", latitude, 90.0), ("longitude", longitude, 180.0)):
+        if abs(value) > most:
+            raise InputError(f"{where}: expected a {name} of at most {most:g} degrees, found {value:g}")
+    if not math.isfinite(metres):
+        if item.command == 21 and math.isnan(metres):  # a landing goes down, wherever that ends
+            return latitude, longitude, frame(0.0)
+        raise InputError(f"{where}: expected an altitude, metres, found {metres:g}")
+    return latitude, longitude, frame(metres)
+
+
+def with_place(item: StoredItem, order: Order) -> StoredItem:
+    """Return an item at the place of an order, in the frame of that place, with all else as it is."""
+    if order.place is None:
+        return item
+    latitude, longitude, altitude = order.place
+    if order.place == _place(item, ""):
+        return item
+    kept = item.frame if FRAMES.get(item.frame) is type(altitude) else _frame(altitude)
+    return replace(item, frame=kept, numbers=(*item.numbers[:4], latitude, longitude, altitude.metres))
+
+
+def added_waypoint(order: Order) -> StoredItem:
+    """Return a waypoint that is passed without a stop, for an order that no file has yet."""
+    assert order.place is not None
+    blank = StoredItem(WAYPOINT, _frame(order.place[2]), (0.0, order.radius or 0.0, 0.0, *[math.nan] * 4))
+    return with_place(blank, order)
+
+
+def _frame(altitude: Altitude) -> int:
+    return next(number for number, kind in FRAMES.items() if kind is type(altitude))
+
+
+def numbers_of(values: Sequence[object], where: str) -> tuple[float, ...]:
+    """Return an item's seven numbers, of which ``None`` is NaN, or raise `InputError`."""
+    if len(values) != 7 or any(value is not None and not _is_number(value) for value in values):
+        raise InputError(f"{where}: expected seven numbers, found {shown(list(values))}")
+    return tuple(math.nan if value is None else float(value) for value in values)  # type: ignore[arg-type]
+
+
+def _is_number(value: object) -> bool:
+    return (isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e30) or value != value
