@@ -15,8 +15,8 @@ from speed_zones import world_of
 PLACE = (10.0, 40.0, 5.0)
 
 
-def mission(look_at):
-    uav = sky.UAV(start=(-60, 0, 12), home=0, look_at=look_at)
+def mission(look_at=None, heading=None):
+    uav = sky.UAV(start=(-60, 0, 12), home=0, look_at=look_at, heading=heading)
     target = sky.Target(position=(60, 30, 20))
     return sky.plan_mission(world_of(uavs=(uav,), targets=(target,), frame=sky.Frame(origin=ORIGIN)), sky.Taut())
 
@@ -47,6 +47,37 @@ def test_missions_of_mavlink_look_at_the_place(tmp_path, suffix, altitude, autop
         mission(None), tmp_path / f"n.{suffix}", sky.ExportOptions(altitude=altitude, autopilot=autopilot)
     )
     assert not {row[0] for row in rows_of(plain)} & {195, 201}
+
+
+@pytest.mark.parametrize("end", ["loiter", "land", "rtl"])
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_missions_of_mavlink_keep_a_fixed_heading(tmp_path, suffix, autopilot, end):
+    options = sky.ExportOptions(altitude="home", autopilot=autopilot, end=end)
+    (file,) = sky.export(mission(heading=225.5), tmp_path / f"m.{suffix}", options)
+    rows = rows_of(file)
+    assert {row[4] for row in rows if row[0] in (16, 17, 21)} == {225.5}  # waypoint, loiter, land
+    assert not {row[0] for row in rows} & {195, 201}
+    commands = [row[0] for row in rows]
+    turns = [row[1:5] for row in rows if row[0] == 115]
+    assert turns == ([(225.5, 60.0, 0.0, 0.0)] if autopilot == "ardupilot" else [])  # MAV_CMD_CONDITION_YAW
+    if autopilot == "ardupilot":  # commands after a condition wait for it
+        assert commands.index(178) < commands.index(115) == commands.index(16) - 1
+    (plain,) = sky.export(mission(), tmp_path / f"n.{suffix}", options)
+    assert all(row[4] is None or np.isnan(row[4]) for row in rows_of(plain) if row[0] == 16)
+    for name, kept in (("m", 0), ("n", 2)):
+        told = (tmp_path / f"{name}.{'params' if autopilot == 'px4' else 'param'}").read_text()
+        assert (f"WP_YAW_BEHAVIOR,{kept}\n" in told) == (autopilot == "ardupilot")
+
+
+def test_dji_aircraft_keep_a_fixed_heading_at_every_waypoint(tmp_path):
+    (file,) = sky.export(mission(heading=225.5), tmp_path / "m.wpml.kmz")
+    with zipfile.ZipFile(file) as archive:
+        texts = [archive.read(f"wpmz/{name}").decode() for name in ("template.kml", "waylines.wpml")]
+    for text, count in zip(texts, (1, texts[1].count("<Placemark>")), strict=True):
+        modes = re.findall(r"<wpml:waypointHeadingMode>(.*?)<", text)
+        angles = re.findall(r"<wpml:waypointHeadingAngle>(.*?)<", text)
+        assert (modes, angles) == (["smoothTransition"] * count, ["-134.5"] * count)  # between -180 and 180
 
 
 def test_dji_aircraft_turn_their_noses_to_the_place(tmp_path):

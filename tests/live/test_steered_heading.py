@@ -123,6 +123,16 @@ def test_a_nose_goes_on_where_the_uav_is_found_elsewhere_and_without_a_mission_t
     assert sky.Replanner(none).motion(0).heading([0.0, 5.0]).yaw == pytest.approx(np.pi / 2)
 
 
+def test_a_nose_of_a_fixed_heading_turns_for_nothing():
+    flying = flight(heading=200.0)
+    answers = fly(flying, crowd(1), seconds=8.0, top_speed=3.0, reach=6.0)
+    assert sum(not answer.kept for (answer,) in answers) > 10
+    whole = flying.flown(0)
+    yaw, rate, _ = whole.heading(np.linspace(0.0, whole.end + 2.0, 3001))
+    np.testing.assert_allclose(wrapped(yaw - np.radians(90.0 - 200.0)), 0.0, atol=1e-9)
+    assert not rate.any()
+
+
 def test_policies_turn_noses_too():
     mission = sky.plan_mission(hall(targets=[sky.Target(position=(9, 9, 1))]))
     settings = {"policy": "velocity-obstacles", "rng": 0}

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.model.uav import with_limits
+from skyverse.model.vehicle_profiles import FleetLimits
 from skyverse.trajectory import blended, rest_to_rest, with_heading
 from speed_zones import world_of
 
@@ -20,7 +22,7 @@ UAVS = st.builds(
     max_yaw_rate=st.floats(5, 300),
     max_yaw_acceleration=st.floats(5, 1000),
     look_at=st.none() | PLACE,
-)
+) | st.builds(sky.UAV, start=st.just((0, 0, 0)), max_speed=st.floats(1, 20), heading=st.floats(0, 360))
 WORLD = sky.World(world_of())
 
 
@@ -117,7 +119,36 @@ def test_missions_have_headings_and_files_keep_them(tmp_path):
     assert float(row["pitch"]) == pytest.approx(heading.pitch[0], rel=1e-6)
 
 
-def test_an_aeroplane_cannot_look_aside(refuses):
+@pytest.mark.parametrize(
+    ("heading", "way"), [(0, (0, 1)), (90, (1, 0)), (180, (0, -1)), (225, (-1, -1)), (360, (0, 1))]
+)
+def test_a_fixed_heading_is_kept_on_every_leg_from_the_first_instant_to_the_last(heading, way):
+    path = np.array([(-60.0, 0, 10), (0, 0, 40), (0, 60, 10), (-60, 0, 10)])
+    uav = sky.UAV(start=(-60, 0, 10), max_speed=5, heading=heading)
+    for flown in (blended(WORLD, path, uav, 2.0), rest_to_rest(path, uav)):
+        told = with_heading(flown, uav).heading(np.linspace(flown.start, flown.end, 500))
+        nose = np.column_stack([np.cos(told.yaw), np.sin(told.yaw)])
+        np.testing.assert_allclose(nose, np.tile(way / np.hypot(*way), (500, 1)), atol=1e-12)
+        assert not told.yaw_rate.any()
+        assert not told.pitch.any()
+
+
+@pytest.mark.parametrize("pointed", [{"look_at": (0, 0, 0)}, {"heading": 90}])
+def test_an_aeroplane_cannot_look_aside(refuses, pointed):
     wing = sky.FixedWing(speed=10, turn_radius=40, climb=10)
     with refuses(ValueError):
-        sky.UAV(start=(0, 0, 0), max_speed=12, fixed_wing=wing, look_at=(0, 0, 0))
+        sky.UAV(start=(0, 0, 0), max_speed=12, fixed_wing=wing, **pointed)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"heading": 90, "look_at": (0, 0, 0)}, {"heading": -1}, {"heading": 361}, {"heading": "N"}]
+)
+def test_a_nose_points_one_way(refuses, wrong):
+    with refuses(ValueError):
+        sky.UAV(start=(0, 0, 0), **wrong)
+
+
+def test_where_a_nose_points_does_not_depend_on_the_vehicle():
+    for pointed in ({"look_at": (0, 0, 0)}, {"heading": 90}):
+        uav = with_limits(sky.UAV(start=(0, 0, 0), **pointed), FleetLimits(vehicle="camera"))
+        assert (uav.look_at, uav.heading) == (pointed.get("look_at"), pointed.get("heading"))

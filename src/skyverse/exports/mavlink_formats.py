@@ -63,6 +63,7 @@ class Command(IntEnum):
     LAND = 21
     TAKEOFF = 22
     DELAY = 93
+    YAW = 115
     SPEED = 178
     LOOK_AT = 195
     REGION_OF_INTEREST = 201
@@ -83,11 +84,13 @@ def mission_items(file: FlightFile) -> list[MissionItem]:
     """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter, land or return.
 
     A UAV that looks at a place is told so after the take-off: PX4 by MAV_CMD_DO_SET_ROI_LOCATION, and ArduPilot, which
-    refuses that in a mission before 4.7, by MAV_CMD_DO_SET_ROI.
+    refuses that in a mission before 4.7, by MAV_CMD_DO_SET_ROI. A fixed heading is that of each place, which ArduPilot
+    passes over: it is told on its way to the first waypoint, after the speed, which would wait until it has turned.
     """
     scenario, plan, _, reference, end, *_ = file
     route = plan.route
-    wing = scenario.uavs[route.uav].fixed_wing
+    vehicle = scenario.uavs[route.uav]
+    wing, look_at, yaw = vehicle.fixed_wing, vehicle.look_at, vehicle.heading
     at = global_positions(scenario, route.uav, route.waypoints, reference)
     where, frame = at.rows, MAVLINK_FRAMES[at.kind]
     made = []
@@ -99,7 +102,6 @@ def mission_items(file: FlightFile) -> list[MissionItem]:
         add(Command.DELAY, MISSION_FRAME, plan.delay, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
     pitch = wing.climb if wing is not None else 0.0
     add(Command.TAKEOFF, frame, pitch, 0.0, 0.0, None, *where[0])
-    look_at = scenario.uavs[route.uav].look_at
     if look_at is not None:
         (place,) = global_positions(scenario, route.uav, np.array([look_at]), reference).rows
         if plan.autopilot.name == "ardupilot":
@@ -115,15 +117,18 @@ def mission_items(file: FlightFile) -> list[MissionItem]:
         hold, near = round(float(route.waypoint_holds[k]), 3), radius
         if hold > 0 and wing is None:
             near = stop_acceptance(plan.autopilot, plan.rates, route.radius, speed)
-        add(Command.WAYPOINT, frame, hold, near, 0.0, None, *where[k])
+        if k == 1 and yaw is not None and plan.autopilot.name == "ardupilot":
+            add(Command.YAW, MISSION_FRAME, yaw, vehicle.max_yaw_rate, 0.0, 0.0, 0.0, 0.0, 0.0)
+        add(Command.WAYPOINT, frame, hold, near, 0.0, yaw, *where[k])
     if end == "land":
         (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home", plan.home).rows
-        add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, None, *below)
+        add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, yaw, *below)
     elif end == "rtl":
         add(Command.RETURN, MISSION_FRAME, *(0.0 for _ in range(7)))
     else:
         around = wing.turn_radius if wing is not None else 0.0
-        yaw = 0.0 if plan.autopilot.name == "ardupilot" else None  # ArduPilot needs a number here
+        if yaw is None and plan.autopilot.name == "ardupilot":
+            yaw = 0.0  # it needs a number here
         add(Command.LOITER, frame, 0.0, 0.0, around, yaw, *where[-1])
     return made
 

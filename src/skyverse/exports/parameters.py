@@ -1,4 +1,4 @@
-"""Parameter files for PX4 and ArduPilot: rates that a schedule counts on, how to return, and what a lost link does."""
+"""Parameter files for PX4 and ArduPilot: rates that a schedule counts on, noses, returns, and what a lost link does."""
 
 import math
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import NamedTuple
 from skyverse.exports.autopilots import ACCEPTANCE, PX4_TAKEOFF_RAMP, corner_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.way_home import WayHome
+from skyverse.model.uav import UAV
 
 SUFFIXES = {"px4": ".params", "ardupilot": ".param"}
 REAL, WHOLE = 9, 6
@@ -36,6 +37,10 @@ FS_MISSION_GOES_ON, FS_PILOT_GOES_ON = 0b11, 0b10000
 ground station a pilot with a remote control goes on, which is the default."""
 
 
+YAW_HELD, YAW_AHEAD = 0, 2
+"""Values of ArduPilot's `WP_YAW_BEHAVIOR`: the mission alone turns the nose; by default it points along each leg."""
+
+
 class Parameter(NamedTuple):
     """One parameter: its name, its value, and whether it is a whole number."""
 
@@ -44,10 +49,13 @@ class Parameter(NamedTuple):
     whole: bool = False
 
 
-def parameters(plan: FlightPlan, back: WayHome | None) -> list[Parameter]:
+def parameters(plan: FlightPlan, vehicle: UAV, back: WayHome | None) -> list[Parameter]:
     """Return the parameters that make an autopilot fly as predicted, and return as proven; ``None`` for aeroplanes."""
     returning = [] if back is None else [*_return_parameters(back), *_link_parameters(back)]
-    return [*_rate_parameters(plan), *returning]
+    pointing = []
+    if plan.autopilot.name == "ardupilot" and vehicle.fixed_wing is None:
+        pointing = [Parameter("WP_YAW_BEHAVIOR", YAW_AHEAD if vehicle.heading is None else YAW_HELD, whole=True)]
+    return [*_rate_parameters(plan), *pointing, *returning]
 
 
 def _rate_parameters(plan: FlightPlan) -> list[Parameter]:
@@ -147,25 +155,25 @@ def _link_parameters(back: WayHome) -> list[Parameter]:
     ]
 
 
-def parameters_text(plan: FlightPlan, name: str, back: WayHome | None) -> str:
+def parameters_text(plan: FlightPlan, vehicle: UAV, back: WayHome | None) -> str:
     """Return a parameter file: for PX4 as QGroundControl reads it, for ArduPilot as Mission Planner does."""
     title = plan.autopilot.title
     if plan.autopilot.name == "px4":
         rows = [
             f"1\t1\t{one.name}\t{int(one.value) if one.whole else f'{one.value:.6f}'}\t{WHOLE if one.whole else REAL}"
-            for one in parameters(plan, back)
+            for one in parameters(plan, vehicle, back)
         ]
         head = [
-            f"# Parameters for {name}",
+            f"# Parameters for {vehicle.name}",
             "#",
             f"# Stack: {title}",
             "# Versions: 1.14 to 1.16; metres, m/s, m/s^2, seconds and degrees",
             "# Vehicle-Id\tComponent-Id\tName\tValue\tType",
         ]
     else:
-        rows = [f"{one.name},{one.value:.6g}" for one in parameters(plan, back)]
+        rows = [f"{one.name},{one.value:.6g}" for one in parameters(plan, vehicle, back)]
         head = [
-            f"# Parameters for {name}, {title} Copter 4.0 to 4.7",
+            f"# Parameters for {vehicle.name}, {title} Copter 4.0 to 4.7",
             "# Until 4.6: WPNAV_..., RTL_ALT, RTL_ALT_FINAL and RTL_CLIMB_MIN, in centimetres.",
             "# Since 4.7: WP_... and RTL_..._M in their place, in metres.",
             "# A ground station says that it does not know those of the other versions.",

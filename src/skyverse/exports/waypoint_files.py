@@ -183,13 +183,12 @@ def _contents(path: Path, suffix: str, fleet: ExportedFleet) -> tuple[Contents, 
     """Return all files of each flight plan, and which of them is its parameter file."""
     names = [fleet.name(plan) for plan in fleet.plans]
     fence, contents, rates = geofence(fleet.scenario), Contents(), list[Path | None]()
-    each = zip(file_for_each(path, suffix, names), fleet.plans, names, fleet.returns, strict=True)
-    for own, plan, name, back in each:
+    for own, plan, back in zip(file_for_each(path, suffix, names), fleet.plans, fleet.returns, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
             flight = FlightFile(fleet.scenario, plan, part, fleet.options.altitude, fleet.options.end, back, fence)
             contents[file] = FORMATS[suffix](flight)
         rates.append(parameter_file(own, suffix, plan))
         if rates[-1] is not None:
-            contents[rates[-1]] = parameters_text(plan, name, back)
+            contents[rates[-1]] = parameters_text(plan, fleet.scenario.uavs[plan.route.uav], back)
     return contents, rates

@@ -83,13 +83,23 @@ def _template(file: FlightFile) -> str:
 
 
 def _add_heading(parent: ET.Element, name: str, file: FlightFile) -> None:
-    """Tell where the nose points: along the legs, or at a place, at which DJI aims the nose and not the camera."""
-    heading = ET.SubElement(parent, f"wpml:{name}")
-    look_at = file.scenario.uavs[file.plan.route.uav].look_at
-    if look_at is None:
+    """Tell where the nose points: along the legs, in one direction, or at a place.
+
+    At a place DJI aims the nose and not the camera. `fixed` would keep whichever heading the aircraft has; between
+    waypoints of the same angle `smoothTransition` keeps that angle.
+    """
+    heading, vehicle = ET.SubElement(parent, f"wpml:{name}"), file.scenario.uavs[file.plan.route.uav]
+    if vehicle.heading is not None:
+        angle = (vehicle.heading + 180.0) % 360.0 - 180.0
+        _add(heading, waypointHeadingMode="smoothTransition", waypointHeadingAngle=_number(angle))
+        if name == "waypointHeadingParam":
+            _add(heading, waypointHeadingAngleEnable="1")
+        _add(heading, waypointHeadingPathMode="followBadArc")
+        return
+    if vehicle.look_at is None:
         _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
         return
-    latitude, longitude, _ = to_wgs84(origin_of(file.scenario), np.array([look_at]))[0].tolist()
+    latitude, longitude, _ = to_wgs84(origin_of(file.scenario), np.array([vehicle.look_at]))[0].tolist()
     _add(heading, waypointHeadingMode="towardPOI", waypointPoiPoint=f"{latitude:.9f},{longitude:.9f},0.000000")
     _add(heading, waypointHeadingPathMode="followBadArc", waypointHeadingPoiIndex="0")
 

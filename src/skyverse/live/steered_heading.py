@@ -35,8 +35,8 @@ def steered_heading(
 ) -> Pointing:
     """Return the pointing that leaves another one, from the first tick after an instant on.
 
-    The nose follows the planned trajectory's yaw as long as that is flown. Then it points at `uav.look_at`, or else
-    along the motion; where that has no course it stays.
+    The nose follows the planned trajectory's yaw as long as that is flown. Then it points as
+    `uav.look_at` or `uav.heading` say, or else along the motion; where that has no course it stays.
 
     Parameters
     ----------

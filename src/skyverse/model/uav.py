@@ -65,7 +65,10 @@ class UAV(Model):
     max_yaw_rate, max_yaw_acceleration
         Limits on how fast a UAV turns about the vertical, degrees/s, and on the rate of change of that, degrees/s^2.
     look_at
-        x, y, z in metres at which a multirotor points its nose and camera; along its course if it is left out.
+        x, y, z in metres at which a multirotor points its nose and camera.
+    heading
+        The direction in which a multirotor points its nose, degrees clockwise from north, which is y. Its nose points
+        along its course if both are left out.
     max_tilt
         The largest angle between a multirotor's thrust and the vertical, degrees.
     thrust_to_weight
@@ -100,6 +103,7 @@ class UAV(Model):
     max_yaw_rate: Limit = 60.0
     max_yaw_acceleration: Limit = 120.0
     look_at: Point | None = None
+    heading: Annotated[Number, Field(ge=0, le=360)] | None = None
     max_tilt: Annotated[Number, Field(ge=0.1, lt=90)] = 40.0
     thrust_to_weight: Annotated[Number, Field(gt=1, le=1e6)] = 2.5
     separation: NonNegative = 0.5
@@ -130,11 +134,14 @@ class UAV(Model):
                 "separation and vertical_separation must both be above 0, or both 0, but they are "
                 f"{self.separation:g} and {self.ellipsoid[1]:g}"
             )
+        if self.look_at is not None and self.heading is not None:
+            raise ValueError("look_at and heading both say where the nose points: give one of them")
         wing = self.fixed_wing
         if wing is None:
             return self
-        if self.look_at is not None:
-            raise ValueError("look_at is for multirotors: an aeroplane flies where its nose points")
+        for name in ("look_at", "heading"):
+            if getattr(self, name) is not None:
+                raise ValueError(f"{name} is for multirotors: an aeroplane flies where its nose points")
         fastest = wing.speed / math.cos(math.radians(wing.climb))
         if fastest > self.max_speed:
             raise ValueError(
@@ -183,7 +190,7 @@ def strayed_share(xy: Floats, z: Floats, aside: Floats, up: Floats) -> Floats:
     return np.hypot(*rim)
 
 
-_NOT_OF_A_VEHICLE = ("name", "start", "home", "priority")
+_NOT_OF_A_VEHICLE = ("name", "start", "home", "look_at", "heading", "priority")
 """The fields of a UAV that do not depend on its vehicle."""
 
 

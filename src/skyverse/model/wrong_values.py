@@ -48,7 +48,7 @@ _FIELDS_BY_UNIT = {
     "m/s": "growth max_climb max_descent max_speed speed top_speed",
     "m/s^2": "acceleration max_acceleration",
     "m/s^3": "max_jerk",
-    "degrees": "angle bearing climb latitude longitude max_tilt",
+    "degrees": "angle bearing climb heading latitude longitude max_tilt",
     "degrees/s": "max_yaw_rate",
     "degrees/s^2": "max_yaw_acceleration",
     "watts": "hover_power",

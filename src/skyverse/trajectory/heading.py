@@ -1,4 +1,4 @@
-"""Where a UAV's nose points: along its course, or at a point, no faster than it may turn."""
+"""Where a UAV's nose points: along its course, at a point or in one direction, no faster than it may turn."""
 
 import math
 from dataclasses import replace
@@ -28,10 +28,10 @@ SHORTEST_SPREAD = 0.2
 def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
     """Return a trajectory with where the UAV's nose and camera point, within its limits on the yaw.
 
-    By default the nose points along the course seen from above; with `uav.look_at`, at that point. Where there is no
-    course, as in a hover or a vertical climb, the heading is kept, and a turn from one course to the next is made half
-    before and half after the middle of that time. Where the limits keep the nose off `uav.look_at`, the trajectory's
-    note says by how much.
+    By default the nose points along the course seen from above; with `uav.look_at`, at that point, and with
+    `uav.heading`, that way. Where there is no course, as in a hover or a vertical climb, the heading is kept, and a
+    turn from one course to the next is made half before and half after the middle of that time. Where the limits keep
+    the nose off `uav.look_at`, the trajectory's note says by how much.
     """
     shares = np.arange(SAMPLES) / SAMPLES
     instants = np.r_[
@@ -57,6 +57,8 @@ def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
 
 def wanted_yaws(trajectory: Trajectory, instants: Floats, uav: UAV) -> tuple[Bools, Floats]:
     """Return at which of m instants there is a direction for the nose, (m,), and the yaw at these k, (k,) rad."""
+    if uav.heading is not None:
+        return np.ones(len(instants), bool), np.full(len(instants), math.radians(90.0 - uav.heading))
     motion = trajectory.at(instants)
     way, least = motion.velocity, MIN_COURSE_SPEED
     if uav.look_at is not None:
