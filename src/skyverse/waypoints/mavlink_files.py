@@ -8,7 +8,7 @@ import json
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from skyverse.documents.json import load_json
 from skyverse.documents.limits import LimitError
@@ -25,12 +25,14 @@ from skyverse.waypoints.mavlink_items import (
     with_place,
 )
 
-FIRMWARES = {12: "px4", 3: "ardupilot"}
+FIRMWARES: dict[object, Literal["px4", "ardupilot"]] = {12: "px4", 3: "ardupilot"}
 """MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
 AEROPLANES = (1, 19, 20, 21, 22, 23, 24, 25)
 """MAV_TYPE_FIXED_WING and those of VTOLs."""
 QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 JUMP = 177
+NO_MISSION = (*range(5000, 5005), 5100)
+"""MAV_CMD_NAV_FENCE_... and MAV_CMD_NAV_RALLY_POINT."""
 WPL = "QGC WPL 110"
 STORED_IN = ("TransectStyleComplexItem", "Items")
 """Where survey and corridor items have the items that they stand for."""
@@ -49,13 +51,13 @@ def read_plan(content: bytes, name: str) -> Waypoints:
     plan = _plan_data(content, name)
     mission = plan["mission"]
     slots = list(_slots(mission["items"], name))
+    firmware, vehicle = FIRMWARES.get(mission.get("firmwareType")), mission.get("vehicleType")
     orders = [
-        order_of(_plan_item(slot), number, number - 1, f"{slot.where} ({number})")
+        order_of(_plan_item(slot, firmware), number, number - 1, f"{slot.where} ({number})")
         for number, slot in enumerate(slots, 1)
     ]
     numbers = {_jump_id(slot, number): number for number, slot in enumerate(slots, 1)}
     orders = [_retargeted(order, numbers, f"{name}: item {order.number}") for order in orders]
-    firmware, vehicle = mission.get("firmwareType"), mission.get("vehicleType")
     aeroplane = vehicle in AEROPLANES
     speed = mission.get("cruiseSpeed" if aeroplane else "hoverSpeed")
     if speed is not None and not (is_number(speed) and 0 < speed < 1e4):
@@ -65,7 +67,7 @@ def read_plan(content: bytes, name: str) -> Waypoints:
         tuple(orders),
         _home(mission.get("plannedHomePosition"), name),
         speed,
-        FIRMWARES.get(firmware),  # type: ignore[arg-type]
+        firmware,
         aeroplane,
         fence=_fence(plan.get("geoFence"), name),
         rally=tuple(_rally(plan.get("rallyPoints"), name)),
@@ -77,6 +79,7 @@ def plan_content(waypoints: Waypoints) -> bytes:
     """Return the ``.plan`` that was read with the places of orders, and the orders without an item, put in."""
     plan = _plan_data(waypoints.stored, waypoints.name)
     slots = list(_slots(plan["mission"]["items"], waypoints.name))
+    firmware = FIRMWARES.get(plan["mission"].get("firmwareType"))
     ids = [_jump_id(slot, number) for number, slot in enumerate(slots, 1)]
     after: list[tuple[int | None, dict[str, Any]]] = []  # the items in their new order, with their former numbers
     holder, at = plan["mission"]["items"], 0
@@ -87,11 +90,12 @@ def plan_content(waypoints: Waypoints) -> bytes:
             at += 1
             continue
         slot = slots[order.item]
-        item = _plan_item(slot)
+        item = _plan_item(slot, firmware)
         moved = with_place(item, order)
         if moved != item:
             _set_place(slot.data, moved)
-        holder, at = slot.holder, next(k for k, one in enumerate(slot.holder) if one is slot.data) + 1
+        begin = at if holder is slot.holder else 0
+        holder, at = slot.holder, next(k for k in range(begin, len(slot.holder)) if slot.holder[k] is slot.data) + 1
         after.append((ids[order.item], slot.data))
     if len(after) > len(slots):
         numbers = {old: new for new, (old, _) in enumerate(after, 1) if old is not None}
@@ -140,8 +144,8 @@ def _slots(items: list[Any], name: str) -> Iterator[_Slot]:
         stored = holder.get(STORED_IN[1]) if isinstance(holder, dict) else None
         if not isinstance(stored, list):
             raise InputError(
-                f"{where}: a {kind!r:.40} item has not stored the items that it stands for; open the plan in "
-                "QGroundControl, and save it as items there"
+                f"{where}: a {kind!r:.40} item has not stored the items that it stands for; send the plan to a vehicle "
+                "or a simulated one with QGroundControl, read it back, and save that"
             )
         for one, inner in enumerate(stored, 1):
             if not isinstance(inner, dict) or inner.get("type") != "SimpleItem":
@@ -149,16 +153,17 @@ def _slots(items: list[Any], name: str) -> Iterator[_Slot]:
             yield _Slot(stored, inner, f"{where} ({kind}), stored item {one}")
 
 
-def _plan_item(slot: _Slot) -> StoredItem:
+def _plan_item(slot: _Slot, firmware: str | None) -> StoredItem:
     data, where = slot.data, slot.where
     whole = {key: data.get(key) for key in ("command", "frame")}
     for key, value in whole.items():
         if not isinstance(value, int) or isinstance(value, bool):
             raise InputError(f"{where}: {key!r}: expected a whole number, found {shown(value)}")
-    params = data.get("params")
-    if not isinstance(params, list):
+    params, place = data.get("params"), data.get("coordinate", [])  # which QGroundControl wrote apart until 2017
+    if not isinstance(params, list) or not isinstance(place, list):
         raise InputError(f"{where}: 'params': expected seven numbers, found {shown(params)}")
-    return StoredItem(whole["command"], whole["frame"], numbers_of(params, f"{where}: 'params'"))  # type: ignore[arg-type]
+    numbers = numbers_of([*params, *place], f"{where}: 'params'", zero_is_here=firmware != "px4")
+    return StoredItem(whole["command"], whole["frame"], numbers)  # type: ignore[arg-type]
 
 
 def _jump_id(slot: _Slot, number: int) -> int:
@@ -178,7 +183,14 @@ def _retargeted(order: Order, numbers: dict[int, int], where: str) -> Order:
 
 def _set_place(data: dict[str, Any], item: StoredItem) -> None:
     """Put the place of an item into a ``.plan``, with the copies of its altitude that QGroundControl shows."""
-    data["frame"], data["params"][4:] = item.frame, item.numbers[4:]
+    apart = "coordinate" in data
+    former = data["coordinate"] if apart else data["params"][4:]
+    place = [old if math.isnan(new) else new for old, new in zip(former, item.numbers[4:], strict=True)]
+    data["frame"] = item.frame
+    if apart:
+        data["coordinate"] = place
+    else:
+        data["params"][4:] = place
     if "Altitude" in data:
         data["Altitude"] = item.numbers[6]
     if "AltitudeMode" in data:
@@ -201,9 +213,9 @@ def _home(given: object, name: str) -> tuple[float, float, float | None] | None:
     row = [math.nan if one is None else one for one in given] if isinstance(given, list) else []
     if len(row) not in (2, 3) or not all(isinstance(one, int | float) for one in row):
         raise InputError(f"{name}: 'plannedHomePosition': expected latitude, longitude, altitude, found {shown(given)}")
-    latitude, longitude = _degrees(row[:2], f"{name}: 'plannedHomePosition'")
-    if not latitude and not longitude:
+    if row[:2] == [0, 0] or any(math.isnan(one) for one in row[:2]):
         return None
+    latitude, longitude = _degrees(row[:2], f"{name}: 'plannedHomePosition'")
     return latitude, longitude, float(row[2]) if len(row) == 3 and math.isfinite(row[2]) else None
 
 
@@ -217,6 +229,11 @@ def _fence(given: Any, name: str) -> Geofence:
     """Return the geofence of a ``.plan``, or raise `InputError` where one of its shapes cannot be read."""
     if given is None:
         return Geofence()
+    if isinstance(given, dict) and (given.get("polygon") or given.get("circle")):
+        raise InputError(
+            f"{name}: 'geoFence': expected version 2, found a polygon or circle of version 1, which QGroundControl "
+            "ignores; draw it anew there"
+        )
     areas: dict[tuple[str, bool], list[Any]] = {
         (kind, side): [] for kind in ("polygon", "circle") for side in (True, False)
     }
@@ -268,10 +285,12 @@ def read_wpl(content: bytes, name: str) -> Waypoints:
     """Return the orders of a QGC WPL 110 file; its item 0 is home."""
     rows = _rows(content, name)
     items = [_wpl_item(row, f"{name}: line {line}") for line, row in rows]
+    if len(items) > 1 and all(item.command in NO_MISSION for item in items[1:]):
+        raise InputError(f"{name}: expected a mission, found a geofence or rally points alone")
     home = None
     if items:
         *_, latitude, longitude, metres = items[0].numbers
-        if items[0].command == WAYPOINT and items[0].frame in (0, 3, 5, 6) and (latitude, longitude) != (0.0, 0.0):
+        if items[0].command == WAYPOINT and items[0].frame in (0, 3, 5, 6):
             altitude = metres if FRAMES[items[0].frame] is AboveSea else math.nan  # one above itself says nothing
             home = _home([latitude, longitude, altitude], f"{name}: line {rows[0][0]}")
     orders = [
@@ -302,7 +321,8 @@ def wpl_content(waypoints: Waypoints) -> bytes:
         if item.command == JUMP:
             row[4] = str(numbers[int(item.numbers[0])])
         made.append(row)
-    return ("\n".join([head, *("\t".join(row) for row in made)]) + "\n").encode()
+    end = "\r\n" if "\r\n" in text else "\n"
+    return (end.join([head, *("\t".join(row) for row in made)]) + end).encode()
 
 
 def _rows(content: bytes, name: str) -> list[tuple[int, list[str]]]:
@@ -314,10 +334,14 @@ def _rows(content: bytes, name: str) -> list[tuple[int, list[str]]]:
     if not lines or lines[0].split() != WPL.split():
         raise InputError(f"{name}: expected a first line {WPL!r}, found {shown(lines[0] if lines else '')}")
     rows = [(number, line.split()) for number, line in enumerate(lines[1:], 2) if line.split("#")[0].strip()]
-    for count, (number, row) in enumerate(rows):
-        if len(row) != 12 or row[0] != str(count):
-            expected = f"expected 12 numbers, the first of them {count}"
-            raise InputError(f"{name}: line {number}: {expected}, found {len(row)}, the first {shown(row[0])}")
+    for number, row in rows:
+        if len(row) != 12:
+            raise InputError(f"{name}: line {number}: expected 12 numbers, found {len(row)}")
+    if rows and rows[0][1][0] != "0":  # all later numbers are counted, as ground stations do
+        raise InputError(
+            f"{name}: line {rows[0][0]}: expected item 0, which is home, found item {shown(rows[0][1][0])}; ground "
+            "stations take the first item for home"
+        )
     return rows
 
 
@@ -326,13 +350,17 @@ def _wpl_item(row: list[str], where: str) -> StoredItem:
         frame, command, *numbers = int(row[2]), int(row[3]), *map(float, row[4:11])
     except ValueError:
         raise InputError(f"{where}: expected numbers, found {shown(' '.join(row))}") from None
-    return StoredItem(command, frame, numbers_of(numbers, where))
+    return StoredItem(command, frame, numbers_of(numbers, where, zero_is_here=True))
 
 
 def _wpl_row(item: StoredItem, row: list[str]) -> list[str]:
     """Return a row with the place of an item in it; numbers that are empty are filled in, too."""
     numbers = [text or _number(value) for text, value in zip(row[4:8], item.numbers, strict=False)]
-    return [*row[:2], str(item.frame), str(item.command), *numbers, *map(_number, item.numbers[4:]), row[11]]
+    place = [
+        text if text and math.isnan(value) else _number(value)
+        for text, value in zip(row[8:11], item.numbers[4:], strict=True)
+    ]
+    return [*row[:2], str(item.frame), str(item.command), *numbers, *place, row[11]]
 
 
 def _number(value: float) -> str:

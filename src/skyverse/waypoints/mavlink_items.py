@@ -15,8 +15,8 @@ FRAMES: dict[int, type[Altitude]] = {
     **{5: AboveSea, 6: AboveHome, 11: AboveGround},  # the same with whole numbers: MAV_FRAME_GLOBAL_INT ...
 }
 FOR_EVER = -1
-WAYPOINT = 16
-"""MAV_CMD_NAV_WAYPOINT."""
+WAYPOINT, DELAY = 16, 93
+"""MAV_CMD_NAV_WAYPOINT, MAV_CMD_NAV_DELAY."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,23 @@ MEANINGS = MappingProxyType(
     }
 )
 """By the number of the MAV_CMD; all others are passed on."""
+OTHER_NAMES = {
+    30: "NAV_CONTINUE_AND_CHANGE_ALT", 32: "DO_FOLLOW", 80: "NAV_ROI", 83: "NAV_ALTITUDE_WAIT", 92: "NAV_GUIDED_ENABLE",
+    94: "NAV_PAYLOAD_PLACE", 113: "CONDITION_CHANGE_ALT", 176: "DO_SET_MODE", 179: "DO_SET_HOME",
+    180: "DO_SET_PARAMETER", 181: "DO_SET_RELAY", 182: "DO_REPEAT_RELAY", 183: "DO_SET_SERVO", 184: "DO_REPEAT_SERVO",
+    186: "DO_CHANGE_ALTITUDE", 188: "DO_RETURN_PATH_START", 189: "DO_LAND_START", 191: "DO_GO_AROUND",
+    194: "DO_SET_REVERSE", 196: "DO_SET_ROI_WPNEXT_OFFSET", 200: "DO_CONTROL_VIDEO", 202: "DO_DIGICAM_CONFIGURE",
+    204: "DO_MOUNT_CONFIGURE", 207: "DO_FENCE_ENABLE", 208: "DO_PARACHUTE", 210: "DO_INVERTED_FLIGHT",
+    211: "DO_GRIPPER", 212: "DO_AUTOTUNE_ENABLE", 215: "DO_SET_RESUME_REPEAT_DIST", 216: "DO_SPRAYER",
+    218: "DO_AUX_FUNCTION", 222: "DO_GUIDED_LIMITS", 223: "DO_ENGINE_CONTROL", 224: "DO_SET_MISSION_CURRENT",
+    400: "COMPONENT_ARM_DISARM", 420: "INJECT_FAILURE", 531: "SET_CAMERA_ZOOM", 532: "SET_CAMERA_FOCUS",
+    600: "JUMP_TAG", 601: "DO_JUMP_TAG", 1001: "DO_GIMBAL_MANAGER_CONFIGURE", 3000: "DO_VTOL_TRANSITION",
+    5000: "NAV_FENCE_RETURN_POINT", 5001: "NAV_FENCE_POLYGON_VERTEX_INCLUSION",
+    5002: "NAV_FENCE_POLYGON_VERTEX_EXCLUSION", 5003: "NAV_FENCE_CIRCLE_INCLUSION",
+    5004: "NAV_FENCE_CIRCLE_EXCLUSION", 5100: "NAV_RALLY_POINT", 42600: "DO_WINCH", 42702: "NAV_SCRIPT_TIME",
+    42703: "NAV_ATTITUDE_TIME",
+}  # fmt: skip
+"""What MAVLink calls some of the commands that are passed on."""
 _USUAL_IF_ZERO = ("radius",)
 """Fields that 0 leaves to the autopilot's own setting."""
 
@@ -82,8 +99,9 @@ class StoredItem:
 def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
     """Return what an item tells, or raise `InputError` if its numbers cannot be; `where` names it in messages."""
     meaning = MEANINGS.get(item.command)
-    if meaning is None:
-        return Order(number, OrderKind.OTHER, f"MAV_CMD {item.command}", index)
+    if meaning is None or (item.command == DELAY and item.numbers[0] == -1):  # until a time of the day
+        name = meaning.name if meaning is not None else OTHER_NAMES.get(item.command, f"MAV_CMD {item.command}")
+        return Order(number, OrderKind.OTHER, name, index)
     told: dict[str, Any] = {}
     for name, at in meaning.numbers.items():
         value = item.numbers[at]
@@ -98,6 +116,8 @@ def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
         told["radius"] = -told["radius"]
     if told.get("speed", 0.0) < 0 or (meaning.kind is OrderKind.SPEED and item.numbers[0] > 1):
         told.pop("speed", None)  # it stays as it is, or another speed is meant: that of climbs or descents
+    if meaning.kind is OrderKind.HEADING and item.numbers[3] == 1:  # so far from the heading that it has
+        told.pop("heading", None)
     if meaning.kind is OrderKind.LOITER and "turns" not in told and "seconds" not in told:
         told["seconds"] = 0.0 if item.command == 31 else math.inf
     curved = meaning.name == "NAV_SPLINE_WAYPOINT"
@@ -145,11 +165,25 @@ def _frame(altitude: Altitude) -> int:
     return next(number for number, kind in FRAMES.items() if kind is type(altitude))
 
 
-def numbers_of(values: Sequence[object], where: str) -> tuple[float, ...]:
-    """Return an item's seven numbers, of which ``None`` is NaN, or raise `InputError`."""
+def numbers_of(values: Sequence[object], where: str, *, zero_is_here: bool) -> tuple[float, ...]:
+    """Return an item's seven numbers, of which ``None`` is NaN, or raise `InputError`.
+
+    Parameters
+    ----------
+    values
+        What the file has.
+    where
+        What messages name.
+    zero_is_here
+        Whether latitude and longitude 0 leave the place to the autopilot, as for ArduPilot.
+    """
     if len(values) != 7 or any(value is not None and not _is_number(value) for value in values):
         raise InputError(f"{where}: expected seven numbers, found {shown(list(values))}")
-    return tuple(math.nan if value is None else float(value) for value in values)  # type: ignore[arg-type]
+    # always the same NaN, so that rows of numbers that are alike are equal
+    numbers = [math.nan if value is None or value != value else float(value) for value in values]  # type: ignore[arg-type]
+    if zero_is_here and numbers[4] == numbers[5] == 0:
+        numbers[4] = numbers[5] = math.nan
+    return tuple(numbers)
 
 
 def _is_number(value: object) -> bool:
