@@ -8,7 +8,7 @@ import pytest
 import skyverse as sky
 from skyverse import Fault, Violation
 from skyverse.exports import requirements
-from skyverse.exports.requirements import EXPORT_SUFFIXES
+from skyverse.exports.requirements import ALTITUDE_REFERENCES, EXPORT_SUFFIXES
 
 ORIGIN = sky.Origin(latitude=40.7, longitude=-74.0, altitude=5.0, geoid=-33.0)
 
@@ -38,10 +38,15 @@ def refuted(planned):
     return replace(planned, trajectories=(sky.Trajectory(first.knots, rows), second))
 
 
+def above(suffix, **options):
+    """Options with altitudes above what a format counts them from."""
+    return sky.ExportOptions(altitude=ALTITUDE_REFERENCES.get(suffix, ["amsl"])[0], **options)
+
+
 @pytest.mark.parametrize("suffix", EXPORT_SUFFIXES)
 def test_a_refuted_mission_is_exported_in_no_format(refuted, tmp_path, suffix):
     with pytest.raises(sky.InputError) as refused:
-        sky.export(refuted, tmp_path / f"m{suffix}", sky.ExportOptions(allow_close=True))
+        sky.export(refuted, tmp_path / f"m{suffix}", above(suffix, allow_close=True))
     said = str(refused.value)
     assert said.startswith(f"{tmp_path / f'm{suffix}'}: the referee refutes this mission: uav-1")
     assert "skyverse check" in said
@@ -52,7 +57,8 @@ def test_a_refuted_mission_is_exported_in_no_format(refuted, tmp_path, suffix):
 @pytest.mark.parametrize("suffix", EXPORT_SUFFIXES)
 def test_a_proven_mission_is_exported_in_every_format(planned, tmp_path, suffix):
     notes = []
-    assert all(file.exists() for file in sky.export(planned, tmp_path / f"m{suffix}", on_note=notes.append))
+    made = sky.export(planned, tmp_path / f"m{suffix}", above(suffix), on_note=notes.append)
+    assert all(file.exists() for file in made)
     assert not [note for note in notes if "referee" in note]
 
 

@@ -43,6 +43,7 @@ def straight(home=None, terrain=None, wing=None, origin=BARE):
         ("m.gpx", {}, {"origin": None}),
         ("m.plan", {}, {"home": -400.0}),
         ("m.wpml.kmz", {"altitude": "home"}, {"wing": sky.FixedWing(speed=8.0, turn_radius=60.0, climb=10.0)}),
+        ("m.litchi.csv", {"altitude": "home"}, {"wing": sky.FixedWing(speed=8.0, turn_radius=60.0, climb=10.0)}),
     ],
 )
 def test_it_is_refused_before_the_mission_is_judged(tmp_path, name, options, mission, refuses):

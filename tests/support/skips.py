@@ -13,7 +13,7 @@ REASONS = {
         r'pip install "skyverse\[\w+\]"',
         r"the peers need the extra optimisers",
         r"(reading|building) [\w ]+ needs (rasterio|pyproj|shapely|pyogrio|pymavlink)",
-        r"reads (KML|GPX|GeoJSON|what GDAL hands on|\.plan and \.waypoints|\.waypoints)",
+        r"reads (KML|GPX|GeoJSON|what GDAL hands on|\.plan and \.waypoints|\.waypoints|\.litchi\.csv)",
         r"knows ROS messages|an independent geodesy|polygons are shapely's|the oracle is (PROJ|shapely)",
         r"this GDAL does not keep three-dimensional systems",
     ],

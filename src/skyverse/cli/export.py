@@ -43,7 +43,7 @@ class PlaceOptions:
     rate: float | None = None
 
 
-@Parameter(name="*", group=Group("Waypoints (.plan, .waypoints, .wpml.kmz)"))
+@Parameter(name="*", group=Group("Waypoints (.plan, .waypoints, .wpml.kmz, .litchi.csv)"))
 @dataclass(frozen=True)
 class WaypointOptions:
     """How waypoints are flown.
@@ -60,8 +60,8 @@ class WaypointOptions:
         Metres above home at which UAVs return by themselves, unless they are higher. When left out, each at another
         altitude, a separation apart, where there is room: at 30 m or the next that is proven.
     autopilot
-        What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
-        and .waypoints for ardupilot.
+        What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz, .litchi.csv). By default
+        .plan is for px4 and .waypoints for ardupilot.
     apart_in_space
         Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
     """
@@ -94,7 +94,8 @@ def export(
     The referee judges the mission first, and what it refutes is not exported.
 
     Waypoints for an autopilot, one file for each UAV, with straight legs that are proven clear: QGroundControl .plan,
-    Mission Planner .waypoints, DJI .wpml.kmz. Paths on the globe: Google Earth .kml and .kmz, .geojson, .gpx, .geo.csv.
+    Mission Planner .waypoints, DJI .wpml.kmz, Litchi .litchi.csv. Paths on the globe: Google Earth .kml and .kmz,
+    .geojson, .gpx, .geo.csv.
     Robots: ROS .path.json, .path.yaml, .trajectory.json, .trajectory.yaml. Light shows: Skybrush .skybrush.zip. Tables:
     waypoints .waypoints.csv, sampled trajectories .csv.
 

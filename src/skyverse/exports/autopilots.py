@@ -15,6 +15,8 @@ from skyverse.exports.global_positions import AltitudeReference
 from skyverse.model.uav import UAV
 
 AutopilotName = Literal["px4", "ardupilot", "dji"]
+DJI_SUFFIXES = (".wpml.kmz", ".litchi.csv")
+"""The files that aircraft of DJI fly: by its own app, and by Litchi."""
 End = Literal["loiter", "land", "rtl"]
 """What a UAV does at its last waypoint."""
 
@@ -167,7 +169,7 @@ def autopilot_for(suffix: str, altitude: AltitudeReference, asked: AutopilotName
 
     Without a wish ``.plan`` is for PX4, but with altitudes above ground, which PX4 rejects, it is for ArduPilot.
     """
-    if suffix == ".wpml.kmz":
+    if suffix in DJI_SUFFIXES:
         allowed: tuple[AutopilotName, ...] = ("dji",)
     elif altitude == "agl":
         allowed = ("ardupilot",)
@@ -175,7 +177,7 @@ def autopilot_for(suffix: str, altitude: AltitudeReference, asked: AutopilotName
         allowed = ("px4", "ardupilot") if suffix == ".plan" else ("ardupilot", "px4")
     name = asked or allowed[0]
     if name not in allowed:
-        above = " with altitudes above ground" if altitude == "agl" and suffix != ".wpml.kmz" else ""
+        above = " with altitudes above ground" if altitude == "agl" and suffix not in DJI_SUFFIXES else ""
         raise InputError(f"{suffix}{above}: expected an autopilot from {', '.join(allowed)}, found {name!r}")
     return AUTOPILOTS[name]
 

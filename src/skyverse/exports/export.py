@@ -72,18 +72,19 @@ def export(
     mission
         The mission.
     path
-        ``.plan`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.wpml.kmz`` (DJI), ``.kml``, ``.kmz``, ``.geojson``,
-        ``.gpx``, ``.geo.csv``, ``.path.json``, ``.path.yaml``, ``.trajectory.json``, ``.trajectory.yaml`` (ROS),
-        ``.skybrush.zip`` (light shows), or what `write` writes. Formats for one vehicle give a file for each UAV that
-        flies: where there are several, ``city.plan`` becomes ``city-uav-1.plan`` and so on.
+        ``.plan`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.wpml.kmz`` (DJI), ``.litchi.csv`` (Litchi, for
+        DJI), ``.kml``, ``.kmz``, ``.geojson``, ``.gpx``, ``.geo.csv``, ``.path.json``, ``.path.yaml``,
+        ``.trajectory.json``, ``.trajectory.yaml`` (ROS), ``.skybrush.zip`` (light shows), or what
+        `write` writes. Formats for one vehicle give a file for each UAV that flies: where there are several,
+        ``city.plan`` becomes ``city-uav-1.plan`` and so on.
     options
         Altitudes, origin, samples, and how waypoints are flown.
     scenario
         The scenario that the mission has to answer, if that is known from elsewhere: a mission that embeds another one
         is refuted. By default the mission is judged by the scenario that it embeds.
     page
-        A web page to write as well, for ``.plan``, ``.waypoints`` and ``.wpml.kmz``: the mission, the places where UAVs
-        may land when they return, and all that is said of the waypoints.
+        A web page to write as well, for ``.plan``, ``.waypoints``, ``.wpml.kmz`` and ``.litchi.csv``: the mission, the
+        places where UAVs may land when they return, and all that is said of the waypoints.
     on_note
         Called with each sentence on what the referee has not proven of the mission, and on what is proven of waypoints.
     on_certificate

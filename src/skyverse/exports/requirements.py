@@ -21,7 +21,7 @@ from skyverse.errors import (
     require_number,
     shown,
 )
-from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, End, autopilot_for
+from skyverse.exports.autopilots import DJI_SUFFIXES, MIN_ACCEPTANCE_RADIUS, AutopilotName, End, autopilot_for
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, home, require_reference
 from skyverse.model.caution import Caution
 from skyverse.model.frame import Origin
@@ -35,9 +35,10 @@ from skyverse.referee import certify, judge
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.world import referee_world
 
-ROUTE_SUFFIXES = (".plan", ".waypoints", ".wpml.kmz")
+ROUTE_SUFFIXES = (".plan", ".waypoints", *DJI_SUFFIXES)
 ALTITUDE_REFERENCES: dict[str, tuple[AltitudeReference, ...]] = {
     **dict.fromkeys((*ROUTE_SUFFIXES, ".geo.csv"), ("amsl", "home", "agl")),
+    ".litchi.csv": ("home", "agl"),
     **dict.fromkeys((".kml", ".kmz"), ("amsl", "agl")),
     **dict.fromkeys((".geojson", ".gpx"), ("amsl",)),
 }
@@ -78,8 +79,9 @@ class ExportOptions:
         Metres above home at which UAVs return by themselves, unless they are higher. By default each UAV returns at
         another altitude, a separation apart, where there is room: at 30 m or the next that is proven.
     autopilot
-        ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``. By
-        default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and ``.waypoints`` for ArduPilot.
+        ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``
+        and ``.litchi.csv``. By default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and
+        ``.waypoints`` for ArduPilot.
     apart_in_space
         Whether all paths must be apart in space, so that UAVs keep their separation whatever the timing. The acceptance
         radius is halved until they are.
@@ -176,8 +178,8 @@ def require_format(mission: Mission, scenario: Scenario, suffix: str, options: E
         autopilot_for(suffix, altitude, options.autopilot)
         flying = zip(scenario.uavs, mission.trajectories, strict=True)
         planes = [uav.name for uav, flight in flying if flight is not None and uav.fixed_wing is not None]
-        if suffix == ".wpml.kmz" and planes:
-            raise InputError(f"{', '.join(planes)}: DJI's waylines are for multirotors, not for aeroplanes")
+        if suffix in DJI_SUFFIXES and planes:
+            raise InputError(f"{', '.join(planes)}: files for DJI are for multirotors, not for aeroplanes")
     if suffix == ".geojson" or (suffix == ".wpml.kmz" and altitude == "amsl"):
         geoid_of(scenario, what if suffix == ".geojson" else "DJI's waylines, above the sea")
     if suffix in ROUTE_SUFFIXES or altitude == "home":

@@ -12,6 +12,7 @@ from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, autopilot_for, require_return_altitude
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.landing import landing_places, require_landings, stands
+from skyverse.exports.litchi import litchi_settings, litchi_text
 from skyverse.exports.mavlink_formats import FlightFile, geofence, plan_text, waypoints_text
 from skyverse.exports.parameters import parameter_file, parameters_text
 from skyverse.exports.report import (
@@ -43,6 +44,7 @@ FORMATS: dict[str, Callable[[FlightFile], str | dict[str, str]]] = {
     ".plan": plan_text,
     ".waypoints": waypoints_text,
     ".wpml.kmz": wpml_parts,
+    ".litchi.csv": litchi_text,
 }
 
 
@@ -79,7 +81,8 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     _require_apart(scenario, apart, plans, options, path, planned=planned)
     told = ExportedFleet(mission, plans, returns, apart, options)
     contents, rates = _contents(path, suffix, told)
-    notes = [*cautions(told, planned=planned), *loading(told, rates), *details(told)]
+    settings = [litchi_settings(told)] if suffix == ".litchi.csv" else []
+    notes = [*cautions(told, planned=planned), *settings, *loading(told, rates), *details(told)]
     certificate = ExportCertificate(apart, tuple(returns), flight_verdicts(told))
     return WaypointFiles(contents, [file for file in contents if file not in rates], certificate, notes)
 

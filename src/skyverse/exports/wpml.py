@@ -25,13 +25,13 @@ def wpml_parts(file: FlightFile) -> dict[str, str]:
     return {"wpmz/template.kml": _template(file), "wpmz/waylines.wpml": _waylines(file)}
 
 
-def _speeds(file: FlightFile) -> list[float]:
+def part_speeds(file: FlightFile) -> list[float]:
     """Return the speed after each waypoint of a part, m/s; after the last it is that before it."""
     speeds = file.plan.speeds[file.part[0] : file.part[-1]].tolist()
     return [*speeds, speeds[-1]]
 
 
-def _positions(file: FlightFile) -> GlobalPositions:
+def part_positions(file: FlightFile) -> GlobalPositions:
     """Return where the waypoints of a part are on the globe."""
     return global_positions(file.scenario, file.plan.route.uav, file.plan.waypoints[file.part], file.reference)
 
@@ -47,7 +47,7 @@ def _config(document: ET.Element, file: FlightFile, *, executed: bool) -> None:
     home = file.back is not None and file.back.everywhere
     _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="goBack" if home else "hover")
     rise = float(file.plan.waypoints[0][2] - file.plan.home[2])
-    _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(_speeds(file)[0]))
+    _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(part_speeds(file)[0]))
     if executed and file.back is not None:
         _add(config, globalRTHHeight=_number(file.back.altitude))
     drone = ET.SubElement(config, "wpml:droneInfo")
@@ -65,8 +65,8 @@ def _template(file: FlightFile) -> str:
     _add(folder, templateType="waypoint", templateId="0")
     system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
     _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[reference], positioningType="GPS")
-    speeds = _speeds(file)
-    at = _positions(file)
+    speeds = part_speeds(file)
+    at = part_positions(file)
     _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
     _add(folder, globalHeight=_number(float(at.altitude[0])))
     _add_heading(folder, "globalWaypointHeadingParam", file)
@@ -109,10 +109,10 @@ def _waylines(file: FlightFile) -> str:
     root, document = _document()
     _config(document, file, executed=True)
     folder = ET.SubElement(document, "Folder")
-    speeds = _speeds(file)
+    speeds = part_speeds(file)
     _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[reference], waylineId="0")
     _add(folder, autoFlightSpeed=_number(max(speeds)))
-    at = _positions(file)
+    at = part_positions(file)
     heights = at.altitude + (geoid_of(scenario, "waylines") if reference == "amsl" else 0.0)
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)

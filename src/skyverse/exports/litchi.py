@@ -1,0 +1,113 @@
+"""Missions for Litchi, an app for DJI's aircraft: the metric table (CSV) of its Mission Hub.
+
+A table has places, speeds, stops and noses. What else an aircraft has to know, Litchi asks for when it is imported.
+
+Sources: https://www.litchiutilities.com/docs/litchiCsv.php; DJI's Mobile SDK 4, `DJIWaypoint` and `DJIWaypointAction`,
+for the ranges.
+"""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.exports.global_positions import global_positions
+from skyverse.exports.mavlink_formats import FlightFile
+from skyverse.exports.report import MAX_TOLD, ExportedFleet
+from skyverse.exports.separation import few
+from skyverse.exports.wpml import part_positions, part_speeds
+from skyverse.model.arrays import arctan2
+from skyverse.model.caution import Caution
+from skyverse.model.uav import UAV
+
+ACTIONS = 15
+"""Actions that a waypoint may have."""
+NO_ACTION, STAY = ("-1", "0"), "0"
+"""No action with its parameter; and the action that stays for some milliseconds."""
+LONGEST_STAY = 32.0
+"""Seconds of one action."""
+ALTITUDES = (-200.0, 500.0)
+"""Metres above the take-off, or above ground."""
+LEGS = (0.5, 2000.0)
+"""Metres between two waypoints."""
+ALTITUDE_MODES = {"home": "0", "agl": "1"}
+GIMBAL_OFF, GIMBAL_AT_PLACE = "0", "1"
+FINISH_ACTIONS = {"loiter": "None", "land": "Land", "rtl": "RTH"}
+HEADER = ",".join(
+    (
+        "latitude,longitude,altitude(m),heading(deg),curvesize(m),rotationdir,gimbalmode,gimbalpitchangle",
+        *(f"actiontype{k},actionparam{k}" for k in range(1, ACTIONS + 1)),
+        "altitudemode,speed(m/s),poi_latitude,poi_longitude,poi_altitude(m),poi_altitudemode",
+        "photo_timeinterval,photo_distinterval",
+    )
+)
+
+
+def litchi_text(file: FlightFile) -> str:
+    """Return a ``.litchi.csv`` text for a part of a plan's waypoints; raise `InputError` where Litchi takes none."""
+    scenario, plan = file.scenario, file.plan
+    vehicle, points, at = scenario.uavs[plan.route.uav], plan.waypoints[file.part], part_positions(file)
+    _require_ranges(vehicle.name, points, at.altitude)
+    mode, gimbal, place = ALTITUDE_MODES[file.reference], GIMBAL_OFF, "0,0,0"
+    if vehicle.look_at is not None:
+        looked_at = global_positions(scenario, plan.route.uav, np.array([vehicle.look_at]), file.reference).rows[0]
+        gimbal, place = GIMBAL_AT_PLACE, ",".join(map(_number, looked_at))
+    rows = [HEADER]
+    for k, (where, heading, speed) in enumerate(
+        zip(at.rows, _headings(points, vehicle), part_speeds(file), strict=True)
+    ):
+        wait = plan.hover if k == file.part[0] == 0 else 0.0
+        numbers = ",".join(map(_number, (*where, heading)))
+        acts = ",".join(_stays(vehicle.name, wait))
+        rows.append(f"{numbers},0,0,{gimbal},0,{acts},{mode},{_number(speed)},{place},{mode},-1,-1")
+    return "\n".join(rows) + "\n"
+
+
+def _require_ranges(name: str, points: Floats, altitudes: Floats) -> None:
+    """Raise `InputError` for waypoints that DJI's aircraft refuse."""
+    legs = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    for what, values, (least, most) in (("altitudes", altitudes, ALTITUDES), ("legs", legs, LEGS)):
+        wrong = values[(values < least) | (values > most)]
+        if len(wrong):
+            raise InputError(f"{name}: Litchi takes {what} of {least:g} to {most:g} m, and one has {wrong[0]:.4g} m")
+
+
+def _headings(points: Floats, vehicle: UAV) -> list[float]:
+    """Return where the nose points at waypoints (n, 3), degrees clockwise from north: by default along the next leg."""
+    if vehicle.heading is not None:
+        return [vehicle.heading] * len(points)
+    legs = np.diff(points, axis=0)
+    ways = np.concatenate([legs, legs[-1:]]) if vehicle.look_at is None else np.array(vehicle.look_at) - points
+    headings: list[float] = (np.degrees(arctan2(ways[:, 0], ways[:, 1])) % 360.0).tolist()
+    return headings
+
+
+def _stays(name: str, seconds: float) -> list[str]:
+    """Return the actions of a waypoint at which a UAV stays for some seconds: kinds and parameters, in turn."""
+    count = math.ceil(seconds / LONGEST_STAY)
+    if count > ACTIONS:
+        raise InputError(
+            f"{name}: Litchi lets it wait {ACTIONS * LONGEST_STAY:g} s at most at its first waypoint, and it is to "
+            f"depart after {seconds:.4g} s"
+        )
+    stay = [STAY, str(round(1000.0 * seconds / count))] if count else []
+    return stay * count + [*NO_ACTION] * (ACTIONS - count)
+
+
+def litchi_settings(fleet: ExportedFleet) -> str:
+    """Return what a pilot has to set in Litchi, as its tables do not say it."""
+    returns = [
+        f"{back.altitude:.4g} m for {fleet.name(plan)}"
+        for plan, back in zip(fleet.plans, fleet.returns, strict=True)
+        if back is not None
+    ]
+    return (
+        f"{Caution.BEFORE} each flight, set in Litchi what its tables do not say: path mode Straight Lines; heading "
+        f"mode Custom where a UAV has look_at or heading, else Auto; finish action {FINISH_ACTIONS[fleet.options.end]} "
+        f"after the last table of a UAV, None after others; return height {few(returns, MAX_TOLD)}."
+    )
+
+
+def _number(value: float) -> str:
+    return f"{value:.9f}".rstrip("0").rstrip(".")
