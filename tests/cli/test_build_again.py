@@ -106,3 +106,20 @@ def test_a_scenario_in_an_older_frame_is_refused_and_built_anew(skyverse, zones)
     code, _, err = skyverse("scenario", "build", "--from", "old.yaml", "--name", "new", "-o", "again.yaml")
     assert code == 0, err
     assert sky.read_scenario("again.yaml").digest == sky.read_scenario("new.yaml").digest
+
+
+def test_a_fence_is_among_the_files_of_a_scenario(skyverse, tmp_path):
+    ring = [[9.84, 46.79], [9.86, 46.79], [9.86, 46.81], [9.84, 46.81], [9.84, 46.79]]
+    (tmp_path / "maps").mkdir()
+    Path("maps/area.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
+    words = ["--ground", "1500 m amsl", "--fence", "maps/area.geojson", "--margin", 10]
+    code, out, err = skyverse("scenario", "build", *words, "-o", "first.yaml")
+    assert (code, "area.geojson: fence" in out) == (0, True), err
+    code, _, err = skyverse("scenario", "build", "--from", "first.yaml", "-o", "maps/again.yaml")
+    assert code == 0, err
+    first, again = sky.read_scenario("first.yaml"), sky.read_scenario("maps/again.yaml")
+    assert [one.kind for one in first.obstacles] == ["fence"]
+    assert first.obstacles == again.obstacles
+    code, _, err = skyverse("scenario", "build", *words, "-o", "maps/area.geojson")
+    assert code == 2
+    assert Path("maps/area.geojson").read_text().startswith("{")

@@ -1,7 +1,6 @@
 """Missions for ground stations, read back by MAVSDK and pymavlink."""
 
 import json
-import socket
 
 import handmade_exports as handmade
 import jsonschema
@@ -9,7 +8,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from patience import PATIENCE_S, wait_until
+from patience import wait_until
 from proj_map import proj_local
 from skyverse import Origin
 from skyverse.exports.mavlink_formats import geofence
@@ -20,42 +19,6 @@ pytest.importorskip("pyproj", reason="an independent geodesy")
 
 FRAMES = {"amsl": 0, "home": 3, "agl": 10}
 WAYPOINT, LOITER, RETURN, LAND, TAKEOFF, DELAY, SPEED = 16, 17, 20, 21, 22, 93, 178
-
-
-class Stations:
-    """MAVSDK's ground station, and its simulated autopilot, over loopback."""
-
-    def __init__(self):
-        from mavsdk.component_type import ComponentType
-        from mavsdk.mavsdk import Configuration, Mavsdk
-        from mavsdk.plugins.mission_raw.mission_raw import MissionRaw
-        from mavsdk.plugins.mission_raw_server.mission_raw_server import MissionRawServer
-
-        self.ground, self.air = (
-            Mavsdk(Configuration.create_with_component_type(kind))
-            for kind in (ComponentType.GROUND_STATION, ComponentType.AUTOPILOT)
-        )
-        self.received = []
-        self.server = MissionRawServer(self.air.server_component())
-        self.server.subscribe_incoming_mission(lambda result, plan, _: self.received.append(plan.mission_items))
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
-        assert self.air.add_any_connection(f"udpin://127.0.0.1:{port}") == 0
-        self.ground.add_any_connection(f"udpout://127.0.0.1:{port}")
-        self.mission = MissionRaw(self.ground.first_autopilot(PATIENCE_S))
-
-    def close(self):
-        self.ground.destroy()
-        self.air.destroy()
-
-
-@pytest.fixture(scope="module")
-def stations():
-    pytest.importorskip("mavsdk", reason="reads .plan and .waypoints")
-    both = Stations()
-    yield both
-    both.close()
 
 
 def random_case(seed):

@@ -22,6 +22,7 @@ OPTIONS = {
     "Raster.unit": "--terrain-unit",
     "Sensor.delay": "--sensor-delay",
     "Sensor.rate": "--sensor-rate",
+    "fences": "--fence",
     "licences": "--licence",
     "mission": "MISSION",
     "uavs": "--uav",

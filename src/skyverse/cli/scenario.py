@@ -100,6 +100,7 @@ _TEXTS = {
     "buildings": _TextOption(list[Path], settings=_several),
     "zones": _TextOption(list[Path], settings=_several),
     "voxels": _TextOption(list[Path], settings=_several),
+    "fence": _TextOption(list[Path], settings=_several),
     "soft_zones": _TextOption(list[str], "`FILE=RISK`", lambda words: list(map(_risk, words)), _several),
     "licence": _TextOption(list[str], "`FILE=TEXT`", lambda words: dict(map(_licence, words)), _several),
     "uav": _TextOption(
@@ -225,7 +226,7 @@ def build(
         given = given_again(again, kept, {one.name: one for one in _options()}) | given
     words = kept_words(given)
     files = _values(MapFiles, given)
-    read = [path for kind in ("terrain", "buildings", "zones", "voxels") for path in files.get(kind, ())]
+    read = [path for kind in ("terrain", "buildings", "zones", "fences", "voxels") for path in files.get(kind, ())]
     refuse_output(output, *read, *(path for path, _ in files.get("soft_zones", ())))
     notes: list[Note] = []
     with _watched(notes) as on_note:

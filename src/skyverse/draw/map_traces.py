@@ -14,7 +14,7 @@ from skyverse.draw.mover_traces import ways_on_map
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, area, columns, packed, plain, round_step, trace
 from skyverse.draw.scenes import Scene
-from skyverse.draw.shape_geometry import footprint
+from skyverse.draw.shape_geometry import footprint, is_fence
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import DrawnTrack, few
 from skyverse.model.frame import Origin
@@ -109,9 +109,10 @@ def spacing(range_: float) -> float:
 
 
 def kind(kind: ShapeKind, number: int) -> Trace:
-    """Return the footprints of a kind as one filled line, in which holes run clockwise."""
+    """Return the footprints of a kind as one line, in which holes run clockwise; all but fences are filled."""
     rings = [ring for shape in kind.shapes for ring in footprint(shape, kind.sides)]
-    return area(plain(kind.name), closed(rings), {"role": "kind", "kind": number})
+    found = area(plain(kind.name), closed(rings), {"role": "kind", "kind": number})
+    return found | {"fill": "none"} if any(map(is_fence, kind.shapes)) else found
 
 
 def _zone_names(scene: Scene) -> list[Trace]:

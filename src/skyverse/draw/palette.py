@@ -1,6 +1,6 @@
 """The colours of all pictures, on pages and in figures: one home, so that one thing has one colour everywhere."""
 
-from skyverse.model.shapes import NO_FLY_ZONE
+from skyverse.model.shapes import FENCE, NO_FLY_ZONE
 
 TRACKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """The colours of UAVs: Okabe and Ito's, which all kinds of colour vision tell apart, without black and yellow."""
@@ -14,6 +14,7 @@ KINDS = {
     "vegetation": "#6f8f57",
     "power line": "#6b5b95",
     NO_FLY_ZONE: "#c8323c",
+    FENCE: "#1f6f8b",
     "restricted": "#c8323c",
     "prohibited": "#a3123a",
     "school": "#b8860b",

@@ -13,7 +13,7 @@ from skyverse._typing import Floats
 from skyverse.draw.map_figure import INK, SOFT, blank, colour, plain
 from skyverse.draw.palette import FINDINGS, LIGHT
 from skyverse.draw.replanned_scene import ReplannedScene
-from skyverse.draw.shape_geometry import DrawnShape, grown, surface
+from skyverse.draw.shape_geometry import DrawnShape, grown, is_fence, surface
 from skyverse.model.shapes import Voxels
 
 if TYPE_CHECKING:
@@ -251,8 +251,8 @@ class MovingView:
         return np.asarray(seen[ConvexHull(seen).vertices])
 
     def _outlines(self, shape: DrawnShape) -> list[Floats]:
-        """Return the outline of a shape, as if it were convex; voxels, which have no single one, are left out."""
-        return [] if isinstance(shape, Voxels) else [self._outline(surface(shape)[0])]
+        """Return the outline of a shape, as if it were convex; voxels, which have none, and fences are left out."""
+        return [] if isinstance(shape, Voxels) or is_fence(shape) else [self._outline(surface(shape)[0])]
 
     def label(self, axis: int, upright: bool) -> None:
         """Label the upright or the level axis of the picture, along which x, y or z is shown, upwards or downwards."""

@@ -10,7 +10,7 @@ from skyverse.draw.triangulation import joined, triangles, turned
 from skyverse.model.mover import Ellipsoid, Mover
 from skyverse.model.quantities import derived
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import FENCE, Box, Cylinder, Prism, Sphere, Voxels
 
 DrawnShape = Box | Cylinder | Sphere | Prism | Voxels | Ellipsoid
 
@@ -48,6 +48,25 @@ def below(shape: DrawnShape, top: float) -> DrawnShape:
     return shape
 
 
+WALL = 0.15
+"""The height at which the wall is drawn that stands for a fence, as a share of the picture's."""
+
+
+def drawn_fence(fence: Prism, low: Floats, high: Floats, ground: float) -> Prism:
+    """Return what is drawn of a fence: a low wall from z = `low` to above the ground, within corners (3,) of a picture.
+
+    What crosses the picture's sides ends there; of such a prism nobody asks whether its outlines are sound.
+    """
+    rings = [np.clip(np.array(ring), low[:2], high[:2]).tolist() for ring in (fence.vertices, *fence.holes)]
+    top = min(float(high[2]), ground + WALL * float(high[2] - low[2]))
+    return derived(fence, vertices=tuple(rings[0]), holes=tuple(rings[1:]), low=float(low[2]), high=top)
+
+
+def is_fence(shape: DrawnShape) -> bool:
+    """Tell whether a shape is a fence, of which only the walls are drawn."""
+    return isinstance(shape, Prism) and shape.kind == FENCE
+
+
 def surface(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> tuple[Floats, Ints]:
     """Return the points, (n, 3), of a shape's closed surface and its triangles, (m, 3), as indices of points."""
     if isinstance(shape, Box):
@@ -59,9 +78,12 @@ def surface(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> tuple[Floats, Ints]
         first = 4 * np.arange(len(quads))[:, None]
         return quads.reshape(-1, 3), np.vstack([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))])
     rings = footprint(shape, sides)
-    floor, n = triangles(rings), sum(map(len, rings))
+    n = sum(map(len, rings))
     i, j = _around(rings)
     walls = np.vstack([np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])])
+    if is_fence(shape):
+        return _levels(rings, shape), walls
+    floor = triangles(rings)
     return _levels(rings, shape), np.vstack([floor[:, ::-1], floor + n, walls])
 
 
@@ -79,8 +101,11 @@ def faces(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:
         rings = footprint(shape, sides)
         points, n = _levels(rings, shape), sum(map(len, rings))
         i, j = _around(rings)
+        walls = list(points[np.column_stack([i, j, j + n, i + n])])
+        if is_fence(shape):
+            return walls
         roof = joined(rings) + n
-        return [*points[np.column_stack([i, j, j + n, i + n])], points[roof - n], points[roof]]
+        return [*walls, points[roof - n], points[roof]]
     if isinstance(shape, Voxels):
         return list(skin(shape))
     points, triangle = _ball(shape, sides)

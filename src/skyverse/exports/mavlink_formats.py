@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Sequence
 from enum import IntEnum
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,6 +11,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw import footprint
+from skyverse.errors import require_libraries
 from skyverse.exports.autopilots import End, corner_acceptance, stop_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
@@ -135,6 +137,8 @@ def mission_items(file: FlightFile) -> list[MissionItem]:
 
 QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's numbers for the references of altitudes."""
+LEAST_AREA = 1.0
+"""Square metres that a part between obstacles must have to be one that a UAV can be in."""
 MAX_OFF_FENCE = 0.5
 """Metres that an edge of the fence, which is straight in degrees, may be off the edge on the map."""
 FIRMWARE = {"px4": 12, "ardupilot": 3}
@@ -187,27 +191,32 @@ def _item(number: int, item: MissionItem, mode: int) -> dict[str, object]:
 
 
 def geofence(scenario: Scenario) -> dict[str, object]:
-    """Return the geofence: the bounds as the area to stay in, and obstacles as areas to stay out of.
+    """Return the geofence: the bounds, or what a fence leaves of them, to stay in, and obstacles to stay out of.
 
     A geofence has no floor and no ceiling, so it contains only obstacles without free space above or below; nothing may
-    fly above those that are closed above.
+    fly above those that are closed above. It has one area to stay in: of several, the vehicle would have to be in
+    all for ArduPilot, unless FENCE_OPTIONS says otherwise, and for PX4 as it is today, but in any for older PX4.
     """
     (x0, y0, z0), (x1, y1, z1) = scenario.bounds.min, scenario.bounds.max
-    ring = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-    rings, circles = [ring], []
+    rings, circles = list[Floats](), []
+    holed = list[Prism]()
     room = scenario.clearance
     for shape in scenario.obstacles:
-        if not isinstance(shape, Box | Cylinder | Prism) or (isinstance(shape, Prism) and shape.holes):
+        if not isinstance(shape, Box | Cylinder | Prism):
             continue
         low, high = (shape.min[2], shape.max[2]) if isinstance(shape, Box) else (shape.low, shape.high)
         if low - room > z0 or (high + room < z1 and not shape.closed_above):
             continue
-        if isinstance(shape, Cylinder):
+        if isinstance(shape, Prism) and shape.holes:
+            holed.append(shape)
+        elif isinstance(shape, Cylinder):
             ((latitude, longitude),) = _corners(scenario, np.array([shape.centre]))
             circle = {"center": [latitude, longitude], "radius": shape.radius}
             circles.append({"circle": circle, "inclusion": False, "version": 1})
         else:
             rings.append(np.array(shape.vertices) if isinstance(shape, Prism) else footprint(shape)[0])
+    frame = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+    rings = [*(_without_holes(holed, frame) if holed else [frame]), *rings]
     rings = [_with_straight_edges(scenario, ring) for ring in rings]
     corners = _corners(scenario, np.concatenate(rings))
     ends = np.cumsum([len(ring) for ring in rings]).tolist()
@@ -215,6 +224,28 @@ def geofence(scenario: Scenario) -> dict[str, object]:
         {"inclusion": first == 0, "polygon": corners[first:last], "version": 1} for first, last in pairwise([0, *ends])
     ]
     return {"circles": circles, "polygons": polygons, "version": 2}
+
+
+def _without_holes(prisms: Sequence[Prism], frame: Floats) -> list[Floats]:
+    """Return an area to stay in and areas to stay out of, rings (n, 2) without holes, for prisms that have holes.
+
+    Where the prisms leave one part of the frame, that is the area to stay in, without what it surrounds. Otherwise it
+    is the frame, and the prisms are cut along y through each of their holes.
+    """
+    require_libraries("a geofence of obstacles with holes", "shapely")
+    import shapely
+
+    whole = shapely.Polygon(frame)
+    (x0, y0), (x1, y1) = frame.min(axis=0).tolist(), frame.max(axis=0).tolist()
+    solid = whole.intersection(shapely.union_all([shapely.Polygon(one.vertices, one.holes) for one in prisms]))
+    left = [part for part in shapely.get_parts(whole.difference(solid)) if part.area > LEAST_AREA]
+    if len(left) == 1:
+        return [shapely.get_coordinates(ring)[:-1] for ring in (left[0].exterior, *left[0].interiors)]
+    holes = [hole for part in shapely.get_parts(solid) for hole in getattr(part, "interiors", ())]
+    cuts = sorted({x0, x1, *(shapely.Polygon(hole).representative_point().x for hole in holes)})
+    strips = [shapely.get_parts(solid.intersection(shapely.box(a, y0, b, y1))) for a, b in pairwise(cuts)]
+    parts = [part for strip in strips for part in strip if part.area > 0]
+    return [frame, *(shapely.get_coordinates(part.exterior)[:-1] for part in parts)]
 
 
 def _corners(scenario: Scenario, ring: Floats) -> list[list[float]]:

@@ -91,6 +91,8 @@ LEAST_CLEARANCE = 0.001
 
 NO_FLY_ZONE = "no-fly zone"
 """What zones that must not be flown through are called where a map says nothing more of them."""
+FENCE = "fence"
+"""What obstacles are called that fill all around the areas that UAVs must stay in; pictures show their edges alone."""
 
 
 class Shape(Model):
@@ -101,7 +103,7 @@ class Shape(Model):
     name
         What it is called, if it has a name.
     kind
-        What it stands for, such as ``"building"`` or ``"no-fly zone"``: a name and, in pictures, a colour, no more.
+        What it stands for, such as ``"building"`` or ``"no-fly zone"``: a name and, in pictures, its looks, no more.
     solid
         Whether an obstacle is a thing, on which UAVs may stand and which they can hit, rather than airspace that they
         must not enter, such as a no-fly zone. Zones of a scenario are airspace, whatever they say.

@@ -12,6 +12,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, in_words, require_kind
 from skyverse.maps.assembly import frame
 from skyverse.maps.assembly.bad_points import BadPoint, Point, refuse_bad_points
+from skyverse.maps.assembly.fences import fence_around
 from skyverse.maps.assembly.frame import Area, require_size
 from skyverse.maps.assembly.inputs import FeatureFile, licence_of, licensed, open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds
@@ -37,8 +38,8 @@ from skyverse.model.altitude import AboveSea, GlobalPlace
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
 from skyverse.model.frame import Frame, Origin
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target, upright_step
-from skyverse.model.shapes import Prism, Terrain, Voxels
-from skyverse.model.short_lines import counted
+from skyverse.model.shapes import FENCE, Prism, Terrain, Voxels
+from skyverse.model.short_lines import counted, listed
 from skyverse.model.uav import UAV, with_limits
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES, FleetLimits
 
@@ -77,7 +78,9 @@ def build_scenario(options: BuildOptions) -> Scenario:
     options = replace(options, on_note=_kept_too(options.on_note, told))
     starts, goals = named_places(options.uavs, "uav"), named_places(options.targets, "target")
     files, clouds = read_feature_files(options), open_clouds(options)
-    outlines = [*(feature.outline for file in files for feature in file.features), *(one.outline for one in clouds)]
+    around = [file for file in files if file.gives == FENCE] or files
+    outlines = [feature.outline for file in around for feature in file.features]
+    outlines += [] if options.fences else [one.outline for one in clouds]
     site = _survey(options, starts, goals, np.concatenate([np.empty((0, 2)), *outlines]))
     ends = _ends(options, site, starts, goals)
     contents = _contents(options, site, ends, files, clouds)
@@ -201,8 +204,11 @@ class _Contents:
 def _survey(
     options: BuildOptions, starts: Mapping[str, GlobalPlace], goals: Mapping[str, GlobalPlace], corners: Floats
 ) -> _Site:
-    """Find out where a scenario lies, from its area, places, rasters, or the corners (n, 2) of what stands in it."""
-    origin, on_note = options.origin, options.on_note
+    """Find out where a scenario lies: from its area, places, fence, rasters, or what stands in it.
+
+    The last one, or the fence where there is one, has the corners (n, 2).
+    """
+    origin, on_note, margin = options.origin, options.on_note, options.margin
     rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in options.terrain]
     if rasters and options.ground is not None:
         raise InputError(
@@ -223,14 +229,16 @@ def _survey(
         area = None if options.area is None else Area(*options.area)
         if area is None:
             refuse_one_swapped([*starts.items(), *goals.items()])
+        fenced = bool(options.fences) and area is None and not places
+        known = [] if fenced else files
+        margin = 0.0 if fenced and margin is None else margin
         if area is not None:
             refuse_off_map({"the middle of the area": (*area.middle, AboveSea(0))}, files)
-        level = origin or frame.middle_of(area, places, files, corners, options.geoid)
+        middle = frame.middle_of(area, places, known, corners, options.geoid)
+        level = origin or middle
         if origin is not None:
-            frame.refuse_far(origin, frame.middle_of(area, places, files, corners, options.geoid))
-        region = frame.region_of(
-            area, options.margin, places, files, corners, level, lambda *told: on_note(Note(*told))
-        )
+            frame.refuse_far(origin, middle)
+        region = frame.region_of(area, margin, places, known, corners, level, lambda *told: on_note(Note(*told)))
         refuse_outside([*starts, *goals], places, level, region, "the area")
         sources = [
             (Path(file.path), Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name))
@@ -302,6 +310,7 @@ def _contents(
 ) -> _Contents:
     """Bring buildings, zones and voxels into the local frame, within bounds that hold what UAVs could reach."""
     reach, most = 2 * options.clearance + 10.0, options.max_height
+    fences, files = ([file for file in files if (file.gives == FENCE) is kind] for kind in (True, False))
     local = [local_features(file.features, site.origin, site.region, site.ground, reach) for file in files]
     solids = [voxels_of(cloud, site.origin, site.region, reach, site.ground, options) for cloud in clouds]
     points = [point for _, point in ends.all]
@@ -324,16 +333,22 @@ def _contents(
             refuse_swapped(file.path, file.features, site.origin, site.region)
             options.on_note(Note(file.path, f"{Caution.WARNING}: nothing of it lies in the area"))
         hard = [prism for prism in made if prism.risk is None]
-        if not file.is_buildings:
+        if file.gives == "zones":
             hard = _closed_above(hard, options, top, file.path)
-        path = Path(file.path)
-        bad += points_inside(ends.all, hard, options.clearance, path.name, top)
+        bad += points_inside(ends.all, hard, options.clearance, Path(file.path).name, top)
         obstacles += hard
         soft += [prism for prism in made if prism.risk is not None]
-        gives = "buildings" if file.is_buildings else "zones"
-        sources.append((path, Source(file=path.name, gives=gives, licence=licence_of(path))))
     x0, y0, x1, y1 = site.region
     bounds = Bounds(min=(x0, y0, floor), max=(x1, y1, top))
+    if fences:
+        areas, names = [area for file in fences for area in file.features], listed([Path(f.path).name for f in fences])
+        fence = fence_around(areas, site.origin, bounds, reach=reach, tolerance=options.tolerance)
+        options.on_note(Note("", f"UAVs stay inside the fence of {names}: {counted(len(areas), 'area')}"))
+        bad += fence.points_outside(ends.all, options.clearance, names)
+        obstacles += fence.prisms
+    for file in (*files, *fences):
+        path = Path(file.path)
+        sources.append((path, Source(file=path.name, gives=file.gives, licence=licence_of(path))))
     return _Contents(bounds, tuple(obstacles), tuple(soft), sources, bad)
 
 

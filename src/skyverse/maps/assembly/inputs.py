@@ -14,7 +14,7 @@ from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, 
 from skyverse.model.caution import Caution
 from skyverse.model.frame import Origin
 from skyverse.model.scenario import Source
-from skyverse.model.shapes import Terrain, Voxels
+from skyverse.model.shapes import FENCE, Terrain, Voxels
 from skyverse.model.short_lines import counted
 
 MAX_SENTENCES = 5
@@ -22,28 +22,29 @@ MAX_SENTENCES = 5
 
 
 class FeatureFile(NamedTuple):
-    """A file of buildings or zones."""
+    """A file of buildings, zones or a fence, and which of these words tells what it gives."""
 
     path: str
     features: list[Feature]
-    is_buildings: bool
+    gives: str
 
 
 def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
-    """Read the files of buildings, zones and soft zones, in this order."""
+    """Read the files of buildings, zones, soft zones and fences, in this order."""
     from skyverse.maps.readers import read_features
 
     reading = options.reading or Reading()
     asked: list[tuple[str, str | None, float | None]] = [(str(path), "building", None) for path in options.buildings]
     asked += [(str(path), None, None) for path in options.zones]
     asked += [(str(path), None, risk) for path, risk in options.soft_zones]
+    asked += [(str(path), FENCE, None) for path in options.fences]
     read = []
     for path, kind, risk in asked:
         if risk is not None and not (math.isfinite(risk) and risk > 0):
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
         with _told(path, options.on_note) as tell:
             found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=tell))
-        read.append(FeatureFile(path, found, kind is not None))
+        read.append(FeatureFile(path, found, {None: "zones", "building": "buildings", FENCE: FENCE}[kind]))
     return read
 
 

@@ -65,7 +65,7 @@ def local_features(
     given, features = len(features), features_around(features, origin.longitude, origin.latitude)
     counts: Counter[str] = Counter()
     x0, y0, x1, y1 = region[0] - reach, region[1] - reach, region[2] + reach, region[3] + reach
-    outlines = _outlines(features, origin)
+    outlines = local_outlines(features, origin)
     boxes = shapely.bounds(outlines).reshape(-1, 4)
     near = (boxes[:, 0] <= x1) & (boxes[:, 2] >= x0) & (boxes[:, 1] <= y1) & (boxes[:, 3] >= y0)
     counts["outside"] = int((~near).sum()) + max(0, given - len(features))
@@ -87,7 +87,7 @@ def local_features(
     return LocalFeatures(whole, [kept[k] for k in rows], low[rows], high[rows], counts)
 
 
-def _outlines(features: Sequence[Feature], origin: Origin) -> NDArray[Any]:
+def local_outlines(features: Sequence[Feature], origin: Origin) -> NDArray[Any]:
     """Return polygons (n,) of shapely in local metres."""
     import shapely
 

@@ -55,6 +55,9 @@ class MapFiles:
     soft_zones
         Files of zones that may be flown through, each with the risk of a metre flown inside, where no field ``risk``
         says it.
+    fences
+        Files, of the same formats, of areas that UAVs must stay in: all outside of every one of them is forbidden, at
+        any height. Heights in these files do not count.
     voxels
         Point clouds, .las or .laz, that say where on Earth they lie and were taken from the air: what is below a point
         counts as occupied. Points of noise are left out, and those of the ground where there is a terrain.
@@ -73,6 +76,7 @@ class MapFiles:
     zones: Sequence[str | Path] = ()
     zones_closed_above: bool = False
     soft_zones: Sequence[tuple[str | Path, float]] = ()
+    fences: Sequence[str | Path] = ()
     voxels: Sequence[str | Path] = ()
     uavs: GlobalPlaces = ()
     targets: GlobalPlaces = ()
@@ -82,7 +86,7 @@ class MapFiles:
         require_flag(self.zones_closed_above, "zones_closed_above")
         for name in ("uavs", "targets"):
             require_kind(getattr(self, name), (list, tuple, Mapping), name)
-        for name in ("terrain", "buildings", "zones", "voxels", "soft_zones"):
+        for name in ("terrain", "buildings", "zones", "fences", "voxels", "soft_zones"):
             require_kind(getattr(self, name), (list, tuple), name)
             for number, one in enumerate(getattr(self, name)):
                 if name == "soft_zones":
@@ -105,7 +109,8 @@ class MapRegion:
     ----------
     area
         West, south, east and north, degrees; what lies outside is dropped. When left out, the area is what lies within
-        `margin` of UAVs and targets, or, where there are none, all that the terrain or the buildings cover.
+        `margin` of UAVs and targets, or, where there are none, the box around the fence, or else all that the terrain
+        or the buildings cover.
     margin
         Without an area, how much is kept around UAVs and targets, metres; 250 when left out.
     origin

@@ -78,7 +78,7 @@ class Reading:
     height_field
         The name of the field that holds the height above ground, where it is none of the usual names.
     buffer
-        How far around lines and points must not be entered, metres.
+        How far around lines and points must not be entered, metres; of a fence, how far UAVs may fly around them.
     crs
         The coordinate system of a file that does not say it, such as ``"EPSG:2056"``.
     lod

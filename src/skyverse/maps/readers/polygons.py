@@ -17,6 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.feature import Feature
+from skyverse.model.shapes import FENCE
 
 UNAMBIGUOUS_EDGE = 179.0
 """Degrees of longitude; an edge up to this long is read as it stands."""
@@ -143,8 +144,8 @@ def _cut(feature: Feature, frame: Polygon) -> list[Feature]:
     parts = [part for turn in turns for part in pieces(_turned(polygon, turn).intersection(frame))]
     cut = []
     for part in shapely.segmentize(parts, 1.0):
-        rings = [shapely.get_coordinates(ring)[:-1] for ring in (part.exterior, *part.interiors)]
-        cut.append(replace(feature, outline=rings[0], holes=tuple(rings[1:])))
+        outline, holes = outline_and_holes(part)
+        cut.append(replace(feature, outline=outline, holes=holes))
     return cut
 
 
@@ -250,6 +251,45 @@ def _band(places: Floats, metres: float, where: str) -> Polygon:
         interleaved=False,
     )
     return in_one_piece(outline, where, beside=x)
+
+
+def area_features(
+    geometry: BaseGeometry,
+    where: str,
+    *,
+    tell: Tell = lambda sentence: None,
+    radius: float | None = None,
+    buffer: float | None = None,
+) -> list[Feature]:
+    """Return areas that UAVs must stay in, of which none reaches beyond a geometry; parameters are as for `polygons`.
+
+    Raises
+    ------
+    InputError
+        If an outline meets itself or a hole, or encloses nothing, or if a point or line has no width.
+    """
+    if not shapely.is_valid(shapely.get_parts([geometry])).all():
+        raise InputError(f"{where}: expected an area to stay in, found an outline that meets itself or a hole")
+    radius, buffer = (None if reach is None else _held(reach, where) for reach in (radius, buffer))
+    found = polygons(geometry, where, tell, radius=radius, buffer=buffer)
+    return [
+        Feature(*outline_and_holes(part), None, None, FENCE, False, None, where)
+        for part in shapely.segmentize(found, MAX_EDGE_DEGREES)
+    ]
+
+
+def _held(metres: float, where: str) -> float:
+    """Return the width for which `band` reaches no farther than some metres."""
+    held = metres * math.cos(math.pi / BUFFER_SIDES) * (1 - 5e-4) - BAND_SLACK
+    if held <= 0:
+        raise InputError(f"{where}: expected an area to stay in, found one that reaches {metres:g} m")
+    return held
+
+
+def outline_and_holes(polygon: Polygon) -> tuple[Floats, tuple[Floats, ...]]:
+    """Return the corners (n, 2) of a polygon's outline and of each hole, the first not repeated."""
+    outline, *holes = (shapely.get_coordinates(ring)[:-1] for ring in (polygon.exterior, *polygon.interiors))
+    return outline, tuple(holes)
 
 
 def repaired(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False) -> list[Polygon]:

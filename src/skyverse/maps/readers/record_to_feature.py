@@ -21,10 +21,10 @@ from skyverse.maps.georeference.coordinate_systems import to_globe, unit_of_heig
 from skyverse.maps.georeference.feature import Feature, Fields, is_empty, number_of, plain
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
-from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
+from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, area_features, outline_and_holes, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.caution import Caution
-from skyverse.model.shapes import NO_FLY_ZONE
+from skyverse.model.shapes import FENCE, NO_FLY_ZONE
 
 NO_RESTRICTION = "norestriction"
 """The plain name of what ED-269's field ``restriction`` and ED-318's ``type`` say of a zone that restricts nothing.
@@ -103,6 +103,10 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
     if NO_RESTRICTION in said and choices.kind is None:
         choices.tell(f"{where}: left out, it restricts nothing")
         return
+    if choices.kind == FENCE:
+        radius = circle_radius(fields, where, choices)
+        yield from area_features(geometry, where, tell=choices.tell, radius=radius, buffer=choices.buffer)
+        return
     kind = choices.kind or _kind(fields)
     parts = polygons(
         geometry,
@@ -119,9 +123,7 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
     if timed and kind != "building":
         choices.count(f"{Caution.WARNING}: with times ({timed[0]!r}), which are not read: active at all times")
     for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
-        outline = np.array(part.exterior.coords)[:-1, :2]
-        holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
-        yield Feature(outline, holes, low, high, kind, kind == "building", name, where, risk)
+        yield Feature(*outline_and_holes(part), low, high, kind, kind == "building", name, where, risk)
 
 
 def _says_times(value: object) -> bool:
