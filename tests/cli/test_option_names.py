@@ -71,8 +71,9 @@ def test_an_option_of_another_verb_stands_behind_that_verb(verb):
         before = said.removeprefix("no; give ").partition(option)[0].strip()
         if any(f"{one} {option}" in public for one in (verb, "plan", "scenario build")):
             assert f"{before or verb} {option}" in public, said
-    assert told["Raster.unit"] == f"no; give {'' if 'build' in verb else 'scenario build '}--terrain-unit UNIT"
-    assert told["max_height"].startswith("no; give --max" if verb in ("plan", "scenario build") else "no; give plan --")
+    own = verb in ("check", "scenario build")
+    assert told["Raster.unit"] == f"no; give {'' if own else 'scenario build '}--terrain-unit UNIT"
+    assert told["max_height"].startswith("no; give --max" if own or verb == "plan" else "no; give plan --")
 
 
 def test_a_plan_names_the_options_with_which_the_scenario_is_built(skyverse, tmp_path):

@@ -48,7 +48,7 @@ def test_a_uav_that_stops_at_each_waypoint_stops_at_none_besides():
     (flown,) = sky.routes(handmade.mission([BENT], origin=ORIGIN), stops=True)
     held = replace(flown, holds=np.full(len(flown.points), 2.0))
     assert flown.corners == held.corners == "stopping at each"
-    assert replace(held, radius=2.0).corners.startswith("corners cut within 2 m but at ")
+    assert replace(held, radii=np.full(len(held.points), 2.0)).corners.startswith("corners cut within 2 m but at ")
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])

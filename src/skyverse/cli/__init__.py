@@ -12,12 +12,13 @@ from cyclopts import App, CycloptsError, Parameter
 
 from skyverse._version import __version__
 from skyverse.cli.cache import cache
+from skyverse.cli.check import check
 from skyverse.cli.compare import compare
 from skyverse.cli.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_CLOSED
 from skyverse.cli.export import export
 from skyverse.cli.fly import fly
 from skyverse.cli.live import live
-from skyverse.cli.missions import check, show
+from skyverse.cli.missions import show
 from skyverse.cli.option_names import for_command_line, refusal, running
 from skyverse.cli.outputs import settle_folders
 from skyverse.cli.plan import plan

@@ -1,78 +1,19 @@
 """The verbs ``check`` and ``show``: a mission judged; a mission or a scenario drawn."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from skyverse.cli.exit_codes import FOUND_WRONG
-from skyverse.cli.given_scenario import judging_scenario, tell_unknown, without_way
-from skyverse.cli.option_names import for_command_line
-from skyverse.cli.option_types import FLAG, AsJson, GivenMission, GivenScenario, Output
+from skyverse.cli.given_scenario import tell_unknown
+from skyverse.cli.option_types import FLAG, GivenScenario, Output
 from skyverse.cli.outputs import DEFAULT_FOLDER, make_folder, refuse_output
-from skyverse.cli.report import json_text, violation_data
 from skyverse.errors import InputError
-from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
     from skyverse.model.scenario import Scenario
-
-
-def check(
-    mission: GivenMission,
-    /,
-    *,
-    scenario: GivenScenario | None = None,
-    as_json: AsJson = False,
-) -> int:
-    """Let the referee judge a mission file, whatever planned it.
-
-    It prints what is wrong, and then what is proven of each UAV's flight and of the fleet, each in one sentence.
-
-    Example: `skyverse check out/table-4.8.json --scenario table-4.8`
-
-    Exit code: 0 when all is proven; 1 when anything is wrong or cannot be decided, or when a UAV has no way; 2 for bad
-    input.
-
-    Parameters
-    ----------
-    mission
-        A mission file.
-    scenario
-        The scenario that the mission has to answer, a file or a built-in name; what differs from it in the mission is
-        named. Without it, the mission is judged by the scenario that it embeds, whoever wrote that.
-    as_json
-        Print the violations as JSON.
-    """
-    import skyverse as sky
-    from skyverse.referee import judge
-    from skyverse.space.mission_cautions import mission_cautions
-
-    judged = sky.read_mission(mission)
-    world, judged_by = judging_scenario(judged, scenario)
-    violations, certificates = judge(world, judged)
-    if as_json:
-        print(json_text([violation_data(v) for v in violations]), end="")
-    else:
-        for violation in violations:
-            print(f"{violation.fault.value}: {violation.message}")
-        print(f"{counted(len(violations), 'violation')} found." if violations else "The referee found nothing wrong.")
-    aside = sys.stderr if as_json else sys.stdout
-    print(judged_by, file=aside)
-    apart = certificates.apart if len(world.uavs) > 1 else None
-    for certificate in (*certificates.trajectories, apart):
-        if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
-            print(f"proven: {certificate.sentence}", file=aside)
-    for caution in mission_cautions(replace(judged, scenario=world)):
-        print(for_command_line(caution.sentence), file=aside)
-    if any(result is not None and result.status is sky.Status.OPTIMAL for result in judged.results):
-        print("Where a path is called optimal, it is so as claimed by the planner.", file=aside)
-    if not judged.complete:
-        print(without_way(judged), file=sys.stderr)
-    return FOUND_WRONG if violations or not judged.complete else 0
 
 
 def show(

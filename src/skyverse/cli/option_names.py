@@ -25,6 +25,7 @@ OPTIONS = {
     "fences": "--fence",
     "licences": "--licence",
     "mission": "MISSION",
+    "missions": "MISSIONS",
     "uavs": "--uav",
     "targets": "--target",
 }

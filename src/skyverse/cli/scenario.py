@@ -5,7 +5,7 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args, get_origin
@@ -151,13 +151,13 @@ def _documentation(options: type) -> dict[str, str]:
     return {name: inspect.cleandoc(text) for name, text in found.items()}
 
 
-def _options() -> Iterator[inspect.Parameter]:
+def map_options(without: Collection[str] = ()) -> Iterator[inspect.Parameter]:
     """Yield an option for each parameter of the classes in `_GROUPS`, with the documentation that it has there."""
     for owner, group in _GROUPS.items():
         documented = _documentation(owner)
         for field in dataclasses.fields(owner):
             name = _name(owner, field.name)
-            if name == "path":  # of a raster: these are the files of --terrain
+            if name == "path" or name in without:  # the path of a raster: these are the files of --terrain
                 continue
             said = re.sub(r'``"?(.*?)"?``', r"`\1`", " ".join(documented.get(field.name, "").split()))
             text = _TEXTS.get(name, _TextOption(None, settings=Parameter()))
@@ -223,37 +223,48 @@ def build(
         kept = () if again in BUILTIN_NAMES else options_built_with(Path(again))
         if not kept:
             raise InputError(f"--from: {again}: expected a scenario of skyverse scenario build, found no options in it")
-        given = given_again(again, kept, {one.name: one for one in _options()}) | given
+        given = given_again(again, kept, {one.name: one for one in map_options()}) | given
     words = kept_words(given)
-    files = _values(MapFiles, given)
-    read = [path for kind in ("terrain", "buildings", "zones", "fences", "voxels") for path in files.get(kind, ())]
-    refuse_output(output, *read, *(path for path, _ in files.get("soft_zones", ())))
+    refuse_output(output, *map_files(given))
     notes: list[Note] = []
-    with _watched(notes) as on_note:
-        raster = _values(Raster, given)
-        files["terrain"] = [Raster(path, **raster) for path in files.get("terrain", ())]
-        options = BuildOptions(
-            name or output.stem,
-            **files,
-            **_values(FleetLimits, given),
-            **_values(MapRegion, given),
-            **_values(MapDetail, given),
-            reading=Reading(**_values(Reading, given)),
-            on_note=on_note,
-        )
-        made = build_scenario(options)
+    with watched(notes) as on_note:
+        made = build_scenario(build_options(name or output.stem, given, on_note))
         made = made.model_copy(update={"built_with": words})
         write(made, output)
     _report(made, notes, output, as_json)
 
 
+def map_files(given: Mapping[str, Any]) -> list[Path]:
+    """Return all files that options of maps name."""
+    soft = (Path(path) for path, _ in map(_risk, given.get("soft_zones", ())))
+    return [
+        *(path for kind in ("terrain", "buildings", "zones", "fence", "voxels") for path in given.get(kind, ())),
+        *soft,
+    ]
+
+
+def build_options(name: str, given: dict[str, Any], on_note: "Callable[[Note], object]") -> BuildOptions:
+    """Return the options of a scenario from those of the command line."""
+    files, raster = _values(MapFiles, given), _values(Raster, given)
+    files["terrain"] = [Raster(path, **raster) for path in files.get("terrain", ())]
+    return BuildOptions(
+        name,
+        **files,
+        **_values(FleetLimits, given),
+        **_values(MapRegion, given),
+        **_values(MapDetail, given),
+        reading=Reading(**_values(Reading, given)),
+        on_note=on_note,
+    )
+
+
 _own = [one for one in inspect.signature(build).parameters.values() if one.kind is inspect.Parameter.KEYWORD_ONLY]
-build.__signature__ = inspect.Signature([*_own, *_options()])  # type: ignore[attr-defined]
+build.__signature__ = inspect.Signature([*_own, *map_options()])  # type: ignore[attr-defined]
 app.command(build)
 
 
 @contextmanager
-def _watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
+def watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
     """Yield a function that keeps notes, and shows the last one when a person watches.
 
     Where that ends in a refusal, all notes are printed, as they may explain it.
@@ -263,7 +274,7 @@ def _watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
             yield on_note
     except InputError:
         for note in notes:
-            print(_told(note), file=sys.stderr)
+            print(told(note), file=sys.stderr)
         raise
 
 
@@ -288,7 +299,7 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
     assert origin is not None
     sides = zip(low, high, scenario.lattice.step, strict=True)
     nodes = math.prod(int((b - a) / step + 1e-9) + 1 for a, b, step in sides)
-    done, heed = ([note for note in notes if _must_be_heeded(note) is kind] for kind in (False, True))
+    done, heed = ([note for note in notes if must_be_heeded(note) is kind] for kind in (False, True))
     if as_json:
         summary = {
             "file": str(output),
@@ -306,7 +317,7 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
         print(json_text(summary), end="")
         return
     for note in done:
-        print(_told(note))
+        print(told(note))
     for source in scenario.sources:
         more = "".join(f", {one}" for one in (source.crs, source.licence) if one)
         print(f"{source.file}: {source.gives}{more}")
@@ -327,14 +338,15 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
     if heed:
         print("Before you fly, heed:")
     for note in heed:
-        print(f"  {_told(note)}")
+        print(f"  {told(note)}")
 
 
-def _must_be_heeded(note: "Note") -> bool:
+def must_be_heeded(note: "Note") -> bool:
+    """Tell whether a pilot must heed a note."""
     return note.heed or stands_out(note.text)
 
 
-def _told(note: "Note") -> str:
+def told(note: "Note") -> str:
     """Return a note as it is printed."""
     text = for_command_line(note.text)
     return f"{Path(note.file).name}: {text}" if note.file else text

@@ -139,7 +139,7 @@ def banner(scene: MissionScene) -> str:
         proven = [note for note in scene.export_notes if not stands_out(note)]
         all_told = f"<details><summary>All that is proven</summary>{_list(proven)}</details>" if proven else ""
         said = f"{_export_table(scene.export_verdicts)}{_list(heeded) if heeded else ''}{all_told}"
-        verdict += card(tone, sign, "What is exported, and the ways home.", said)
+        verdict += card(tone, sign, scene.export_title, said)
     return verdict
 
 

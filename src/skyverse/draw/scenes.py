@@ -126,7 +126,7 @@ class MissionScene(Scene):
     `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
     the referee proved all of it at every instant. The `cautions` are what a pilot must heed. The `export_notes` are
     what an export says of its waypoints, and the `export_verdicts` are the head and the lines of its table, the columns
-    of a line as words.
+    of a line as words, under the `export_title`.
     """
 
     mission: Mission
@@ -139,6 +139,7 @@ class MissionScene(Scene):
     cautions: tuple[str, ...] = ()
     export_notes: tuple[str, ...] = ()
     export_verdicts: tuple[tuple[str, ...], ...] = ()
+    export_title: str = "What is exported, and the ways home."
     spare_note: ClassVar[str] = " (no UAV flies here)"
     spare_colour: ClassVar[str] = TARGET_TO_SPARE
 

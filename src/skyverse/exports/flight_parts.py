@@ -175,17 +175,17 @@ def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:
     from where it turned to it: in a triangle of the waypoint and two places p and q before it. To its first leg it may
     turn before the end of the take-off.
     """
-    points, stops = plan.waypoints, plan.full_stops
+    points, stops, radii = plan.waypoints, plan.full_stops, plan.route.waypoint_radii
     cut, width = np.zeros((len(points) - 1, 3)), np.zeros(len(points) - 1)
     below = towards(plan.home - points[0], plan.takeoff_cut)
     cut[:1] = below
     for k in range(1, len(points) - 1):
         if stops[k]:
             continue
-        before, at, radius = points[k - 1], points[k], plan.route.radius
+        before, at, radius = points[k - 1], points[k], float(radii[k])
         entered = before + below if k == 1 else before
         if k > 1 and not stops[k - 1]:
-            entered = before + towards(points[k - 2] - before, radius)
+            entered = before + towards(points[k - 2] - before, float(radii[k - 1]))
         p, q = towards(before - at, radius), towards(entered - at, radius)
         cut[k] = (p + q) / 2
         width[k] = math.dist(p, q) / 2

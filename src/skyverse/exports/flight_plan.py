@@ -98,7 +98,7 @@ class FlightPlan:
         """Metres below its first waypoint at which the UAV may turn to the next: PX4 ends a take-off that early."""
         if not np.isfinite(self.rates.climb):
             return 0.0  # an aeroplane is in flight there
-        return takeoff_cut(self.autopilot.name, self.route.radius)
+        return takeoff_cut(self.autopilot.name, float(self.route.waypoint_radii[0]))
 
     @property
     def takeoff_seconds(self) -> float:
@@ -225,7 +225,7 @@ def turning_points(route: Route, stops: Floats) -> Floats:
     """Return where an autopilot turns to the next leg, (m, 3) metres, for each waypoint after the take-off."""
     found = [route.waypoints[0]]
     for k, waypoint in enumerate(route.waypoints[1:], 1):
-        reach = 0.0 if stops[k] else route.radius
+        reach = 0.0 if stops[k] else float(route.waypoint_radii[k])
         found.append(waypoint + towards(found[-1] - waypoint, reach))
     return np.array(found[1:])
 

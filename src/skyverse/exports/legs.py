@@ -6,10 +6,11 @@ and MAVLink rounds to 1e-7 degrees. The difference is bounded for each leg and a
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +37,8 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
 from skyverse.space.tracking_error import NO_ERROR
 
-Polyline = tuple[Floats, float, Floats]
-"""Waypoints: (n, 3) metres, the acceptance radius, metres, and (n,) not 0 where a corner is not cut."""
+Polyline = tuple[Floats, float | Floats, Floats]
+"""Waypoints: (n, 3) metres, the acceptance radii, metres, one or (n,), and (n,) not 0 where a corner is not cut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ class LegChecker:
         """The scenario."""
         return self.space.given
 
-    def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str | Segments] | None:
+    def trouble(self, points: Floats, radius: float | Floats, stops: Floats) -> tuple[int, str | Segments] | None:
         """Return the first fault of a `Polyline`, or ``None``.
 
         It comes with an index: that of the first vertex of the leg, or n plus that of the corner.
@@ -76,13 +77,16 @@ class LegChecker:
                 return where, checked.fault
         return None
 
-    def parts(self, points: Floats, radius: float, stops: Floats) -> Iterator[tuple[int, Checked, bytes]]:
+    def parts(self, points: Floats, radius: float | Floats, stops: Floats) -> Iterator[tuple[int, Checked, bytes]]:
         """Yield the index, as in `trouble`, of each leg and corner of a polyline, what is found of it, and its key."""
         for k in range(len(points) - 1):
-            yield k, *self._remembered(self.leg, points[k : k + 2])
-        if radius > 0:
-            for k, corner in cut_corners(points, radius, stops):
-                yield len(points) + k, *self._remembered(self.corner, corner, radius)
+            yield k, *self.part(points[k : k + 2])
+        for k, corner, near in cut_corners(points, radius, stops):
+            yield len(points) + k, *self.part(corner, near)
+
+    def part(self, points: Floats, *radius: float) -> tuple[Checked, bytes]:
+        """Return what is found of a leg, (2, 3), or of a corner, (4, 3), that is cut within a radius, and its key."""
+        return self._remembered(self.corner if radius else self.leg, points, *radius)
 
     def _remembered(self, check: Callable[..., Checked], points: Floats, *radius: float) -> tuple[Checked, bytes]:
         asked = np.r_[points.ravel(), radius].tobytes()
@@ -271,15 +275,15 @@ class LegChecker:
         after = self._margins(here, strays=True)
         return max(before[0], after[0]), before[1] + after[1]
 
-    def deviations(self, points: Floats, radius: float, stops: Floats) -> Floats:
+    def deviations(self, points: Floats, radius: float | Floats, stops: Floats) -> Floats:
         """Return how far each leg of a `Polyline` may be off the straight line, (n - 1,) metres.
 
         With altitudes above ground that also holds for what is flown after a cut corner.
         """
         found = np.array([math.hypot(*self._margins(np.stack(leg), strays=True)) for leg in pairwise(points)])
-        if self.space.reference == "agl" and radius > 0:
-            for k, corner in cut_corners(points, radius, stops):
-                cut = np.stack([towards(place - corner[2], radius) for place in corner[:2]])
+        if self.space.reference == "agl":
+            for k, corner, near in cut_corners(points, radius, stops):
+                cut = np.stack([towards(place - corner[2], near) for place in corner[:2]])
                 found[k] = max(found[k], math.hypot(*self._around(corner, cut)) + float(np.abs(cut[:, 2]).max()))
         return found
 
@@ -294,19 +298,20 @@ def _is_climb(points: Floats) -> bool:
     return bool(np.abs(points - points[0])[:, :2].max() <= SAME_PLACE and points[-1, 2] > points[0, 2])
 
 
-def cut_corners(points: Floats, radius: float, stops: Floats) -> Iterator[tuple[int, Floats]]:
-    """Yield the index of each vertex of a `Polyline` whose corner is cut, and four points.
+def cut_corners(points: Floats, radius: float | Floats, stops: Floats) -> Iterator[tuple[int, Floats, float]]:
+    """Yield the index of each vertex of a `Polyline` whose corner is cut, four points, and the radius of the cut.
 
-    These, (4, 3) metres, are that where the leg before begins, if its corner is cut as far as possible, the vertex
+    The points, (4, 3) metres, are that where the leg before begins, if its corner is cut as far as possible, the vertex
     before, the vertex and the one after.
     """
+    radii = np.broadcast_to(radius, len(points))
     for k in range(1, len(points) - 1):
-        if stops[k]:
+        if stops[k] or radii[k] <= 0:
             continue
         entered = points[k - 1]
         if k > 1 and not stops[k - 1]:
-            entered = points[k - 1] + towards(points[k - 2] - points[k - 1], radius)
-        yield k, np.concatenate([entered[None], points[k - 1 : k + 2]])
+            entered = points[k - 1] + towards(points[k - 2] - points[k - 1], radii[k - 1])
+        yield k, np.concatenate([entered[None], points[k - 1 : k + 2]]), float(radii[k])
 
 
 def refused(checkers: Sequence[LegChecker], polylines: Sequence[Polyline]) -> set[int]:
@@ -314,14 +319,24 @@ def refused(checkers: Sequence[LegChecker], polylines: Sequence[Polyline]) -> se
 
     Each polyline has a checker, all of one space; what these found clear is judged, all that asks the same at once.
     """
-    wanted: dict[tuple[float, TrackingError, Place | None], list[tuple[int, bytes, Segments]]] = defaultdict(list)
-    for number, (legs, polyline) in enumerate(zip(checkers, polylines, strict=True)):
-        for _, checked, key in legs.parts(*polyline):
-            for segments in checked.clear:
-                wanted[segments[2:]].append((number, key, segments))
+    pairs = zip(checkers, polylines, strict=True)
+    return unproven((k, legs, *part[1:]) for k, (legs, polyline) in enumerate(pairs) for part in legs.parts(*polyline))
+
+
+def unproven(each: Iterable[tuple[int, LegChecker, Checked, bytes]]) -> set[int]:
+    """Return the numbers of parts that the referee does not prove; their checkers know them by their keys from then on.
+
+    Each part is given with its number, its checker, what that found, and its key, as of `LegChecker.part`.
+    """
+    wanted: dict[tuple[Any, ...], list[tuple[int, bytes, Segments]]] = defaultdict(list)
+    checkers = {}
+    for number, legs, checked, key in each:
+        checkers[number] = legs
+        for segments in checked.clear:
+            wanted[id(legs.space), *segments[2:]].append((number, key, segments))
     found = set()
     for parts in wanted.values():
-        world = checkers[0].space.referee(parts[0][2])
+        world = checkers[parts[0][0]].space.referee(parts[0][2])
         while parts:
             of = np.repeat(np.arange(len(parts)), [len(segments.starts) for _, _, segments in parts])
             starts, ends = (np.concatenate([part[2][end] for part in parts]) for end in (0, 1))

@@ -58,8 +58,8 @@ class Route:
     times
         (n,) seconds into the mission at which the UAV arrives: those of the trajectory plus all stops before. The
         take-off ends when the trajectory begins.
-    radius
-        The acceptance radius with which the route is proven, metres; 0 where the UAV stops at every waypoint.
+    radii
+        (n,) metres: the acceptance radius with which each point is proven; 0 where the UAV stops at every waypoint.
     takeoff
         The height of the vertical climb from the start, metres.
     lead
@@ -78,13 +78,23 @@ class Route:
     uav: int
     points: Floats
     times: Floats
-    radius: float
+    radii: Floats
     takeoff: float
     lead: Floats
     off: float
     holds: Floats
     deviations: Floats
     lifts: tuple[tuple[Floats, Floats], ...]
+
+    @property
+    def radius(self) -> float:
+        """The largest acceptance radius, metres."""
+        return float(self.radii.max())
+
+    @property
+    def waypoint_radii(self) -> Floats:
+        """The acceptance radii of the waypoints, (m,) metres."""
+        return self.radii[1:] if self.takeoff else self.radii
 
     @property
     def waypoints(self) -> Floats:
@@ -105,7 +115,8 @@ class Route:
     def polyline(self) -> Polyline:
         """What the referee has to prove of it."""
         points = np.concatenate([self.lead, self.waypoints])
-        return points, self.radius, np.r_[np.zeros(len(self.lead)), self.waypoint_holds]
+        before = np.zeros(len(self.lead))
+        return points, np.r_[before, self.waypoint_radii], np.r_[before, self.waypoint_holds]
 
     def sentence(self, scenario: Scenario, corners: str | None = None) -> str:
         """Return a sentence on what is proven; how corners are flown may be said in other words."""
@@ -261,7 +272,8 @@ def _made(
         points = np.concatenate([base[None], points])
         times = np.concatenate([times[:1], times])
     deviations = legs.deviations(points, radius, holds)[1 if climb else 0 :]
-    return Route(uav, points, times, radius, climb, search.lead, off, holds, deviations, legs.lifts)
+    radii = np.full(len(points), radius)
+    return Route(uav, points, times, radii, climb, search.lead, off, holds, deviations, legs.lifts)
 
 
 def _count_on_pad(legs: LegChecker, curve: Floats) -> int:

@@ -86,7 +86,7 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
     early, late = early + plan.hover, late + plan.hover
     for k, speed in enumerate(plan.speeds, 1):
         a, b = waypoints[k - 1], waypoints[k]
-        reach = 0.0 if plan.full_stops[k] else route.radius if plan.corners_proven else np.inf
+        reach = 0.0 if plan.full_stops[k] else float(route.waypoint_radii[k]) if plan.corners_proven else np.inf
         swift, slow = leg_seconds(a, b, float(speed), plan.rates, tolerance)
         length = math.dist(b, a)
         least = swift * max(length - turned, 0.0) / length if length else 0.0

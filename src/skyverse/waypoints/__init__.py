@@ -1,5 +1,17 @@
 """Missions that people have: read, proven as their autopilots fly them, and repaired."""
 
+from skyverse.waypoints.check import CheckedMission, MissionFinding, Subject
 from skyverse.waypoints.files import read_waypoints, write_waypoints
+from skyverse.waypoints.fleet import CheckedFleet, check_waypoints
+from skyverse.waypoints.flown import FlightSettings
 
-__all__ = ["read_waypoints", "write_waypoints"]
+__all__ = [
+    "CheckedFleet",
+    "CheckedMission",
+    "MissionFinding",
+    "FlightSettings",
+    "Subject",
+    "check_waypoints",
+    "read_waypoints",
+    "write_waypoints",
+]

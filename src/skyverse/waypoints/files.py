@@ -81,6 +81,11 @@ def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
         beside.write_bytes(content)
 
 
+def is_waypoint_file(path: str | Path) -> bool:
+    """Tell whether a path ends as files of missions do that `read_waypoints` reads."""
+    return Path(path).name.lower().endswith(tuple(FORMATS))
+
+
 def _format(path: Path) -> _Format:
     name = path.name.lower()
     found = next((form for suffix, form in FORMATS.items() if name.endswith(suffix)), None)

@@ -124,11 +124,9 @@ def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: s
     return zones
 
 
-def _limits(options: BuildOptions) -> FleetLimits:
+def outdoor_limits(options: BuildOptions) -> FleetLimits:
     """Return the limits of the UAVs, those of outdoor flight where neither they nor a vehicle are given, and tell."""
     given = {field.name: getattr(options, field.name) for field in fields(FleetLimits)}
-    if not options.uavs:
-        return FleetLimits(**given)
     if options.vehicle is not None:
         profile = VEHICLE_PROFILES.get(options.vehicle)
         if profile is not None and options.tracking_error is None:
@@ -354,7 +352,7 @@ def _contents(
 
 def _assembled(options: BuildOptions, site: _Site, ends: _Ends, contents: _Contents, told: Sequence[Note]) -> Scenario:
     """Return the scenario of all that was found, with the cautions that were told of its files."""
-    limits, most = _limits(options), options.max_height
+    limits, most = outdoor_limits(options) if ends.starts else FleetLimits(), options.max_height
     too_low = {one.name for one in (*ends.bad, *contents.bad)}  # whose homes may be above their starts
     built = Scenario(
         name=options.name,

@@ -1,0 +1,89 @@
+"""Missions of one or several vehicles, judged at one site: each by itself, and against each other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from skyverse.errors import InputError, require_kind
+from skyverse.exports.separation import FleetApart
+from skyverse.maps.assembly.options import BuildOptions
+from skyverse.model.scenario import Scenario
+from skyverse.model.waypoints import Waypoints
+from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
+from skyverse.waypoints.flown import FlightSettings, FlownMission, flown
+from skyverse.waypoints.site import Site, built_site, given_site, with_height
+
+HEADROOM = 50.0
+"""Metres of space above the highest place of missions and returns."""
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedFleet:
+    """What is found of missions.
+
+    Attributes
+    ----------
+    scenario
+        Where they are flown, with a UAV for each.
+    missions
+        What is found of each.
+    apart
+        How each two keep their separation if all start together.
+    assumed
+        What was taken from defaults of the site, in words.
+    """
+
+    scenario: Scenario
+    missions: tuple[CheckedMission, ...]
+    apart: FleetApart
+    assumed: tuple[str, ...]
+
+    @property
+    def is_proven(self) -> bool:
+        """Whether nothing is wrong with any of them."""
+        return all(mission.is_proven for mission in self.missions)
+
+
+def check_waypoints(
+    missions: Sequence[Waypoints], where: Scenario | BuildOptions, settings: FlightSettings | None = None
+) -> CheckedFleet:
+    """Judge missions as their autopilots fly them.
+
+    Parameters
+    ----------
+    missions
+        What `read_waypoints` returns, one for each vehicle.
+    where
+        A scenario with an origin, or the maps and limits to make one of; then its area may be left out.
+    settings
+        What files do not say, and what flies them.
+
+    Raises
+    ------
+    InputError
+        If maps do not cover the places of missions, or orders cannot be followed; the message names file and item.
+    """
+    settings = settings or FlightSettings()
+    require_kind(settings, FlightSettings, "settings")
+    require_kind(where, (Scenario, BuildOptions), "where")
+    if not missions:
+        raise InputError("expected a mission or more, found none", field="missions")
+    if isinstance(where, BuildOptions):
+        return check_at(missions, built_site(missions, where, settings), settings, lower=True)
+    return check_at(missions, given_site(missions, where, settings), settings, lower=False)
+
+
+def check_at(missions: Sequence[Waypoints], site: Site, settings: FlightSettings, *, lower: bool) -> CheckedFleet:
+    """Judge missions at a site; `lower` if its bounds are to end where nobody flies."""
+    scenario = site.scenario
+    flights = [flown(one, scenario, k, site.homes[k], settings) for k, one in enumerate(missions)]
+    if lower:
+        scenario = with_height(scenario, max(map(_top, flights)) + HEADROOM)
+    checked = [check_flown(one, scenario, ground) for one, ground in zip(flights, site.grounds, strict=True)]
+    apart, checked = check_apart(checked, scenario)
+    return CheckedFleet(scenario, tuple(checked), apart, site.assumed)
+
+
+def _top(flight: FlownMission) -> float:
+    """Return z of the highest place of a flight and of its returns, metres."""
+    plan = flight.plan
+    return max(float(plan.waypoints[:, 2].max()), float(plan.home[2]) + flight.return_altitude)

@@ -1,0 +1,348 @@
+"""A mission as its autopilot flies it in a scenario: orders unrolled, places in local metres, each leg at its speed."""
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError, require_choice, require_number
+from skyverse.exports.autopilots import AUTOPILOTS, Autopilot, AutopilotName, End, rates_of
+from skyverse.exports.flight_plan import MIN_SPEED, FlightPlan
+from skyverse.exports.landing import landing_places
+from skyverse.exports.route import Route
+from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
+from skyverse.model.geodesy import to_local
+from skyverse.model.pad import ground_height
+from skyverse.model.scenario import Scenario
+from skyverse.model.waypoints import Order, OrderKind, Waypoints
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
+from skyverse.space.pads import lifted
+from skyverse.space.world import World
+
+USUAL_RADIUS = 2.0
+"""Metres: NAV_ACC_RAD of PX4's multirotors, and WPNAV_RADIUS of Copter."""
+USUAL_SPEEDS = {"px4": 5.0, "ardupilot": 10.0, "dji": 5.0}
+"""m/s: MPC_XY_CRUISE, WPNAV_SPEED; DJI's app asks for one."""
+USUAL_RETURN_ALTITUDES = {"px4": 30.0, "ardupilot": 15.0, "dji": 100.0}
+"""Metres above home: RTL_RETURN_ALT of PX4's multirotors, RTL_ALT; DJI's usual setting."""
+USUAL_CIRCLE = 10.0
+"""Metres: CIRCLE_RADIUS of Copter."""
+ALTITUDE_RADII = {"px4": 0.8, "ardupilot": 0.0, "dji": 0.0}
+"""Metres above or below a waypoint from which PX4 goes on: NAV_MC_ALT_RAD."""
+OFF_CIRCLE = 0.02
+"""Metres that the polygon which stands for a circle may be off it."""
+MAX_VISITS = 20_000
+"""Places that the orders of a mission may lead to, jumps unrolled."""
+STOP = 1.0
+"""Seconds of a stop whose length no order says."""
+
+
+@dataclass(frozen=True)
+class FlightSettings:
+    """What the file of a mission may not say, and what flies it.
+
+    Attributes
+    ----------
+    autopilot
+        ``"px4"``, ``"ardupilot"`` or ``"dji"``; by default that of the file, or else PX4.
+    home
+        Latitude and longitude of the place of take-off, in place of the file's.
+    speed
+        m/s until an order says another; by default the file's, or else the autopilot's usual one.
+    radius
+        The acceptance radius of waypoints whose file leaves it to the autopilot, metres.
+    return_altitude
+        Metres above home at which the vehicle returns; by default the file's, or else the autopilot's usual one.
+    """
+
+    autopilot: AutopilotName | None = None
+    home: tuple[float, float] | None = None
+    speed: float | None = None
+    radius: float = USUAL_RADIUS
+    return_altitude: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.autopilot is not None:
+            require_choice(self.autopilot, AUTOPILOTS, "autopilot")
+        if self.speed is not None:
+            require_number(self.speed, "speed", "m/s", MIN_SPEED, 1000.0)
+        require_number(self.radius, "radius", "metres", 0.0, 1000.0)
+        if self.return_altitude is not None:
+            require_number(self.return_altitude, "return_altitude", "metres above home", 0.0, 10_000.0)
+
+
+class Visit(NamedTuple):
+    """A place to which an order leads.
+
+    Attributes
+    ----------
+    order
+        The order.
+    at
+        (3,) metres.
+    radius, hold
+        Metres within which the vehicle may turn to the next, and seconds that it stops; one of them is 0.
+    speed
+        m/s on the leg to it.
+    follows
+        Whether that leg follows the ground.
+    """
+
+    order: Order
+    at: Floats
+    radius: float
+    hold: float
+    speed: float
+    follows: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FlownMission:
+    """A mission as it is flown.
+
+    Attributes
+    ----------
+    waypoints
+        What the autopilot is told.
+    visits
+        The places that it flies to, in order; the first is the end of the take-off.
+    plan
+        The flight, whose waypoints these are.
+    end
+        What the vehicle does at the last of them.
+    return_altitude
+        Metres above home at which it returns.
+    lifts
+        (base, top) of the axes over places where it takes off and lands, (3,) metres each; see `LegChecker`.
+    assumed
+        What was taken from defaults, since the file does not say it, in words.
+    """
+
+    waypoints: Waypoints
+    visits: tuple[Visit, ...]
+    plan: FlightPlan
+    end: End
+    return_altitude: float
+    lifts: tuple[tuple[Floats, Floats], ...]
+    assumed: tuple[str, ...]
+
+    def numbers(self, k: int) -> tuple[int, ...]:
+        """Return the numbers of the orders between which leg k leads, as ground stations show them."""
+        pair = [self.visits[j].order.number for j in (k - 1, k) if 0 <= j < len(self.visits)]
+        return tuple(dict.fromkeys(pair))
+
+
+def autopilot_of(waypoints: Waypoints, settings: FlightSettings) -> Autopilot:
+    """Return what flies a mission, for which no file is too long."""
+    made = AUTOPILOTS[settings.autopilot or waypoints.autopilot or "px4"]
+    return made._replace(stops=False, max_waypoints=MAX_VISITS + 1)
+
+
+def home_of(waypoints: Waypoints, settings: FlightSettings) -> tuple[tuple[float, float], str]:
+    """Return latitude and longitude of the place of take-off, and what was assumed of it, in words."""
+    if settings.home is not None:
+        return settings.home, ""
+    if waypoints.home is not None:
+        return waypoints.home[:2], ""
+    for order in waypoints.orders:
+        if order.place is not None and any(order.place[:2]) and math.isfinite(order.place[0]):
+            where = f"{order.place[0]:.6f}, {order.place[1]:.6f}"
+            return order.place[:2], f"home is taken to be at its {order.kind.value} {order.number}, {where}"
+    raise InputError(f"{waypoints.name}: expected a place to fly to, found none")
+
+
+def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, settings: FlightSettings) -> FlownMission:
+    """Return how a mission is flown by a UAV of a scenario that stands at its `home`, (3,) metres."""
+    unrolled = _Unrolled(waypoints, scenario, home, settings, uav)
+    unrolled.run()
+    visits, autopilot = unrolled.visits, unrolled.autopilot
+    if not visits:
+        raise InputError(f"{waypoints.name}: expected a place to fly to, found none")
+    lifts = tuple(lift_over(scenario, uav, place) for place in (home, *unrolled.landings))
+    base, places = lifts[0][0], np.array([visit.at for visit in visits])
+    takeoff = max(float(places[0, 2] - base[2]), 0.0)
+    points = np.array([base, *places]) if takeoff else places
+    more = len(points) - len(places)
+    radii, holds = (np.r_[np.zeros(more), [getattr(one, name) for one in visits]] for name in ("radius", "hold"))
+    off = np.zeros(len(places) - 1)
+    route = Route(uav, points, np.zeros(len(points)), radii, takeoff, points[:more], 0.0, holds, off, lifts)
+    vehicle = scenario.uavs[uav]
+    speeds = np.array([one.speed for one in visits[1:]])
+    rates = rates_of(vehicle, autopilot)
+    plan = FlightPlan(route, autopilot, rates, home, 0.0, 0.0, speeds, max(unrolled.first_speed, MIN_SPEED))
+    if unrolled.end == "land":
+        plan = replace(plan, ending=np.array(landing_places(scenario, [plan])))
+    usual = USUAL_RETURN_ALTITUDES[autopilot.name]
+    back = next((one for one in (settings.return_altitude, waypoints.return_altitude) if one is not None), None)
+    if back is None:
+        unrolled.assumed.append(f"it returns at {usual:g} m above home, as {autopilot.title} does by default")
+    assumed = tuple(dict.fromkeys(unrolled.assumed))
+    return FlownMission(waypoints, tuple(visits), plan, unrolled.end, usual if back is None else back, lifts, assumed)
+
+
+def lift_over(scenario: Scenario, uav: int, place: Floats) -> tuple[Floats, Floats]:
+    """Return from where to where the error of a UAV over a place where it stands, (3,), counts for what is beside."""
+    terrain = scenario.terrain
+    ground = float(place[2]) if terrain is None else max(float(ground_height(scenario, place[:2])), float(place[2]))
+    kept = max(scenario.clearance, scenario.ground_clearance if terrain is not None else 0.0)
+    base = np.array([*place[:2], ground + kept + 2 * LEG_ALLOWANCE])
+    return base, lifted(World(scenario), World(scenario, scenario.uavs[uav].tracking_error), uav, tuple(base.tolist()))
+
+
+@dataclass
+class _Unrolled:
+    """The orders of a mission, followed one by one."""
+
+    waypoints: Waypoints
+    scenario: Scenario
+    home: Floats
+    settings: FlightSettings
+    uav: int
+    visits: list[Visit] = field(default_factory=list)
+    landings: list[Floats] = field(default_factory=list)
+    assumed: list[str] = field(default_factory=list)
+    end: End = "loiter"
+
+    def __post_init__(self) -> None:
+        self.autopilot = autopilot_of(self.waypoints, self.settings)
+        if (self.settings.autopilot or self.waypoints.autopilot) is None:
+            self.assumed.append("it is flown by PX4")
+        self.here, self.flies = self.home.copy(), False
+        usual = USUAL_SPEEDS[self.autopilot.name]
+        given = self.settings.speed if self.settings.speed is not None else self.waypoints.speed
+        self.speed = self.first_speed = usual if given is None else given
+        if given is None:
+            self.assumed.append(f"it flies {usual:g} m/s where it says no speed, as {self.autopilot.title} does")
+
+    def run(self) -> None:
+        """Follow all orders, to the first that ends the flight."""
+        orders, jumped, at = self.waypoints.orders, Counter[int](), 0
+        last_of = max((k for k, one in enumerate(orders) if one.kind in _MOVES), default=-1)
+        place_of = {order.number: k for k, order in enumerate(orders)}
+        while at < len(orders):
+            order = orders[at]
+            at += 1
+            if order.kind is OrderKind.JUMP:
+                times = 1 if order.times < 0 else order.times  # a round for ever is proven once
+                if order.times < 0:
+                    self.assumed.append(f"jump {order.number} never ends: what follows one round of it is judged")
+                if jumped[order.number] < times:
+                    jumped[order.number] += 1
+                    at = place_of[order.to]  # type: ignore[index]
+            elif self._follow(order, last=at > last_of):
+                return
+            if len(self.visits) > MAX_VISITS:
+                raise InputError(
+                    f"{self.waypoints.name}: item {order.number}: its jumps lead to more than {MAX_VISITS:,} places"
+                )
+
+    def _follow(self, order: Order, *, last: bool) -> bool:
+        """Follow one order, and tell whether it ends the flight."""
+        if order.kind is OrderKind.RETURN:
+            self.end = "rtl"
+            return True
+        if order.speed is not None and order.kind is OrderKind.SPEED:
+            self.speed = order.speed
+        if order.kind is OrderKind.DELAY and self.visits:
+            self.visits[-1] = self.visits[-1]._replace(hold=self.visits[-1].hold + order.seconds, radius=0.0)
+        if order.kind is OrderKind.TAKEOFF:
+            self._take_off(order)
+        elif order.kind is OrderKind.LAND:
+            self._land(order, last=last)
+            return last
+        elif order.kind in (OrderKind.WAYPOINT, OrderKind.LOITER) and order.place is not None:
+            self._fly_to(order)
+            if order.speed is not None:
+                self.speed = order.speed
+            return math.isinf(order.seconds)
+        return False
+
+    def _take_off(self, order: Order) -> None:
+        if order.place is None:
+            raise InputError(f"{self.waypoints.name}: item {order.number}: expected an altitude to take off to")
+        top = self._local(order, (math.nan, math.nan, order.place[2]))
+        near = ALTITUDE_RADII[self.autopilot.name]
+        self._visit(order, top, near, follows=False)
+        self.flies = True
+        aim = self._local(order, order.place)
+        if self.autopilot.name == "px4" and math.dist(aim[:2], top[:2]) > SAME_PLACE:  # it then flies to that place
+            self._visit(order, np.array([*aim[:2], top[2]]), self._radius(order), follows=False)
+
+    def _fly_to(self, order: Order) -> None:
+        assert order.place is not None
+        to = self._local(order, order.place)
+        if not self.flies:
+            self.assumed.append("it has no take-off: it is taken to rise above home to the height of its first place")
+            self._visit(order, np.array([*self.here[:2], to[2]]), 0.0, follows=False)
+            self.flies = True
+        follows = isinstance(order.place[2], AboveGround)
+        for place in self._circle(order, to) if order.turns else [to]:
+            self._visit(order, place, 0.0 if order.seconds or order.turns else self._radius(order), follows=follows)
+        if order.seconds:
+            self.visits[-1] = self.visits[-1]._replace(hold=max(min(order.seconds, 1e6), STOP))
+
+    def _land(self, order: Order, *, last: bool) -> None:
+        over = self._local(order, order.place) if order.place is not None else self.here
+        self._visit(order, np.array([*over[:2], self.here[2]]), 0.0, follows=False)
+        self.visits[-1] = self.visits[-1]._replace(hold=STOP)
+        if last:
+            self.end = "land"
+            return
+        ground = np.array([*over[:2], float(ground_height(self.scenario, over[:2]))])
+        self.landings.append(ground)
+        base, _ = lift_over(self.scenario, self.uav, ground)
+        self._visit(order, base, 0.0, follows=False)
+        self.visits[-1] = self.visits[-1]._replace(hold=STOP)
+        self.flies = False
+
+    def _visit(self, order: Order, at: Floats, radius: float, *, follows: bool) -> None:
+        self.visits.append(Visit(order, at, radius, 0.0, self.speed, follows))
+        self.here = at
+
+    def _radius(self, order: Order) -> float:
+        """Return the radius of a waypoint, metres; Copter does not keep that of a waypoint, but has one for all."""
+        own = order.radius if order.kind is OrderKind.WAYPOINT and self.autopilot.name != "ardupilot" else None
+        return math.hypot(self.settings.radius if own is None else own, ALTITUDE_RADII[self.autopilot.name])
+
+    def _circle(self, order: Order, middle: Floats) -> Iterator[Floats]:
+        """Yield the corners of a polygon that is nowhere far from the circle of a loiter, nor from all its turns."""
+        radius = USUAL_CIRCLE if order.radius is None else order.radius
+        count = max(math.ceil(math.pi / math.sqrt(2 * OFF_CIRCLE / max(radius, OFF_CIRCLE))), 8)
+        begin = math.atan2(*(self.here - middle)[1::-1])
+        for angle in begin + np.linspace(0.0, 2 * math.pi, count + 1):
+            yield middle + (radius + OFF_CIRCLE / 2) * np.array([math.cos(angle), math.sin(angle), 0.0])
+        yield middle
+
+    def _local(self, order: Order, place: GlobalPlace) -> Floats:
+        """Return a place in local metres; where its latitude and longitude are left open, it is above here."""
+        latitude, longitude, altitude = place
+        origin = self.scenario.frame.origin
+        assert origin is not None
+        stays = math.isnan(latitude) or math.isnan(longitude)
+        if latitude == 0 and longitude == 0:
+            if self.autopilot.name != "ardupilot" and order.kind is OrderKind.WAYPOINT:
+                raise InputError(
+                    f"{self.waypoints.name}: item {order.number}: latitude and longitude are 0, where "
+                    f"{self.autopilot.title} would fly to"
+                )
+            stays = True
+        x, y = self.here[:2] if stays else to_local(origin, [[latitude, longitude, 0.0]])[0, :2]
+        if self.autopilot.name == "ardupilot" and altitude.metres == 0 and self.flies:  # Copter stays as high as it is
+            z = float(self.here[2])
+        elif isinstance(altitude, AboveHome):
+            z = self.home[2] + altitude.metres
+        elif isinstance(altitude, AboveGround):
+            if self.scenario.terrain is None:
+                where = f"{self.waypoints.name}: item {order.number}"
+                raise InputError(f"{where}: a height above ground needs the ground", field="terrain")
+            z = float(self.scenario.terrain.height([x, y])) + altitude.metres
+        else:
+            z = altitude.metres - origin.altitude
+        return np.array([x, y, z])
+
+
+_MOVES = (OrderKind.TAKEOFF, OrderKind.WAYPOINT, OrderKind.LOITER, OrderKind.RETURN, OrderKind.LAND)

@@ -1,0 +1,181 @@
+"""Where missions are flown: a scenario made of maps around their places, or one that is given, with a UAV for each."""
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.assembly.build import build_scenario, outdoor_limits
+from skyverse.maps.assembly.options import BuildOptions
+from skyverse.maps.georeference.reading import Raster
+from skyverse.maps.readers.raster import open_raster
+from skyverse.model.altitude import AboveSea
+from skyverse.model.geodesy import to_local
+from skyverse.model.quantities import derived
+from skyverse.model.scenario import Bounds, Scenario
+from skyverse.model.short_lines import listed
+from skyverse.model.uav import UAV, with_limits
+from skyverse.model.waypoints import OrderKind, Waypoints
+from skyverse.waypoints.flown import USUAL_CIRCLE, FlightSettings, home_of
+
+AROUND = 30.0
+"""Metres that the maps are read around the places of missions."""
+METRES_PER_DEGREE = 111_000.0
+TALL = 9_000.0
+"""Metres above the sea at which the bounds end until it is known how high is flown."""
+SAME_HOME = 1.0
+"""Metres between a UAV's start and a mission's home at which they are the same."""
+_FLOWN_TO = (OrderKind.TAKEOFF, OrderKind.WAYPOINT, OrderKind.LOITER, OrderKind.LAND)
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """Where missions are flown.
+
+    Attributes
+    ----------
+    scenario
+        With a UAV for each mission.
+    homes
+        (3,) metres: where each of them stands before it takes off.
+    grounds
+        Metres above the sea of the ground there by the terrain; ``None`` where none is known.
+    assumed
+        What was taken from defaults, in words.
+    """
+
+    scenario: Scenario
+    homes: tuple[Floats, ...]
+    grounds: tuple[float | None, ...]
+    assumed: tuple[str, ...]
+
+
+def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: FlightSettings) -> Site:
+    """Return the site of missions, made of maps; without an area, it is what lies about their places."""
+    homes = [home_of(one, settings)[0] for one in missions]
+    assumed, known = [], [_altitude_of_home(one, settings) for one in missions]
+    grounds: list[float | None] = [None] * len(missions)
+    if options.terrain:
+        grounds = list(_covered_homes(missions, options, homes))
+    elif options.ground is None:
+        if None in known:
+            told = missions[known.index(None)].name
+            said = f"{told}: expected a terrain, or the altitude of level ground, as it does not say how high home is"
+            raise InputError(said, field="ground", give=[Remedy("terrain"), Remedy("ground")])
+        level = min(one for one in known if one is not None)
+        options = replace(options, ground=AboveSea(level))
+        assumed.append(f"without a terrain, the ground is taken to be level, {level:.1f} m above the sea as home")
+    if options.area is None:
+        options = replace(options, area=_area(missions, homes))
+    kept = options.ceiling
+    scenario = build_scenario(replace(options, ceiling=kept or AboveSea(TALL), uavs=(), targets=()))
+    origin = scenario.frame.origin
+    assert origin is not None
+    level = 0.0 if options.ground is None else options.ground.metres
+    altitudes = [level if ground is None else ground for ground in grounds]
+    places = to_local(origin, [[*home, z] for home, z in zip(homes, altitudes, strict=True)])
+    limits = outdoor_limits(options)
+    uavs = [
+        with_limits(UAV(name=name, start=(x, y, z + 1.0), home=z), limits)
+        for name, (x, y, z) in zip(_names(missions), places.tolist(), strict=True)
+    ]
+    return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), tuple(assumed))
+
+
+def given_site(missions: Sequence[Waypoints], scenario: Scenario, settings: FlightSettings) -> Site:
+    """Return the site of missions in a scenario that is given; UAVs that start at the same homes keep their limits."""
+    origin = scenario.frame.origin
+    if origin is None:
+        said = f"{scenario.name}: expected a scenario that says where its zero lies, found none"
+        raise InputError(said, field="origin")
+    uavs, homes, grounds = [], [], list[float | None]()
+    for name, one in zip(_names(missions), missions, strict=True):
+        ((x, y, _),) = to_local(origin, [[*home_of(one, settings)[0], 0.0]]).tolist()
+        own = next((uav for uav in scenario.uavs if np.hypot(uav.start[0] - x, uav.start[1] - y) <= SAME_HOME), None)
+        known = _altitude_of_home(one, settings)
+        if own is not None and own.home is not None:
+            z = own.home
+        elif scenario.terrain is not None:
+            z = float(scenario.terrain.lowest_ground.height((x, y)))
+        elif known is not None:
+            z = known - origin.altitude
+        else:
+            z = scenario.bounds.min[2]
+        like = own or (scenario.uavs[0] if scenario.uavs else UAV(start=(x, y, z)))
+        uavs.append(derived(like, name=name, start=(x, y, z + 1.0), home=z))
+        homes.append(np.array([x, y, z]))
+        grounds.append(None if scenario.terrain is None else z + origin.altitude)
+    return Site(derived(scenario, uavs=tuple(uavs), targets=()), tuple(homes), tuple(grounds), ())
+
+
+def with_height(scenario: Scenario, top: float) -> Scenario:
+    """Return a scenario of `built_site` whose bounds end at z = `top`, metres, or where they end already."""
+    low, (x, y, z) = scenario.bounds.min, scenario.bounds.max
+    return derived(scenario, bounds=Bounds(min=low, max=(x, y, min(z, max(top, low[2] + 1.0)))))
+
+
+def _names(missions: Sequence[Waypoints]) -> list[str]:
+    """Return a name for each mission: its file's, numbered where several have it."""
+    stems = [Path(one.name).name.partition(".")[0] or "mission" for one in missions]
+    return [stem if stems.count(stem) == 1 else f"{stem}-{k}" for k, stem in enumerate(stems, 1)]
+
+
+def _altitude_of_home(waypoints: Waypoints, settings: FlightSettings) -> float | None:
+    """Return the altitude of home that a file states, unless home is another one."""
+    return None if settings.home is not None or waypoints.home is None else waypoints.home[2]
+
+
+def _places(waypoints: Waypoints) -> list[tuple[int, float, float]]:
+    """Return the number, latitude and longitude of each order that leads somewhere else."""
+    placed = [(order.number, *order.place[:2]) for order in waypoints.orders if order.place and order.kind in _FLOWN_TO]
+    return [one for one in placed if np.isfinite(one[1:]).all() and any(one[1:])]
+
+
+def _area(missions: Sequence[Waypoints], homes: Sequence[tuple[float, float]]) -> tuple[float, float, float, float]:
+    """Return west, south, east and north of all places, and of what is around them, degrees."""
+    places = np.array([*homes, *(one[1:] for mission in missions for one in _places(mission))])
+    circles = [order.radius or USUAL_CIRCLE for one in missions for order in one.orders if order.turns]
+    around = (AROUND + max(circles, default=0.0)) / METRES_PER_DEGREE
+    east = (places[:, 1] - places[0, 1] + 180) % 360 - 180 + places[0, 1]  # across the antimeridian
+    south, north = places[:, 0].min() - around, places[:, 0].max() + around
+    aside = around / max(np.cos(np.radians(max(abs(south), abs(north)))), 0.01)
+    west, most = east.min() - aside, east.max() + aside
+    return _turned(west), float(south), _turned(most), float(north)
+
+
+def _turned(longitude: float) -> float:
+    """Return a longitude from -180 to 180 degrees."""
+    return float((longitude + 180) % 360 - 180)
+
+
+def _covered_homes(
+    missions: Sequence[Waypoints], options: BuildOptions, homes: Sequence[tuple[float, float]]
+) -> list[float]:
+    """Return the ground at each home, metres above the sea; raise `InputError` for places that no terrain covers."""
+    rasters = [one if isinstance(one, Raster) else Raster(one) for one in options.terrain]
+    with ExitStack() as stack:
+        files = [stack.enter_context(open_raster(raster)) for raster in rasters]
+
+        def ground(latitude: float, longitude: float) -> float:
+            geoid = options.geoid or 0.0
+            heights = [file.height(latitude, longitude) - geoid * file.ellipsoidal for file in files]
+            return max((height for height in heights if not np.isnan(height)), default=np.nan)
+
+        for mission, home in zip(missions, homes, strict=True):
+            missing = [one for one in [(0, *home), *_places(mission)] if np.isnan(ground(*one[1:]))]
+            if missing:
+                names = ", ".join(file.path for file in files)
+                which = listed([str(number) if number else "home" for number, *_ in missing[:6]])
+                more = f" and {len(missing) - 6} more" if len(missing) > 6 else ""
+                south, west = np.min([one[1:] for one in missing], axis=0)
+                north, east = np.max([one[1:] for one in missing], axis=0)
+                raise InputError(
+                    f"{names}: expected heights at all places of {mission.name}, found none at {which}{more}: between "
+                    f"latitude {south:.5f} and {north:.5f}, longitude {west:.5f} and {east:.5f}",
+                    field="terrain",
+                )
+        return [ground(*home) for home in homes]
