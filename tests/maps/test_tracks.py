@@ -1,5 +1,7 @@
 """Recorded tracks become motions: places and instants against other software, and one sentence for each bad file."""
 
+import gzip
+import json
 from datetime import UTC, datetime, timedelta
 
 import gpxpy.gpx
@@ -142,6 +144,133 @@ def test_state_vectors_of_one_aircraft_among_others(tmp_path, refuses):
         sky.read_track(file, HERE.model_copy(update={"geoid": None}), vehicle="4b1805")
 
 
+def entry(after, place, flags=0, pressure=5000, extra=None, newer=True):
+    """An entry of a trace; newer ones end in the source, the geometric altitude in feet and three more."""
+    latitude, longitude, height = place
+    feet = None if height is None else height / 0.3048
+    row = [after, latitude, longitude, feet if flags & 8 else pressure, 90.0, 45.0, flags, 64, extra]
+    return [*row, "adsb_icao", None if flags & 8 else feet, 64, 88, 0.3] if newer else row
+
+
+def traced(folder, *rows, pack=False, **more):
+    text = json.dumps(
+        {"icao": "4b1805", "r": "HB-ZRQ", "timestamp": 1700000000.5, "trace": list(rows), **more}
+    ).encode()
+    path = folder / "trace_full_4b1805.json"
+    path.write_bytes(gzip.compress(text) if pack else text)
+    return path
+
+
+FLOWN = [(46.801, 9.851, 1750.0), (46.802, 9.853, 1760.0), (46.803, 9.853, 1770.0)]
+
+
+@pytest.mark.parametrize("pack", [False, True])
+def test_a_trace_of_readsb_is_where_its_geometric_altitudes_are(tmp_path, pack):
+    rows = [
+        entry(2.0, (46.80, 9.85, None), pressure="ground"),
+        entry(10.0, FLOWN[0]),
+        entry(14.0, (46.7, 9.7, None)),  # the pressure's altitude alone
+        entry(20.0, FLOWN[1], flags=8),
+        entry(33.25, FLOWN[2], newer=False, extra={"alt_geom": 1770 / 0.3048, "nac_p": 9, "gva": 2}),
+    ]
+    motion = sky.read_track(traced(tmp_path, *rows, pack=pack), HERE)
+    assert np.allclose(motion.points, enu(FLOWN), atol=1e-4)
+    assert motion.times == pytest.approx((8, 18, 31.25))  # after the first entry, on the ground
+    assert sky.read_track(traced(tmp_path, *rows), HERE, vehicle="4B1805", zero=1700000000).times[0] == 10.5
+
+
+def snapshot(now, *aircraft, **more):
+    return json.dumps({"now": now, "messages": 7, "aircraft": list(aircraft), **more})
+
+
+def heard(place, ago, address="4b1805", **more):
+    latitude, longitude, height = place
+    return {"hex": address, "lat": latitude, "lon": longitude, "alt_baro": 9000, "alt_geom": height / 0.3048} | {
+        "seen_pos": ago, "seen": 0.1, **more
+    }  # fmt: skip
+
+
+SNAPSHOTS = "\n".join(
+    (
+        snapshot(1700000001.0, heard(FLOWN[0], 1.0), heard(FLOWN[2], 2.5, "3c6444"), {"hex": "aaaaaa", "seen": 0.1}),
+        snapshot(1700000002.0, heard(FLOWN[0], 2.1)),  # the same position again, by times that are rounded
+        snapshot(1700000011.0, heard(FLOWN[1], 1.0, nac_p=9, gva=2)),
+        snapshot(1700000013.5, heard(FLOWN[2], 0.5, nac_p=10), heard(FLOWN[0], 0.0, "3c6444")),
+        snapshot(1700000015.5, {"hex": "4b1805", "lat": 46.9, "lon": 9.9, "alt_baro": "ground", "seen_pos": 0.1}),
+        "",
+    )
+)
+
+
+def test_snapshots_of_a_receiver_one_on_each_line(tmp_path, refuses):
+    file = written(tmp_path, SNAPSHOTS, "heard.jsonl")
+    motion = sky.read_track(file, HERE, vehicle="4b1805")
+    assert np.allclose(motion.points, enu(FLOWN), atol=1e-4)
+    assert motion.times == pytest.approx((1.5, 11.5, 14.5))  # after the earliest position of any aircraft
+    with refuses():
+        sky.read_track(file, HERE)
+    with refuses():
+        sky.read_track(file, HERE, vehicle="4b1805", gap=9)
+    with refuses():
+        sky.read_track(file, HERE, vehicle="4b1805", unit="m")
+    with refuses():
+        sky.read_track(file, HERE.model_copy(update={"geoid": None}), vehicle="4b1805")
+
+
+def test_how_far_positions_of_ads_b_may_be_off_is_their_mover_s_doubt(tmp_path):
+    written(tmp_path, SNAPSHOTS, "heard.jsonl")
+    scenario = sky.read("map1").model_copy(update={"frame": sky.Frame(origin=HERE)})
+    sky.write(scenario, tmp_path / "s.json")
+    data = json.loads((tmp_path / "s.json").read_text())
+    ball = {"shape": "sphere", "centre": [0, 0, 0], "radius": 5}
+    data["movers"] = [{"shape": ball, "motion": {"track": "heard.jsonl", "vehicle": "4b1805"}}]
+    (tmp_path / "s.json").write_text(json.dumps(data))
+    (mover,) = sky.read(tmp_path / "s.json").movers
+    assert mover.doubt.radius == pytest.approx(np.hypot(30, 45))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        snapshot(1700000001.0, heard(FLOWN[0], 1.0)),
+        snapshot(1700000001000.0, heard(FLOWN[0], 1.0)),
+        SNAPSHOTS.replace('"alt_geom"', '"alt_g"'),
+        SNAPSHOTS.replace('"lon"', '"lng"'),
+        SNAPSHOTS.replace('"seen_pos"', '"seen_position"'),
+        SNAPSHOTS.replace("46.803", "NaN"),
+        SNAPSHOTS.replace("46.803", "1e999"),
+        SNAPSHOTS.replace("46.803", "146.803"),
+        SNAPSHOTS.replace('"now"', '"then"'),
+        SNAPSHOTS[:-300],
+        "[1, 2]",
+        "{}",
+        "",
+        "[" * 5000,
+        json.dumps({"icao": "4b1805", "timestamp": 1.7e9, "trace": [[1, 2, 3]]}),
+        json.dumps({"icao": "4b1805", "timestamp": "yesterday", "trace": [entry(1, FLOWN[0]), entry(2, FLOWN[1])]}),
+        json.dumps({"icao": ["4b1805"], "timestamp": 1.7e9, "trace": [entry(1, FLOWN[0]), entry(2, FLOWN[1])]}),
+        json.dumps({"icao": "4b1805", "timestamp": 1.7e9, "trace": [entry(3, FLOWN[0]), entry(2, FLOWN[1])]}),
+    ],
+    ids=map(str, range(18)),
+)
+def test_bad_json_of_ads_b_gets_one_sentence(tmp_path, text, refuses):
+    with refuses():
+        sky.read_track(written(tmp_path, text, "heard.jsonl"), HERE, vehicle="4b1805")
+
+
+def test_a_packed_trace_that_is_cut_off_or_too_large_gets_one_sentence(tmp_path, refuses, monkeypatch):
+    whole = traced(tmp_path, entry(1, FLOWN[0]), entry(2, FLOWN[1]), pack=True)
+    packed = whole.read_bytes()
+    for part in (packed[:-20], packed[:40] + b"?" + packed[41:]):
+        whole.write_bytes(part)
+        with refuses():
+            sky.read_track(whole, HERE)
+    monkeypatch.setattr("skyverse.maps.readers.adsb_json.MAX_BYTES", 10_000)
+    whole.write_bytes(gzip.compress(b" " * 10_000_000))
+    with refuses():
+        sky.read_track(whole, HERE)
+
+
 def gpx(*tracks):
     """A GPX text by another library."""
     whole = gpxpy.gpx.GPX()
@@ -264,8 +393,12 @@ def test_a_longer_gap_is_a_straight_line_where_the_caller_says_so(tmp_path):
 
 SAMPLES = {
     "csv": [TABLE, GLOBE, STATES],
+    "jsonl": [snapshot(1700000001.0, heard(FLOWN[0], 1.0)) + "\n" + snapshot(1700000006.0, heard(FLOWN[1], 1.0))],
     "gpx": [gpx(("tug", [(START, (46.8, 9.85, 1600.0)), (START + timedelta(seconds=4), (46.8, 9.86, 1600.0))]))],
 }
+
+
+SAID = {"csv": {"altitude": "amsl", "unit": "m"}, "gpx": {"altitude": "amsl"}, "jsonl": {}}
 
 
 JUNK = [b"", b"nan", b"1e999", b"-", b'"', b",", b"\n", b"\0", b"\xff", b"<a>", b"99999-01-01T:"]
@@ -286,7 +419,7 @@ def test_damaged_files_end_in_one_sentence(suffix, data, tmp_path_factory):
     path = tmp_path_factory.mktemp("damaged") / f"track.{suffix}"
     path.write_bytes(bytes(whole))
     try:
-        motion, said = sky.read_track(path, HERE, altitude="amsl", unit=None if suffix == "gpx" else "m"), ""
+        motion, said = sky.read_track(path, HERE, **SAID[suffix]), ""
     except sky.InputError as error:
         motion, said = None, str(error)
     assert "\n" not in said

@@ -19,7 +19,7 @@ class RecordedMotion(Model):
     Attributes
     ----------
     track
-        A CSV or GPX file, beside the scenario's.
+        A CSV, GPX or JSON file, beside the scenario's.
     altitude, unit, vehicle, zero, gap
         As for `read_track`.
     """

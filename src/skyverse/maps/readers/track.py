@@ -8,6 +8,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, path_of, require_file, shown
 from skyverse.maps.georeference.feature import require_on_globe
+from skyverse.maps.readers.adsb_json import adsb_fixes
 from skyverse.maps.readers.track_files import Altitudes, Fixes, Reference, Unit, gpx_fixes, table_fixes, time
 from skyverse.model.altitude import FOOT
 from skyverse.model.frame import Origin
@@ -43,7 +44,8 @@ def read_track(
     path
         ``.csv``, a table whose first line names its columns: ``t``, and ``x``, ``y``, ``z`` in metres or ``latitude``,
         ``longitude``, ``altitude``; state vectors as ADS-B receivers and the OpenSky Network write them have
-        ``icao24`` and ``geoaltitude``. Altitudes that follow the pressure are refused. ``.gpx``, a track.
+        ``icao24`` and ``geoaltitude``. Altitudes that follow the pressure are refused. ``.gpx``, a track. ``.json``, a
+        trace of readsb or tar1090; ``.jsonl``, one of their snapshots (``aircraft.json``) on each line.
     origin
         Where the zero of the scenario's frame lies; needed for degrees.
     altitude
@@ -51,7 +53,8 @@ def read_track(
         the name of their column says so (``altitude_amsl``, ``altitude_ellipsoid``, ``geoaltitude``).
     unit
         What they are counted in, ``"m"`` or ``"ft"``; needed unless the name of their column says so
-        (``altitude_amsl_m``, ``geoaltitude_ft``), or the file is GPX or has the columns of the OpenSky Network.
+        (``altitude_amsl_m``, ``geoaltitude_ft``), or the file is GPX or JSON, or has the columns of the OpenSky
+        Network.
     vehicle
         The vehicle, by its ``icao24`` or name, or the name of a GPX track, where the file has several.
     zero
@@ -92,11 +95,11 @@ def recorded_track(
             raise InputError(f"expected {' or '.join(map(repr, get_args(known)))}, found {shown(given)}", field=field)
     if isinstance(gap, bool) or not isinstance(gap, int | float) or not gap > 0:
         raise InputError(f"expected seconds above 0, found {gap!r}", field="gap")
-    readers = {".csv": table_fixes, ".gpx": gpx_fixes}
+    readers = {".csv": table_fixes, ".gpx": gpx_fixes, ".json": adsb_fixes, ".jsonl": adsb_fixes}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise InputError(
-            f"{path}: expected a track ending in {' or '.join(readers)}, found {path.suffix or 'no ending'!r}"
+            f"{path}: expected a track ending in {', '.join(readers)}, found {path.suffix or 'no ending'!r}"
         )
     require_file(path)
     found = reader(path, vehicle)

@@ -231,17 +231,25 @@ def _of_vehicle(
         if vehicle is not None:
             raise InputError(f"{path}: vehicle: the file has no column that names one, such as {VEHICLES[0]}")
         return list(rows)
-    name, column = names[columns.vehicle], columns.vehicle
-    known = dict.fromkeys(row[column].strip() for row in rows.values())
+    column = columns.vehicle
+    return of_vehicle(path, names[column], {line: row[column].strip() for line, row in rows.items()}, vehicle)
+
+
+def of_vehicle(path: Path, name: str, vehicles: dict[int, str], vehicle: str | None) -> list[int]:
+    """Return the numbers of what is of a vehicle, or of the only one, by the vehicle of each number.
+
+    `name` is what the file calls that.
+    """
+    known = dict.fromkeys(vehicles.values())
     if vehicle is None:
         if len(known) > 1:
             some = ", ".join(list(known)[:4]) + (", ..." if len(known) > 4 else "")
             raise InputError(
                 f"{path}: {name}: expected one vehicle, found {len(known)} ({shown(some, 80)}); give vehicle"
             )
-        return list(rows)
+        return list(vehicles)
     wanted = vehicle.strip().lower()
-    own = [line for line, row in rows.items() if row[column].strip().lower() == wanted]
+    own = [number for number, one in vehicles.items() if one.lower() == wanted]
     if not own:
         raise InputError(f"{path}: {name}: there is no {shown(vehicle)}{did_you_mean(vehicle, known)}")
     return own
