@@ -8,8 +8,8 @@ from skyverse.waypoints.flown import FlightSettings
 __all__ = [
     "CheckedFleet",
     "CheckedMission",
-    "MissionFinding",
     "FlightSettings",
+    "MissionFinding",
     "Subject",
     "check_waypoints",
     "read_waypoints",

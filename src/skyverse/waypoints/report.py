@@ -11,7 +11,7 @@ from skyverse.exports.separation import Apart
 from skyverse.model.caution import Caution
 from skyverse.model.flight_table import told_energy
 from skyverse.model.short_lines import counted, told_metres, told_seconds
-from skyverse.waypoints.check import CheckedMission, MissionFinding, Height, Subject
+from skyverse.waypoints.check import CheckedMission, Height, MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
 
 PROVEN, NOT = "proven", f"{Caution.NOT} proven"
