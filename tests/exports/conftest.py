@@ -1,12 +1,11 @@
-"""Puts `handmade_exports` on the path, and holds MAVSDK's ground station."""
+"""Puts `handmade_exports` on the path, and gives MAVSDK's ground station."""
 
-import socket
 import sys
 from pathlib import Path
 
 import pytest
 
-from patience import PATIENCE_S
+from mavsdk_stations import stations  # noqa: F401
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -17,39 +16,3 @@ def unjudged(monkeypatch):
     monkeypatch.setattr(
         "skyverse.exports.requirements.judge", lambda scenario, mission: ([], (mission.certificates, mission.apart))
     )
-
-
-class Stations:
-    """MAVSDK's ground station, and its simulated autopilot, over loopback."""
-
-    def __init__(self):
-        from mavsdk.component_type import ComponentType
-        from mavsdk.mavsdk import Configuration, Mavsdk
-        from mavsdk.plugins.mission_raw.mission_raw import MissionRaw
-        from mavsdk.plugins.mission_raw_server.mission_raw_server import MissionRawServer
-
-        self.ground, self.air = (
-            Mavsdk(Configuration.create_with_component_type(kind))
-            for kind in (ComponentType.GROUND_STATION, ComponentType.AUTOPILOT)
-        )
-        self.received = []
-        self.server = MissionRawServer(self.air.server_component())
-        self.server.subscribe_incoming_mission(lambda result, plan, _: self.received.append(plan.mission_items))
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
-        assert self.air.add_any_connection(f"udpin://127.0.0.1:{port}") == 0
-        self.ground.add_any_connection(f"udpout://127.0.0.1:{port}")
-        self.mission = MissionRaw(self.ground.first_autopilot(PATIENCE_S))
-
-    def close(self):
-        self.ground.destroy()
-        self.air.destroy()
-
-
-@pytest.fixture(scope="module")
-def stations():
-    pytest.importorskip("mavsdk", reason="reads .plan and .waypoints")
-    both = Stations()
-    yield both
-    both.close()

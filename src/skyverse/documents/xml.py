@@ -15,7 +15,10 @@ _CUT_OFF_CODES = [expat.errors.codes[said] for said in (
 
 
 class XmlTarget(Protocol):
-    """What is told where each element of a file begins and ends; its method ``data`` takes the texts, if it has one."""
+    """What is told where each element of a file begins and ends.
+
+    Its method ``data`` takes the texts, if it has one, and ``at`` the byte at which the next ``start`` or ``end`` is.
+    """
 
     def start(self, tag: str, attrs: dict[str, str], /) -> object:
         """Begin an element."""
@@ -24,7 +27,7 @@ class XmlTarget(Protocol):
         """End the element that began last."""
 
 
-def parse(stream: IO[bytes], path: Path, target: XmlTarget) -> None:
+def parse(stream: IO[bytes], path: Path | str, target: XmlTarget) -> None:
     """Tell a target of each element of a file; names are without their namespace's prefix.
 
     Raises
@@ -33,9 +36,11 @@ def parse(stream: IO[bytes], path: Path, target: XmlTarget) -> None:
         If it is not XML, ends too early, declares a document type, or holds too many elements or too deep ones.
     """
     depth = elements = 0
+    at = getattr(target, "at", lambda _: None)
 
     def start(name: str, attributes: dict[str, str]) -> None:
         nonlocal depth, elements
+        at(parser.CurrentByteIndex)
         depth += 1
         elements += 1
         require_depth(depth)
@@ -45,6 +50,7 @@ def parse(stream: IO[bytes], path: Path, target: XmlTarget) -> None:
     def end(name: str) -> None:
         nonlocal depth
         depth -= 1
+        at(parser.CurrentByteIndex)
         target.end(name.rpartition(":")[2])
 
     def refuse(*_: object) -> None:
@@ -66,6 +72,32 @@ def parse(stream: IO[bytes], path: Path, target: XmlTarget) -> None:
         cut = isinstance(error, expat.ExpatError) and error.code in _CUT_OFF_CODES
         found = "it cut off" if cut else "something else"
         raise InputError(f"{path}: expected XML, found {found}: {error}") from None
+
+
+class SpanBuilder(TreeBuilder):
+    """Builds the elements of a file, and keeps at which bytes each one's first tag and last tag begin."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.spans: dict[Element, tuple[int, int]] = {}
+        self._begun: list[tuple[Element, int]] = []
+        self._byte = 0
+
+    def at(self, byte: int) -> None:
+        """Take note of where the next tag is."""
+        self._byte = byte
+
+    def start(self, tag: str, attrs: dict[str, str], /) -> Element:
+        """Begin an element."""
+        element = super().start(tag, attrs)
+        self._begun.append((element, self._byte))
+        return element
+
+    def end(self, tag: str, /) -> Element:
+        """End the element that began last."""
+        element, begin = self._begun.pop()
+        self.spans[element] = begin, self._byte
+        return super().end(tag)
 
 
 def read_tree(stream: IO[bytes], path: Path) -> Element:

@@ -6,15 +6,20 @@ from typing import NamedTuple
 
 from skyverse.atomic import whole_file
 from skyverse.documents.limits import LimitError, require_length
-from skyverse.errors import InputError, path_of, require_file, require_kind, unreadable
+from skyverse.errors import InputError, path_of, require_choice, require_file, require_kind, unreadable
+from skyverse.model.frame import require_geoid
 from skyverse.model.waypoints import Waypoints
+from skyverse.waypoints.dji_files import kmz_content, read_kmz
+from skyverse.waypoints.litchi_files import litchi_content, read_litchi
+from skyverse.waypoints.map_routes import gpx_content, kml_content, read_gpx, read_kml
 from skyverse.waypoints.mavlink_files import plan_content, read_plan, read_wpl, wpl_content
+from skyverse.waypoints.places import REFERENCES, Given
 
 
 class _Format(NamedTuple):
     """How files of one format are read, and written with changes."""
 
-    read: Callable[[bytes, str], Waypoints]
+    read: Callable[[bytes, str, Given], Waypoints]
     content: Callable[[Waypoints], bytes]
 
 
@@ -22,18 +27,28 @@ FORMATS = {
     ".plan": _Format(read_plan, plan_content),
     ".waypoints": _Format(read_wpl, wpl_content),
     ".txt": _Format(read_wpl, wpl_content),
+    ".kmz": _Format(read_kmz, kmz_content),
+    ".csv": _Format(read_litchi, litchi_content),
+    ".kml": _Format(read_kml, kml_content),
+    ".gpx": _Format(read_gpx, gpx_content),
 }
 MAX_ORDERS = 100_000
 """Orders that a file may have at most; autopilots take some thousands."""
 
 
-def read_waypoints(path: str | Path) -> Waypoints:
+def read_waypoints(path: str | Path, *, altitude: str | None = None, geoid: float | None = None) -> Waypoints:
     """Read the mission of one vehicle as its autopilot is told it.
 
     Parameters
     ----------
     path
-        ``.plan`` (QGroundControl), ``.waypoints`` or ``.txt`` (QGC WPL 110).
+        ``.plan`` (QGroundControl), ``.waypoints`` or ``.txt`` (QGC WPL 110), ``.kmz`` (DJI's waylines, or a map),
+        ``.csv`` (Litchi), ``.kml`` or ``.gpx``.
+    altitude
+        What altitudes are counted from where the file does not say it, as of GPX: ``"amsl"`` (mean sea level),
+        ``"home"`` (the place of take-off) or ``"agl"`` (the ground below).
+    geoid
+        How far mean sea level lies above the WGS84 ellipsoid there, metres, for DJI's heights above the ellipsoid.
 
     Raises
     ------
@@ -43,13 +58,17 @@ def read_waypoints(path: str | Path) -> Waypoints:
     path = path_of(path)
     require_file(path)
     form = _format(path)
+    if altitude is not None:
+        require_choice(altitude, REFERENCES, "altitude")
+    if geoid is not None:
+        require_geoid(geoid)
     try:
         with unreadable(path):
             require_length(path)
             content = path.read_bytes()
     except LimitError as error:
         raise InputError(f"{path}: {error}") from None
-    found = form.read(content, str(path))
+    found = form.read(content, str(path), Given(altitude, geoid))
     if len(found.orders) > MAX_ORDERS:
         raise InputError(f"{path}: expected at most {MAX_ORDERS:,} items, found {len(found.orders):,}")
     return found
@@ -75,7 +94,8 @@ def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
     form = _format(path)
     if form is not _format(Path(waypoints.name)):
         raise InputError(f"{path}: expected a suffix as that of {waypoints.name}, since it is written as it was read")
-    same = form.read(waypoints.stored, waypoints.name).orders == waypoints.orders
+    given = Given(waypoints.altitude, waypoints.geoid)
+    same = form.read(waypoints.stored, waypoints.name, given).orders == waypoints.orders
     content = waypoints.stored if same else form.content(waypoints)
     with whole_file(path) as beside:
         beside.write_bytes(content)

@@ -24,6 +24,7 @@ from skyverse.waypoints.mavlink_items import (
     order_of,
     with_place,
 )
+from skyverse.waypoints.places import Given
 
 FIRMWARES: dict[object, Literal["px4", "ardupilot"]] = {12: "px4", 3: "ardupilot"}
 """MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
@@ -46,7 +47,7 @@ class _Slot(NamedTuple):
     where: str
 
 
-def read_plan(content: bytes, name: str) -> Waypoints:
+def read_plan(content: bytes, name: str, given: Given) -> Waypoints:
     """Return the orders of a ``.plan``; survey and corridor items are read by the items that they have stored."""
     plan = _plan_data(content, name)
     mission = plan["mission"]
@@ -71,6 +72,8 @@ def read_plan(content: bytes, name: str) -> Waypoints:
         aeroplane,
         fence=_fence(plan.get("geoFence"), name),
         rally=tuple(_rally(plan.get("rallyPoints"), name)),
+        altitude=given.altitude,
+        geoid=given.geoid,
         stored=content,
     )
 
@@ -281,7 +284,7 @@ def _rally(given: Any, name: str) -> Iterator[GlobalPlace]:
         yield latitude, longitude, AboveHome(float(row[2]))
 
 
-def read_wpl(content: bytes, name: str) -> Waypoints:
+def read_wpl(content: bytes, name: str, given: Given) -> Waypoints:
     """Return the orders of a QGC WPL 110 file; its item 0 is home."""
     rows = _rows(content, name)
     items = [_wpl_item(row, f"{name}: line {line}") for line, row in rows]
@@ -299,7 +302,7 @@ def read_wpl(content: bytes, name: str) -> Waypoints:
     for order in orders:
         if order.kind is OrderKind.JUMP and not 1 <= (order.to or 0) < len(items):
             raise InputError(f"{name}: item {order.number}: expected a jump to an item, found {order.to}")
-    return Waypoints(name, tuple(orders), home, stored=content)
+    return Waypoints(name, tuple(orders), home, altitude=given.altitude, geoid=given.geoid, stored=content)
 
 
 def wpl_content(waypoints: Waypoints) -> bytes:

@@ -157,7 +157,7 @@ def with_place(item: StoredItem, order: Order) -> StoredItem:
 def added_waypoint(order: Order) -> StoredItem:
     """Return a waypoint that is passed without a stop, for an order that no file has yet."""
     assert order.place is not None
-    blank = StoredItem(WAYPOINT, _frame(order.place[2]), (0.0, order.radius or 0.0, 0.0, *[math.nan] * 4))
+    blank = StoredItem(WAYPOINT, _frame(order.place[2]), (0.0, order.radius or 0.0, 0.0, *[math.nan] * 3, 0.0))
     return with_place(blank, order)
 
 

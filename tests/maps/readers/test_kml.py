@@ -92,13 +92,13 @@ def test_kml_as_gdal_writes_it_reads_the_same(tmp_path):
 
 
 def test_a_kmz_is_read_and_one_that_unpacks_to_too_much_or_is_cut_off_is_refused(tmp_path, monkeypatch):
-    from skyverse.maps.readers import kml as reader
+    from skyverse.documents import kmz
 
     path = tmp_path / "zones.kmz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("doc.kml", kml(kml_polygon()))
     assert len(read_file(path)) == 1
-    monkeypatch.setattr(reader, "MAX_UNPACKED", 100)
+    monkeypatch.setattr(kmz, "MAX_UNPACKED", 100)
     with pytest.raises(sky.InputError, match="unpacked"):
         read_file(path)
     monkeypatch.undo()

@@ -1,8 +1,6 @@
 """KML and KMZ: placemarks with polygons, and what their altitudes are counted from."""
 
 import io
-import zipfile
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
@@ -12,16 +10,15 @@ import shapely
 from shapely import GeometryCollection, LineString, Point
 from shapely.geometry.base import BaseGeometry
 
+from skyverse.documents.kmz import unpacked
 from skyverse.documents.xml import read_tree
-from skyverse.errors import InputError, printable, unreadable
+from skyverse.errors import InputError, unreadable
 from skyverse.maps.georeference.coordinate_systems import WGS84
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.geojson import polygon
 from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 
-MAX_UNPACKED = 200_000_000
-"""Bytes that a KMZ may unpack to at most."""
 _GEOMETRIES = ("Polygon", "Point", "LineString", "LinearRing")
 _REFUSED_GEOMETRIES = ("Track", "MultiTrack", "Model")
 _ALTITUDE_MODES = ("clampToGround", "relativeToGround", "absolute")
@@ -49,24 +46,18 @@ def _has_times(holder: Element) -> bool:
 
 
 def _opened(path: Path) -> IO[bytes]:
+    stream = path.open("rb")
     if path.suffix.lower() != ".kmz":
-        return path.open("rb")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            names = [name for name in archive.namelist() if name.lower().endswith(".kml")]
-            if not names:
-                raise InputError(f"{path}: expected a .kml file inside, found none")
-            with archive.open("doc.kml" if "doc.kml" in names else names[0]) as packed:
-                content = packed.read(MAX_UNPACKED + 1)
-    except InputError:
-        raise
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, ValueError) as error:
-        with path.open("rb") as stream:
-            begun = stream.read(2) == b"PK"
-        found = "it cut off or damaged" if begun else "something else"
-        raise InputError(f"{path}: expected a KMZ archive, found {found}: {printable(str(error))}") from None
-    if len(content) > MAX_UNPACKED:
-        raise InputError(f"{path}: expected less than {MAX_UNPACKED / 1e6:g} MB when unpacked, found more")
+        return stream
+
+    def choose(names: list[str]) -> list[str]:
+        found = [name for name in names if name.lower().endswith(".kml")]
+        if not found:
+            raise InputError(f"{path}: expected a .kml file inside, found none")
+        return ["doc.kml" if "doc.kml" in found else found[0]]
+
+    with stream:
+        (content,) = unpacked(stream, path, choose).values()
     return io.BytesIO(content)
 
 

@@ -1,0 +1,104 @@
+"""What readers of missions share: numbers and places from texts, and how places in a file become those of orders."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from skyverse.errors import InputError, shown
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
+from skyverse.model.waypoints import Order, Waypoints
+
+REFERENCES: dict[str, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
+
+
+class Given(NamedTuple):
+    """What a reader is told where a file does not say it: what altitudes are counted from, and the geoid there."""
+
+    altitude: str | None = None
+    geoid: float | None = None
+
+
+def parse_number(text: str | None, where: str, least: float = -math.inf, most: float = math.inf) -> float:
+    """Return a finite number, or raise `InputError`; `where` begins the message."""
+    try:
+        value = float((text or "").strip())
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and least <= value <= most):
+        span = "" if math.isinf(least) else f" from {least:g}" + ("" if math.isinf(most) else f" to {most:g}")
+        raise InputError(f"{where}: expected a number{span}, found {shown(text)}")
+    return value
+
+
+def parse_place(row: Sequence[str | None], kind: type[Altitude], where: str, metres: float = 1.0) -> GlobalPlace:
+    """Return the place of a latitude, a longitude and an altitude, which is counted in a unit of so many metres."""
+    latitude = parse_number(row[0], f"{where}: latitude", -90.0, 90.0)
+    longitude = parse_number(row[1], f"{where}: longitude", -180.0, 180.0)
+    return latitude, longitude, kind(metres * parse_number(row[2], f"{where}: altitude"))
+
+
+def written(value: float, digits: int = 10) -> str:
+    """Return a number as a text, without an exponent."""
+    return f"{value:.{digits}f}".rstrip("0").rstrip(".") if round(value, digits) else "0"
+
+
+class Step(NamedTuple):
+    """One place of a file as it shall be.
+
+    Attributes
+    ----------
+    source
+        Which of the file's places it is, or is made like.
+    new
+        Whether it is added after that one; or before it, if the file has none before.
+    moved
+        Whether it is elsewhere than there.
+    place
+        Where it shall be.
+    rise
+        Metres by which it is higher than its source.
+    """
+
+    source: int
+    new: bool
+    moved: bool
+    place: GlobalPlace
+    rise: float
+
+
+def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterator[Step]:
+    """Yield the places of a file as they shall be.
+
+    Parameters
+    ----------
+    before, after
+        What the file holds, and what it shall hold.
+    in_file
+        The items of the orders of `before` that are places of the file, one after the other.
+
+    Raises
+    ------
+    InputError
+        If an order is gone or elsewhere in the list, or what is not a place of the file has moved, or an altitude is
+        counted from something else.
+    """
+    number = {item: k for k, item in enumerate(in_file)}
+    source = -1
+    if [order.item for order in after.orders if order.item is not None] != list(range(len(before.orders))):
+        raise InputError(f"{after.name}: expected all orders of the file in their order, with others between")
+    for order in after.orders:
+        new = order.item is None
+        former = before.orders[in_file[max(source, 0)] if order.item is None else order.item]
+        if not new and order.item not in number:
+            if repr(order.place) != repr(former.place):
+                raise InputError(f"{after.name}: order {order.number} ({order.name}) has no place that can be written")
+            continue
+        source = source if order.item is None else number[order.item]
+        yield Step(max(source, 0), new, *_moved(order, former, after.name))
+
+
+def _moved(order: Order, former: Order, name: str) -> tuple[bool, GlobalPlace, float]:
+    place, since = order.place, former.place
+    if place is None or since is None or type(place[2]) is not type(since[2]):
+        raise InputError(f"{name}: order {order.number}: expected a place as that of {former.name} {former.number}")
+    return place != since, place, place[2].metres - since[2].metres
