@@ -11,6 +11,7 @@ from skyverse.draw import triangles
 from skyverse.flight import commands_to, simulate, vehicle_of
 from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap
+from skyverse.maps.readers.pcd import unpack
 from skyverse.space.timed_shapes import first_too_near, mover_gaps, moving_shapes, timed_parts
 
 FEW = sky.MaxIterations(3)
@@ -295,6 +296,7 @@ def maps_and_pages():
         triangles(rings[:1])
         triangles(rings)
     touched(rng.uniform(0, 6, (30, 3, 3)), np.zeros((6, 6, 6), dtype=bool))
+    unpack(np.zeros(2, np.uint8), np.zeros(1, np.uint8))
     with tempfile.TemporaryDirectory() as folder:
         read_octomap(octree(Path(folder) / "tree.bt", rng))
 

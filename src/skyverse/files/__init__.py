@@ -53,8 +53,8 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         A built-in scenario's name (``map1``, ``table-4.8`` ...), or a file: a scenario as ``.yaml``, ``.yml`` or
         ``.json``; a mission as ``.json``; a flight gives the mission that was flown, a replanned one the mission as it
         was planned. Maps give scenarios without UAVs: the course's ``.txt``, rotorpy's ``.json``, MovingAI's
-        ``.3dmap``, OctoMap's ``.bt`` and ``.ot``, point clouds and meshes, ``.las``, ``.laz``, ``.ply``, ``.stl``,
-        ``.obj``. A type checker knows that a built-in name gives a scenario; of a file, `read_scenario` and
+        ``.3dmap``, OctoMap's ``.bt`` and ``.ot``, point clouds and meshes, ``.las``, ``.laz``, ``.pcd``, ``.ply``,
+        ``.stl``, ``.obj``. A type checker knows that a built-in name gives a scenario; of a file, `read_scenario` and
         `read_mission` tell it which of the two is meant.
     unknown
         What an OctoMap's unknown space is taken for, ``"occupied"`` or ``"free"``. When left out it is occupied, but

@@ -30,13 +30,18 @@ def default_lattice(bounds: Bounds, step: float) -> Lattice:
     return Lattice(step=(x, y, z))
 
 
-VOXEL_SUFFIXES = (".3dmap", ".bt", ".ot", ".las", ".laz", ".ply", ".stl", ".obj")
+VOXEL_SUFFIXES = (".3dmap", ".bt", ".ot", ".las", ".laz", ".pcd", ".ply", ".stl", ".obj")
 OCTOMAP_SUFFIXES = (".bt", ".ot")
 FREE_VOXELS_AROUND = 10
 """Voxels of free space that `voxel_scenario` leaves around what is occupied."""
 
 
-def read_voxels(path: str | Path, size: float | None = None, unknown: Unknown | None = None) -> Voxels:
+def read_voxels(
+    path: str | Path,
+    size: float | None = None,
+    unknown: Unknown | None = None,
+    tell: Callable[[str], object] = lambda said: None,
+) -> Voxels:
     """Read an OctoMap tree, a .3dmap, a point cloud or a mesh as voxels, in the file's own coordinates, metres.
 
     Parameters
@@ -47,6 +52,8 @@ def read_voxels(path: str | Path, size: float | None = None, unknown: Unknown | 
         How long a voxel is, metres; each format has its own default.
     unknown
         What an OctoMap's unknown space is taken for.
+    tell
+        Called with what is left out of the file.
 
     Raises
     ------
@@ -58,19 +65,22 @@ def read_voxels(path: str | Path, size: float | None = None, unknown: Unknown | 
         raise InputError(f"{path}: expected a file ending in {', '.join(VOXEL_SUFFIXES)}, found {path.suffix!r}")
     require_file(path)
     try:
-        return _reader(path.suffix.lower(), unknown)(path, size)
+        return _reader(path.suffix.lower(), unknown, tell)(path, size)
     except MemoryError:
         raise InputError(f"{path}: does not fit into memory") from None
 
 
-def _reader(suffix: str, unknown: Unknown | None) -> Callable[[Path, float | None], Voxels]:
+def _reader(
+    suffix: str, unknown: Unknown | None, tell: Callable[[str], object]
+) -> Callable[[Path, float | None], Voxels]:
     """Return the function that reads such files; it loads the libraries of its format when it reads."""
-    from skyverse.maps.readers import mesh, octomap, voxel_grid
+    from skyverse.maps.readers import mesh, octomap, pcd, voxel_grid
 
     readers: dict[str, Callable[[Path, float | None], Voxels]] = {
         ".3dmap": voxel_grid.read_3dmap,
         **dict.fromkeys(OCTOMAP_SUFFIXES, partial(octomap.read_octomap, unknown=unknown)),
         **dict.fromkeys((".las", ".laz"), voxel_grid.read_las),
+        ".pcd": partial(pcd.read_pcd, tell=tell),
         **dict.fromkeys((".ply", ".stl", ".obj"), mesh.read_mesh),
     }
     return readers[suffix]
@@ -90,8 +100,8 @@ def voxel_scenario(path: str | Path, unknown: Unknown | None = None) -> Scenario
     unknown
         What an OctoMap's unknown space is taken for; see `read_octomap`. The kind of the voxels tells which it was.
     """
-    path = Path(path)
-    solid = read_voxels(path, unknown=unknown)
+    path, left_out = Path(path), list[str]()
+    solid = read_voxels(path, unknown=unknown, tell=left_out.append)
     margin = 0 if path.suffix.lower() == ".3dmap" or solid.kind == KIND_OF_UNKNOWN["occupied"] else FREE_VOXELS_AROUND
     step = solid.step[0]
     bounds = Bounds(
@@ -104,7 +114,7 @@ def voxel_scenario(path: str | Path, unknown: Unknown | None = None) -> Scenario
         obstacles=(solid,),
         clearance=DEFAULT_CLEARANCE,
         lattice=default_lattice(bounds, step),
-        sources=(Source(file=path.name, gives="voxels"),),
+        sources=(Source(file=path.name, gives="voxels", cautions=tuple(left_out)),),
     )
 
 
