@@ -75,6 +75,8 @@ REFUSED = {
     "a fence.waypoints": ROWS_OF_A_FENCE,
     "an older version.txt": given.WPL.replace("110", "100"),
     "no home.txt": given.WPL.replace("\n0\t1", "\n1\t1"),
+    "takes off at once.txt": given.WPL.replace("\t0\t16\t", "\t0\t22\t", 1),
+    "rally points.txt": ROWS_OF_A_FENCE.replace("5001", "5100"),
     "eleven.txt": given.WPL.replace("\t30\t1", "\t1"),
     "words.txt": with_row("sixteen\t0\t0\t0\t0\t47\t8\t30"),
     "a jump.txt": with_row("177\t12\t1\t0\t0\t0\t0\t0"),

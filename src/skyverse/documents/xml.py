@@ -17,7 +17,7 @@ _CUT_OFF_CODES = [expat.errors.codes[said] for said in (
 class XmlTarget(Protocol):
     """What is told where each element of a file begins and ends.
 
-    Its method ``data`` takes the texts, if it has one, and ``at`` the byte at which the next ``start`` or ``end`` is.
+    Its methods ``data`` and ``comment`` take the texts and comments, if it has them.
     """
 
     def start(self, tag: str, attrs: dict[str, str], /) -> object:
@@ -27,8 +27,8 @@ class XmlTarget(Protocol):
         """End the element that began last."""
 
 
-def parse(stream: IO[bytes], path: Path | str, target: XmlTarget) -> None:
-    """Tell a target of each element of a file; names are without their namespace's prefix.
+def parse(stream: IO[bytes], path: Path | str, target: XmlTarget, *, prefixes: bool = False) -> None:
+    """Tell a target of each element of a file; names are without their namespace's prefix, unless they are asked for.
 
     Raises
     ------
@@ -36,22 +36,19 @@ def parse(stream: IO[bytes], path: Path | str, target: XmlTarget) -> None:
         If it is not XML, ends too early, declares a document type, or holds too many elements or too deep ones.
     """
     depth = elements = 0
-    at = getattr(target, "at", lambda _: None)
 
     def start(name: str, attributes: dict[str, str]) -> None:
         nonlocal depth, elements
-        at(parser.CurrentByteIndex)
         depth += 1
         elements += 1
         require_depth(depth)
         require_values(elements)
-        target.start(name.rpartition(":")[2], attributes)
+        target.start(name if prefixes else name.rpartition(":")[2], attributes)
 
     def end(name: str) -> None:
         nonlocal depth
         depth -= 1
-        at(parser.CurrentByteIndex)
-        target.end(name.rpartition(":")[2])
+        target.end(name if prefixes else name.rpartition(":")[2])
 
     def refuse(*_: object) -> None:
         raise InputError(f"{path}: expected plain XML, found a document type declaration")
@@ -62,6 +59,7 @@ def parse(stream: IO[bytes], path: Path | str, target: XmlTarget) -> None:
     parser.StartElementHandler = start
     parser.EndElementHandler = end
     parser.CharacterDataHandler = getattr(target, "data", None)
+    parser.CommentHandler = getattr(target, "comment", None)
     try:
         parser.ParseFile(stream)
     except LimitError as error:
@@ -74,34 +72,8 @@ def parse(stream: IO[bytes], path: Path | str, target: XmlTarget) -> None:
         raise InputError(f"{path}: expected XML, found {found}: {error}") from None
 
 
-class SpanBuilder(TreeBuilder):
-    """Builds the elements of a file, and keeps at which bytes each one's first tag and last tag begin."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.spans: dict[Element, tuple[int, int]] = {}
-        self._begun: list[tuple[Element, int]] = []
-        self._byte = 0
-
-    def at(self, byte: int) -> None:
-        """Take note of where the next tag is."""
-        self._byte = byte
-
-    def start(self, tag: str, attrs: dict[str, str], /) -> Element:
-        """Begin an element."""
-        element = super().start(tag, attrs)
-        self._begun.append((element, self._byte))
-        return element
-
-    def end(self, tag: str, /) -> Element:
-        """End the element that began last."""
-        element, begin = self._begun.pop()
-        self.spans[element] = begin, self._byte
-        return super().end(tag)
-
-
-def read_tree(stream: IO[bytes], path: Path) -> Element:
-    """Return the root of a file's elements; see `parse`."""
-    builder = TreeBuilder()
-    parse(stream, path, builder)
+def read_tree(stream: IO[bytes], path: Path | str, *, whole: bool = False) -> Element:
+    """Return the root of a file's elements, whole with prefixes and comments, as for writing it; see `parse`."""
+    builder = TreeBuilder(insert_comments=whole)
+    parse(stream, path, builder, prefixes=whole)
     return builder.close()

@@ -122,7 +122,7 @@ class Waypoints:
         Metres above home at which the vehicle returns; ``None`` where the file does not say it.
     fence, rally
         The geofence, and places to return to in place of home.
-    altitude, geoid
+    told
         What the reader was told because the file does not say it: what altitudes are counted from, and how many metres
         mean sea level lies above the ellipsoid.
     stored
@@ -138,8 +138,7 @@ class Waypoints:
     return_altitude: float | None = None
     fence: Geofence = Geofence()
     rally: tuple[GlobalPlace, ...] = ()
-    altitude: str | None = None
-    geoid: float | None = None
+    told: tuple[str | None, float | None] = (None, None)
     stored: bytes = b""
 
     @property

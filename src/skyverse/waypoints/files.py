@@ -1,6 +1,7 @@
 """Other people's missions: read from files and written back with what was changed; the suffix tells the format."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ class _Format(NamedTuple):
     """How files of one format are read, and written with changes."""
 
     read: Callable[[bytes, str, Given], Waypoints]
-    content: Callable[[Waypoints], bytes]
+    content: Callable[[Waypoints, Waypoints], bytes]
 
 
 FORMATS = {
@@ -68,7 +69,8 @@ def read_waypoints(path: str | Path, *, altitude: str | None = None, geoid: floa
             content = path.read_bytes()
     except LimitError as error:
         raise InputError(f"{path}: {error}") from None
-    found = form.read(content, str(path), Given(altitude, geoid))
+    given = Given(altitude, geoid)
+    found = replace(form.read(content, str(path), given), told=given, stored=content)
     if len(found.orders) > MAX_ORDERS:
         raise InputError(f"{path}: expected at most {MAX_ORDERS:,} items, found {len(found.orders):,}")
     return found
@@ -94,9 +96,9 @@ def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
     form = _format(path)
     if form is not _format(Path(waypoints.name)):
         raise InputError(f"{path}: expected a suffix as that of {waypoints.name}, since it is written as it was read")
-    given = Given(waypoints.altitude, waypoints.geoid)
-    same = form.read(waypoints.stored, waypoints.name, given).orders == waypoints.orders
-    content = waypoints.stored if same else form.content(waypoints)
+    before = form.read(waypoints.stored, waypoints.name, Given(*waypoints.told))
+    same = before.orders == waypoints.orders
+    content = waypoints.stored if same else form.content(waypoints, before)
     with whole_file(path) as beside:
         beside.write_bytes(content)
 

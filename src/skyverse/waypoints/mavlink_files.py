@@ -47,7 +47,7 @@ class _Slot(NamedTuple):
     where: str
 
 
-def read_plan(content: bytes, name: str, given: Given) -> Waypoints:
+def read_plan(content: bytes, name: str, _given: Given) -> Waypoints:
     """Return the orders of a ``.plan``; survey and corridor items are read by the items that they have stored."""
     plan = _plan_data(content, name)
     mission = plan["mission"]
@@ -72,13 +72,10 @@ def read_plan(content: bytes, name: str, given: Given) -> Waypoints:
         aeroplane,
         fence=_fence(plan.get("geoFence"), name),
         rally=tuple(_rally(plan.get("rallyPoints"), name)),
-        altitude=given.altitude,
-        geoid=given.geoid,
-        stored=content,
     )
 
 
-def plan_content(waypoints: Waypoints) -> bytes:
+def plan_content(waypoints: Waypoints, _before: Waypoints) -> bytes:
     """Return the ``.plan`` that was read with the places of orders, and the orders without an item, put in."""
     plan = _plan_data(waypoints.stored, waypoints.name)
     slots = list(_slots(plan["mission"]["items"], waypoints.name))
@@ -284,12 +281,17 @@ def _rally(given: Any, name: str) -> Iterator[GlobalPlace]:
         yield latitude, longitude, AboveHome(float(row[2]))
 
 
-def read_wpl(content: bytes, name: str, given: Given) -> Waypoints:
+def read_wpl(content: bytes, name: str, _given: Given) -> Waypoints:
     """Return the orders of a QGC WPL 110 file; its item 0 is home."""
     rows = _rows(content, name)
     items = [_wpl_item(row, f"{name}: line {line}") for line, row in rows]
-    if len(items) > 1 and all(item.command in NO_MISSION for item in items[1:]):
+    if items and all(item.command in NO_MISSION for item in items[1:] or items):
         raise InputError(f"{name}: expected a mission, found a geofence or rally points alone")
+    if items and (rows[0][1][0] != "0" or items[0].command not in (0, WAYPOINT)):  # later numbers are counted
+        raise InputError(
+            f"{name}: line {rows[0][0]}: expected item 0, a waypoint, which is home, found item {rows[0][1][0]:.10} "
+            f"with command {items[0].command}; ground stations take the first item for home"
+        )
     home = None
     if items:
         *_, latitude, longitude, metres = items[0].numbers
@@ -302,10 +304,10 @@ def read_wpl(content: bytes, name: str, given: Given) -> Waypoints:
     for order in orders:
         if order.kind is OrderKind.JUMP and not 1 <= (order.to or 0) < len(items):
             raise InputError(f"{name}: item {order.number}: expected a jump to an item, found {order.to}")
-    return Waypoints(name, tuple(orders), home, altitude=given.altitude, geoid=given.geoid, stored=content)
+    return Waypoints(name, tuple(orders), home)
 
 
-def wpl_content(waypoints: Waypoints) -> bytes:
+def wpl_content(waypoints: Waypoints, _before: Waypoints) -> bytes:
     """Return the file that was read with the places of orders, and the orders without an item, put in."""
     text = waypoints.stored.decode("utf-8-sig")
     rows = _rows(waypoints.stored, waypoints.name)
@@ -340,11 +342,6 @@ def _rows(content: bytes, name: str) -> list[tuple[int, list[str]]]:
     for number, row in rows:
         if len(row) != 12:
             raise InputError(f"{name}: line {number}: expected 12 numbers, found {len(row)}")
-    if rows and rows[0][1][0] != "0":  # all later numbers are counted, as ground stations do
-        raise InputError(
-            f"{name}: line {rows[0][0]}: expected item 0, which is home, found item {shown(rows[0][1][0])}; ground "
-            "stations take the first item for home"
-        )
     return rows
 
 
