@@ -64,7 +64,7 @@ def drawn_fence(fence: Prism, low: Floats, high: Floats, ground: float) -> Prism
 
 def is_fence(shape: DrawnShape) -> bool:
     """Tell whether a shape is a fence, of which only the walls are drawn."""
-    return isinstance(shape, Prism) and shape.kind == FENCE
+    return isinstance(shape, Prism) and shape.kind == FENCE and not shape.solid
 
 
 def surface(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> tuple[Floats, Ints]:

@@ -37,6 +37,7 @@ from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea, GlobalPlace
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
 from skyverse.model.frame import Frame, Origin
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Source, Target, upright_step
 from skyverse.model.shapes import FENCE, Prism, Terrain, Voxels
 from skyverse.model.short_lines import counted, listed
@@ -330,12 +331,14 @@ def _contents(
         if file.features and not made:
             refuse_swapped(file.path, file.features, site.origin, site.region)
             options.on_note(Note(file.path, f"{Caution.WARNING}: nothing of it lies in the area"))
-        hard = [prism for prism in made if prism.risk is None]
+        hard = [prism for prism in made if prism.risk is None and prism.active is None]
         if file.gives == "zones":
             hard = _closed_above(hard, options, top, file.path)
         bad += points_inside(ends.all, hard, options.clearance, Path(file.path).name, top)
         obstacles += hard
+        timed = [prism for prism in made if prism.active is not None]
         soft += [prism for prism in made if prism.risk is not None]
+        soft += [derived(one, high=top + reach) for one in timed] if options.zones_closed_above else timed
     x0, y0, x1, y1 = site.region
     bounds = Bounds(min=(x0, y0, floor), max=(x1, y1, top))
     if fences:

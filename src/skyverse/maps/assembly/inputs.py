@@ -44,6 +44,7 @@ def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
         with _told(path, options.on_note) as tell:
             found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=tell))
+        found = [feature for feature in found if feature.active != ()]
         read.append(FeatureFile(path, found, {None: "zones", "building": "buildings", FENCE: FENCE}[kind]))
     return read
 

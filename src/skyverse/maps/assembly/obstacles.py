@@ -197,7 +197,7 @@ def prisms(these: LocalFeatures) -> tuple[list[Prism], Counter[str]]:
     counts = Counter(these.counts)
     made = []
     for outline, feature, low, high in zip(these.outlines, these.features, these.low, these.high, strict=True):
-        given = {name: getattr(feature, name) for name in ("name", "kind", "solid", "risk")}
+        given = {name: getattr(feature, name) for name in ("name", "kind", "solid", "risk", "active")}
         given |= {"low": float(low), "high": float(high)}
         try:
             made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))

@@ -11,6 +11,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, printable, shown
 from skyverse.model.altitude import Altitude
 from skyverse.model.frame import MAX_FAR
+from skyverse.model.shapes import Spans
 
 MAX_WIDTH = 2 * MAX_FAR
 """Metres that a scenario may be wide."""
@@ -50,6 +51,8 @@ class Feature:
         File and feature, for messages: ``zones.geojson: feature 3``.
     risk
         The risk of a metre flown inside, for a zone that may be entered; ``None`` for what must not be entered.
+    active
+        When it is active, seconds after the mission begins; ``None`` for always.
     """
 
     outline: Floats
@@ -61,6 +64,7 @@ class Feature:
     name: str | None
     where: str
     risk: float | None = None
+    active: Spans | None = None
 
 
 T = TypeVar("T")

@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import datetime
 from numbers import Real
 from pathlib import Path
 from typing import Literal
@@ -83,6 +84,9 @@ class Reading:
         The coordinate system of a file that does not say it, such as ``"EPSG:2056"``.
     lod
         The level of detail taken from CityJSON, such as ``"1.2"``; each building's highest when left out.
+    date
+        When the mission begins, such as ``"2026-11-26T10:00+01:00"``: zones that are active at times are then so that
+        many seconds later, and those that are not within a day are left out. When left out, all are always active.
     """
 
     altitudes: Literal["agl", "amsl"] | None = None
@@ -93,6 +97,7 @@ class Reading:
     buffer: float | None = None
     crs: str | None = None
     lod: str | None = None
+    date: str | None = None
 
     def __post_init__(self) -> None:
         words = {"altitudes": ("agl", "amsl"), "unit": ("m", "ft"), "maximum_altitudes": ("permitted", "forbidden")}
@@ -109,6 +114,23 @@ class Reading:
             level = False
         if not level:
             raise InputError(f"expected a level of detail such as 2.2, found {shown(self.lod)}", field="Reading.lod")
+        if self.date is not None and self.begin is None:
+            said = f"expected a date and time with its time zone, as 2026-11-26T10:00+01:00, found {shown(self.date)}"
+            raise InputError(said, field="Reading.date")
+
+    @property
+    def begin(self) -> datetime | None:
+        """The `date` as an instant; ``None`` where it is left out, or none."""
+        return None if self.date is None else instant_of(self.date)
+
+
+def instant_of(text: object) -> datetime | None:
+    """Return the instant that a date and time with its time zone stands for, or ``None`` for all else."""
+    try:
+        found = datetime.fromisoformat(text) if isinstance(text, str) else None
+    except ValueError:
+        return None
+    return found if found is not None and found.tzinfo is not None else None
 
 
 def _require_texts(given: Raster | Reading, *names: str) -> None:

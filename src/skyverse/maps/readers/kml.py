@@ -3,7 +3,7 @@
 import io
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 from xml.etree.ElementTree import Element
 
 import shapely
@@ -35,14 +35,18 @@ def records(path: Path) -> list[GeometryRecord]:
         root = read_tree(stream, path)
     if next(root.iter("NetworkLink"), None) is not None:
         raise InputError(f"{path}: expected zones, found a NetworkLink to others; give those files themselves")
-    timed = {mark for holder in root.iter() if _has_times(holder) for mark in holder.iter("Placemark")}
+    timed: dict[Element, list[dict[str, str]]] = {}
+    for holder in root.iter():
+        for mark in holder.iter("Placemark") if (times := _times(holder)) else ():
+            timed.setdefault(mark, []).extend(times)
     marks = [(mark, f"{path}: placemark {number}") for number, mark in enumerate(root.iter("Placemark"), 1)]
-    return [record for mark, where in marks for record in _placemark(mark, where, "given" if mark in timed else "")]
+    return [record for mark, where in marks for record in _placemark(mark, where, timed.get(mark, []))]
 
 
-def _has_times(holder: Element) -> bool:
-    """Tell whether an element has times, which hold of all that is in it."""
-    return any(holder.find(name) is not None for name in ("TimeSpan", "TimeStamp"))
+def _times(holder: Element) -> list[dict[str, str]]:
+    """Return the times of an element, which hold of all that is in it, by the names of what they are."""
+    spans = [*holder.findall("TimeSpan"), *holder.findall("TimeStamp")]
+    return [{part.tag: (part.text or "").strip() for part in span} for span in spans]
 
 
 def _opened(path: Path) -> IO[bytes]:
@@ -61,8 +65,8 @@ def _opened(path: Path) -> IO[bytes]:
     return io.BytesIO(content)
 
 
-def _placemark(mark: Element, where: str, times: str) -> Iterator[GeometryRecord]:
-    fields = {"TimeSpan": times, **_fields(mark, where)}
+def _placemark(mark: Element, where: str, times: list[dict[str, str]]) -> Iterator[GeometryRecord]:
+    fields: dict[str, Any] = {"TimeSpan": times, **_fields(mark, where)}
     groups: dict[tuple[str, bool], list[BaseGeometry]] = {}
     for shape in _shapes(mark, where):
         mode = _text(shape, "altitudeMode") or "clampToGround"

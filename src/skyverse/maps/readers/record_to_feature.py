@@ -10,6 +10,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError, Remedy, printable, shown
+from skyverse.maps.georeference.active_times import GIVE_DATE, active_times, said_times
 from skyverse.maps.georeference.altitude_limits import (
     GIVE_ALTITUDES,
     GIVE_UNIT,
@@ -18,13 +19,13 @@ from skyverse.maps.georeference.altitude_limits import (
     from_the_ground,
 )
 from skyverse.maps.georeference.coordinate_systems import to_globe, unit_of_heights
-from skyverse.maps.georeference.feature import Feature, Fields, is_empty, number_of, plain
+from skyverse.maps.georeference.feature import Feature, Fields, number_of, plain
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, area_features, outline_and_holes, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.caution import Caution
-from skyverse.model.shapes import FENCE, NO_FLY_ZONE
+from skyverse.model.shapes import FENCE, NO_FLY_ZONE, Spans
 
 NO_RESTRICTION = "norestriction"
 """The plain name of what ED-269's field ``restriction`` and ED-318's ``type`` say of a zone that restricts nothing.
@@ -32,15 +33,6 @@ NO_RESTRICTION = "norestriction"
 Their other values close a zone: ``PROHIBITED``, and ``REQ_AUTHORISATION`` (``REQ_AUTHORIZATION``) and ``CONDITIONAL``,
 which let enter whoever has an authorisation or meets conditions; neither is known here.
 """
-
-_TIMES = (
-    *("applicability", "limitedapplicability", "schedule", "startdatetime", "enddatetime", "starttime", "endtime"),
-    *("validfrom", "validto", "validuntil", "activefrom", "activeto", "activeuntil", "activetimes"),
-    *("timesofuse", "hoursofoperation", "operatinghours", "timespan"),
-)
-"""Plain names of fields that say when a zone is active: ED-269's, ED-318's, the FAA's, openAIP's, KML's and others."""
-_ALWAYS = ("yes", "true", "any", "always", "permanent", "continuous", "h24", "24h", "247")
-"""Plain names of what such fields hold where a zone is always active."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,11 +95,13 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
     if NO_RESTRICTION in said and choices.kind is None:
         choices.tell(f"{where}: left out, it restricts nothing")
         return
+    kind = choices.kind or _kind(fields)
+    risk = None if choices.kind == FENCE else _risk(fields, where, choices)
+    active = None if kind == "building" else _active(fields, where, risk, choices)
     if choices.kind == FENCE:
         radius = circle_radius(fields, where, choices)
         yield from area_features(geometry, where, tell=choices.tell, radius=radius, buffer=choices.buffer)
         return
-    kind = choices.kind or _kind(fields)
     parts = polygons(
         geometry,
         where,
@@ -118,19 +112,26 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
     )
     low, high = _limits(record, geometry, crs, fields, kind, choices)
     name = _name(fields)
-    risk = _risk(fields, where, choices)
-    timed = [printable(written) for written, value in fields.of(*_TIMES) if _says_times(value)]
-    if timed and kind != "building":
-        choices.count(f"{Caution.WARNING}: with times ({timed[0]!r}), which are not read: active at all times")
     for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
-        yield Feature(*outline_and_holes(part), low, high, kind, kind == "building", name, where, risk)
+        yield Feature(*outline_and_holes(part), low, high, kind, kind == "building", name, where, risk, active)
 
 
-def _says_times(value: object) -> bool:
-    """Tell whether a value, or one within it, is more than that a zone is always active."""
-    if isinstance(value, dict | list):
-        return any(map(_says_times, value.values() if isinstance(value, dict) else value))
-    return not is_empty(value) and plain(str(value)) not in _ALWAYS
+def _active(fields: Fields, where: str, risk: float | None, choices: Choices) -> Spans | None:
+    """Return when a zone is active, ``None`` for always, and tell; only what must not be entered has such times."""
+    times = said_times(fields)
+    if not times:
+        return None
+    if choices.begin is None or choices.kind is not None or risk is not None:
+        give = () if choices.begin else (GIVE_DATE,)
+        first = printable(next(iter(times)))
+        choices.count(f"{Caution.WARNING}: with times ({first!r}), which are ignored: active at all times", *give)
+        return None
+    active = active_times(times, where, choices.begin)
+    if active is None:
+        choices.count(f"with times: active on all of the day from {choices.date} on")
+    else:
+        choices.count("active at times" if active else f"not active within a day of {choices.date}: left out")
+    return active
 
 
 def _kind(fields: Fields) -> str:
