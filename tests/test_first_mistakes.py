@@ -76,7 +76,7 @@ NOT_A_LENGTH = (*NOT_A_NUMBER, -1.0)
 OF_MAPS = {
     name: wrong
     for names, wrong in (
-        ("terrain buildings zones voxels", (None, *NOT_FILES)),
+        ("terrain buildings zones fences voxels", (None, *NOT_FILES)),
         ("soft_zones", (None, *NOT_FILES, ["a.geojson"], [("a.geojson", "x")])),
         ("uavs targets", (None, 3, "46.8,9.85", object())),
         ("licences", (3, ["x"], {"a.tif": 3}, {3: "CC0"}, object())),
@@ -108,6 +108,7 @@ OF_READING = {
     **dict.fromkeys(("building_height", "buffer"), NOT_A_LENGTH[1:]),
     **dict.fromkeys(("height_field", "crs"), NOT_A_TEXT),
     "lod": ("x", "", True, {}, [[1]], np.nan, 10**400, object()),
+    "date": ("x", "", True, {}, [[1]], np.nan, "2026-11-26", "2026-11-26T10:00", object()),
 }
 OF_MISSIONS = {
     **dict.fromkeys(("criterion", "shape"), (None, "best", 3, ["min-sum"])),

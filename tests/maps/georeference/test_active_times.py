@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
-import skyverse as sky  # noqa: E402
-from of_maps import of_maps  # noqa: E402
-from skyverse.maps.georeference.active_times import active_times  # noqa: E402
+import skyverse as sky
+from of_maps import of_maps
+from skyverse.maps.georeference.active_times import active_times
 
 BEGIN = datetime(2026, 11, 26, 10, tzinfo=timezone(timedelta(hours=1)))  # a Thursday, 09:00 UTC
 DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
