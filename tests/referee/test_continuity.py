@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.referee.curve import PolynomialCurve, _rounding, ends_of_pieces
+from skyverse.referee.curve import PolynomialCurve, _rounding, ends_of_pieces, judge_continuity
 
 PLACES = st.integers(-(10**6), 10**6).map(lambda number: 0.7 * number)
 CREEPING = {"max_speed": 0.01, "max_acceleration": 0.01, "max_jerk": 0.01}
@@ -108,6 +108,8 @@ def test_what_rounding_may_add_is_no_more_than_a_share_of_the_uavs_limits():
 def test_the_motion_at_the_end_of_a_piece_is_within_its_stated_error(pieces, seconds):
     curve = PolynomialCurve(np.array([0.0, seconds, 2 * seconds]), pieces)
     (motion,), (error,) = ends_of_pieces(curve)
+    assert motion.shape == (3, 3)
+    assert error.shape == (3,)
     rows = [[Fraction(float(value)) for value in pieces[0, :, axis]] for axis in range(3)]
     for order in range(3):
         exact = [sum(c * Fraction(seconds) ** power for power, c in enumerate(row)) for row in rows]
@@ -130,6 +132,33 @@ def test_a_jump_that_large_coefficients_hide_in_rounding_is_not_proven():
     rows[0, 3, 0], rows[0, 4, 0] = 1e11, -1e11  # they cancel at the end of the piece, but for their rounding
     found = faults(mission(sky.Trajectory(np.array([0.0, 1.0, 2.0]), rows)))
     assert found & {sky.Fault.CONTINUITY, sky.Fault.UNDECIDED}
+
+
+@pytest.mark.parametrize(("jump", "fault"), [(0.0, sky.Fault.UNDECIDED), (1.0, sky.Fault.CONTINUITY)])
+def test_a_jump_is_refuted_only_where_rounding_cannot_have_made_it(jump, fault):
+    rows = np.zeros((2, 5, 3))
+    rows[0, 3, 0], rows[0, 4, 0] = 3 * 2.0**36, -3 * 2.0**36
+    rows[1] = _shifted(rows[0], 1.0)  # whole numbers, so exactly
+    rows[1, 0, 1] = jump
+    curve = PolynomialCurve(np.array([0.0, 1.0, 2.0]), rows)
+    (found,) = judge_continuity(sky.UAV(start=(0, 0, 0)), 0, curve)
+    assert (found.fault, found.time, found.position) == (fault, 1.0, (0.0, jump, 0.0))
+
+
+@pytest.mark.parametrize("worst", [1, 2, 4])
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_the_worst_jump_of_any_kind_is_told(worst, order):
+    jumps = np.full((5, 3, 3), 1e-5)
+    jumps[worst] = 0.0
+    jumps[worst, order, 1] = 0.01  # in this kind alone
+    motion, rows = np.zeros((3, 3)), []
+    for jump in jumps:
+        motion += jump
+        rows.append([motion[0], motion[1], motion[2] / 2])
+        motion = np.array([sum(rows[-1]), motion[1] + motion[2], motion[2]])
+    (found,) = judge_continuity(sky.UAV(start=(0, 0, 0)), 0, PolynomialCurve(np.arange(6.0), np.array(rows)))
+    assert (found.fault, found.time) == (sky.Fault.CONTINUITY, float(worst))
+    assert found.position == pytest.approx(tuple(rows[worst][0]))
 
 
 @pytest.mark.parametrize(

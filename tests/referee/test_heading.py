@@ -75,7 +75,17 @@ def test_a_nose_that_turns_too_fast_is_refuted(mission, changes, words):
 
 @pytest.mark.parametrize(
     "changes",
-    [{"rise": 0.0}, {"spread": np.nan}, {"yaw": "east"}, {"turns": np.zeros(1)}, {"instants": None}],
+    [
+        {"rise": 0.0},
+        {"spread": np.nan},
+        {"yaw": "east"},
+        {"yaw": np.inf},
+        {"turns": np.zeros(1)},
+        {"turns": np.array([np.nan, 0.1])},
+        {"instants": None},
+        {"instants": np.array([1.0, np.inf])},
+        {"instants": np.ones((1, 2)), "turns": np.ones((1, 2))},
+    ],
 )
 def test_malformed_turns_are_refuted_in_one_sentence(mission, changes):
     wrong = turned(mission, **{"instants": np.array([1.0, 2.0]), "turns": np.array([0.1, 0.1])} | changes)

@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from judged_missions import result
 from skyverse.referee.pads import holds, pad_of, pads_of, parts_of_flight
+from skyverse.referee.path import judge_ends, judge_safety
 from skyverse.referee.world import referee_world
 
 ERROR = sky.TrackingError(horizontal=1.0, vertical=2.0)
@@ -108,7 +110,7 @@ def test_where_a_uav_may_stray_from_its_start_it_needs_no_pad(kind):
     assert pad(below, uavs=(wings,)) is None
 
 
-@pytest.mark.parametrize(("rise", "there"), [(0.0, True), (0.7, True), (1.0, True), (1.01, False), (4.0, False)])
+@pytest.mark.parametrize(("rise", "there"), [(0.0, True), (0.7, True), (1.0, True), (1 + 4e-9, False), (4.0, False)])
 def test_a_uav_stands_on_ground_unless_it_is_steeper_than_45_degrees(rise, there):
     terrain = sky.Terrain(origin=(0, 0), step=(20, 20), heights=np.array([[0.0, 0.0], [20 * rise, 20 * rise]]))
     around = {"bounds": {"min": (0, 0, -10), "max": (20, 20, 200)}, "max_height": 100.0}
@@ -185,6 +187,45 @@ def test_parts_on_pads_are_judged_without_the_error():
     assert whole is judged_in
 
 
+def test_every_piece_is_judged_once_and_without_the_error_on_the_pads_alone():
+    """A flight and the same flight backwards, from one roof to another, high above what is between."""
+    roofs = ROOF, sky.Box(min=(6, 0, 0), max=(14, 4, 8))
+    there = (10.0, 2.0, 8.6)
+    top = pad_of(referee_world(scenario(*roofs, place=there), ERROR), 0, there).top
+    legs = [PLACE, (10.4, 10, 7), (10, 10, TOP), (10, 10, 20), (10, 2, 20), (10, 2, top), there]
+    b = np.array([[p, q] for p, q in pairwise(legs)])
+    for start, end, flown, on_pads in ((PLACE, there, b, (2, 1)), (there, PLACE, b[::-1, ::-1], (1, 2))):
+        world = referee_world(scenario(*roofs, place=start, targets=({"position": end},)), ERROR)
+        parts = list(parts_of_flight(world, 0, 0, flown, np.zeros(len(b))))
+        assert [part for _, part in parts] == [
+            slice(0, on_pads[0]),
+            slice(on_pads[0], 6 - on_pads[1]),
+            slice(6 - on_pads[1], 6),
+        ]
+        assert [judged_in.error for judged_in, _ in parts] == [sky.TrackingError(), ERROR, sky.TrackingError()]
+
+
+@pytest.mark.parametrize("above", [0.49, 0.51])
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_path_that_comes_too_near_to_a_roof_on_a_pad_is_refuted(above, backwards):
+    free, place = (3.0, 3.0, 20.0), (10.0, 10.0, 5 + above)
+    ends = [free, place] if backwards else [place, free]
+    given = scenario(ROOF, place=ends[0], targets=({"position": ends[1]},))
+    path = np.array([place, (10, 10, TOP), (10, 10, 20), free])
+    found = list(judge_safety(referee_world(given, ERROR), 0, 0, path[::-1] if backwards else path))
+    assert [one.fault for one in found] == ([sky.Fault.PATH_CLEARANCE] if above < 0.5 else [])
+
+
+@pytest.mark.parametrize(("up", "faults"), [(0, []), (1, []), (2, []), (4, [sky.Fault.PATH_ENDS] * 2)])
+def test_on_a_pad_the_first_and_last_nodes_may_be_anywhere_above_the_start_and_target(up, faults):
+    ends = (10.0, 10.0, 5.6), (10.0, 10.0, 5.7)
+    given = scenario(ROOF, place=ends[0], targets=({"position": ends[1]},))
+    node = np.array([10.0, 10, 6 + up])
+    path = result([node], 1)
+    found = judge_ends(referee_world(given, ERROR), 0, 0, path.path, path)
+    assert [one.fault for one in found] == faults
+
+
 @pytest.mark.parametrize(
     ("change", "error", "held"),
     [
@@ -195,6 +236,7 @@ def test_parts_on_pads_are_judged_without_the_error():
         ((0.36, 0.36, 0), 0.0, False),
         ((0, 0, -5e-7), 0.0, True),
         ((0, 0, -2e-6), 0.0, False),  # below it
+        ((0, 0, -5e-7), 8e-7, False),  # perhaps
         ((0, 0, 2e-6), 0.0, False),  # above its top
     ],
 )

@@ -15,8 +15,10 @@ from judged_missions import (
     alpha,
     grounded,
     in_metres,
+    no_result,
     put,
     result,
+    resulting,
     row,
     walking,
 )
@@ -53,6 +55,18 @@ def test_an_any_angle_path_cannot_be_called_the_lattices_optimum():
 def test_a_status_that_its_path_belies_is_told_where_the_path_ends():
     found = [one for one in sky.check(SCENARIO, alpha(status=sky.Status.INCOMPLETE)) if one.fault is sky.Fault.STATUS]
     assert [one.position for one in found] == [tuple(VALID.results[0].path[-1])]
+
+
+@pytest.mark.parametrize("out", [0.0, 1e-6, 0.5, 2.0])
+@pytest.mark.parametrize("status", [sky.Status.START_OUT_OF_BOUNDS, sky.Status.TARGET_OUT_OF_BOUNDS])
+def test_a_place_said_to_be_out_of_bounds_must_be(status, out):
+    place = (2.0, 2.0, 4.0 + out)
+    start = put(SCENARIO.uavs, 0, sky.UAV(name="alpha", start=place))
+    target = put(SCENARIO.targets, 1, sky.Target(position=place))
+    changed = {"uavs": start} if status is sky.Status.START_OUT_OF_BOUNDS else {"targets": target}
+    scenario = SCENARIO.model_copy(update=changed)
+    mission = replace(grounded(resulting(no_result(status))), scenario=scenario)
+    assert [one.fault for one in sky.check(scenario, mission)] == ([] if out else [sky.Fault.STATUS])
 
 
 @pytest.mark.parametrize("goal", [None, "there", np.zeros(2)])

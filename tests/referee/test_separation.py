@@ -77,6 +77,7 @@ def test_an_ellipsoid_may_be_touched(place, less):
         assert found.fault is sky.Fault.SEPARATION
         assert found.position[0] == pytest.approx(0.3, abs=1e-3)
         assert f"{1 - less:.6g} of the separation" in found.message
+        assert "given" not in found.message  # nothing of it was
         assert verdict(mission) is sky.Verdict.REFUTED
 
 
@@ -212,6 +213,20 @@ def test_what_the_instant_named_does_not_show_is_undecided():
 def test_a_uav_that_stands_at_anothers_target_is_not_given():
     (found,) = between(fleet(stops((0, 9, 0), (0, 0, 0)), (0.3, 0, 0)))
     assert found.fault is sky.Fault.SEPARATION
+
+
+def test_targets_too_close_excuse_nobody_who_does_not_fly_there():
+    mission = fleet(stops((0, 9, 0), (5, 0, 0)), stops((5.2, 0, 0), (5.3, 0, 0)))
+    for stands in (0, 1):
+        flown = tuple(None if uav == stands else flight for uav, flight in enumerate(mission.trajectories))
+        scenario = mission.scenario
+        if stands == 0:  # the first one stands where the second arrives
+            first = scenario.uavs[0].model_copy(update={"start": (5.3, 0.1, 0)})
+            second = scenario.uavs[1].model_copy(update={"start": (9.2, 0, 0)})
+            scenario = scenario.model_copy(update={"uavs": (first, second)})
+            flown = (None, stops((9.2, 0, 0), (5.3, 0, 0)))
+        (found,) = between(sky.Mission(scenario, mission.assignment, (None, None), flown, (), MADE_BY))
+        assert found.fault is sky.Fault.SEPARATION
 
 
 def test_starts_and_targets_both_given_leave_what_is_between():

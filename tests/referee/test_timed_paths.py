@@ -1,5 +1,7 @@
 """Two UAVs on timed paths, compared with brute force over many instants."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,40 @@ def test_the_nearest_points_of_segments_are_those_of_a_fine_grid(seed):
     assert (distance >= brute - 0.2).all()
     found = p + share[:, None] * (q - p) - r - other[:, None] * (s - r)
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), distance, atol=1e-12)
+
+
+def exact_distance(p, q, r, s):
+    """The distance of two segments (3,), by fractions: the least over the corners, the edges and the inside."""
+    p, q, r, s = ([Fraction(float(x)) for x in point] for point in (p, q, r, s))
+
+    def dot(x, y):
+        return sum(a * b for a, b in zip(x, y, strict=True))
+
+    u, v, w = ([a - b for a, b in zip(x, y, strict=True)] for x, y in ((q, p), (s, r), (p, r)))
+    uu, uv, vv, uw, vw = dot(u, u), dot(u, v), dot(v, v), dot(u, w), dot(v, w)
+    shares = [(Fraction(a), Fraction(b)) for a in (0, 1) for b in (0, 1)]
+    shares += [((b * uv - uw) / uu, Fraction(b)) for b in (0, 1) if uu]
+    shares += [(Fraction(a), (vw + a * uv) / vv) for a in (0, 1) if vv]
+    apart = uu * vv - uv * uv
+    shares += [((uv * vw - vv * uw) / apart, (uu * vw - uv * uw) / apart)] if apart else []
+    inside = [(a, b) for a, b in shares if 0 <= a <= 1 and 0 <= b <= 1]
+    return (
+        float(min(dot(d, d) for a, b in inside for d in [[x + a * y - b * z for x, y, z in zip(w, u, v, strict=True)]]))
+        ** 0.5
+    )
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3])
+@pytest.mark.parametrize("slant", [0.0, 1e-12, 1e-8, 1e-4, 1.0])
+def test_the_distance_of_segments_is_exact_however_parallel_they_are(size, slant):
+    rng = np.random.default_rng(int(size) + round(slant * 1e4))
+    p, q, r = rng.uniform(-size, size, (3, 60, 3))
+    r = p + (q - p) * rng.uniform(-2, 2, (60, 1)) + rng.uniform(-1, 1, (60, 3))
+    s = r + (q - p) * rng.uniform(-2, 2, (60, 1)) + slant * rng.uniform(-size, size, (60, 3))
+    distance = nearest_points(p, q, r, s)[2]
+    exact = np.array([exact_distance(*ends) for ends in zip(p, q, r, s, strict=True)])
+    assert (distance >= exact - 1e-14 * size).all()
+    assert (distance <= exact + 1e-13 * size).all()
 
 
 def test_paths_that_cross_are_apart_only_at_different_times():

@@ -10,65 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from movers import depth_at, motions, movers, points
+from among_movers import AGILE, BALL, MADE_BY, among, flight, through, verdict
+from movers import depth_at, movers, points
 from skyverse.model.timed_shapes import with_zones_active
 from skyverse.referee.curve import curve_of
-from skyverse.referee.mover_motion import MAX_PIECES, enclosed_motion
 from skyverse.referee.speed_zones import judge_zone_speed
 from temporary_zones import depth_in_zone, depth_while_active, zones
 
-MADE_BY = sky.Provenance("0", "by hand", "", None, "")
-AGILE = {"max_speed": 1e3, "max_acceleration": 1e4, "max_jerk": 1e6, "max_tilt": 89.9, "thrust_to_weight": 1e3}
-REST_TO_REST = np.array([0, 0, 0, 10, -15, 6.0])
 AIRSHOW = {"name": "airshow", "min": (4, -1, -1), "max": (6, 1, 1)}
-BALL = sky.Sphere(centre=(0, 0, 0), radius=1.0)
 HERE = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=47.0)
-
-
-def flight(a, b, seconds, start=0.0):
-    """From rest at a to rest at b."""
-    rows = (REST_TO_REST / seconds ** np.arange(6))[:, None] * (np.array(b, float) - a)
-    rows[0] = a
-    return sky.Trajectory(np.array([start, start + seconds]), rows[None])
-
-
-def among(*movers, flown, zones=(), clearance=0.5, **fields):
-    """A mission of one UAV among movers and zones."""
-    a, b = (flown.at(t).position[0] for t in (flown.start, flown.end))
-    scenario = sky.Scenario(
-        name="movers",
-        bounds=sky.Bounds(min=(-1e3, -1e3, -1e3), max=(1e3, 1e3, 1e3)),
-        clearance=clearance,
-        lattice=sky.Lattice(step=(100, 100, 100)),
-        movers=movers,
-        zones=zones,
-        uavs=(sky.UAV(start=a, **(AGILE | fields)),),
-        targets=(sky.Target(position=b),),
-    )
-    return sky.Mission(scenario, (0,), (None,), (flown,), (), MADE_BY)
-
-
-def through(*zones, **more):
-    return among(zones=zones, **more)
-
-
-def verdict(mission):
-    """What the referee says of the only UAV."""
-    return sky.certify(mission.scenario, mission).trajectories[0]
-
-
-@given(motions)
-@settings(max_examples=60)
-def test_polynomial_pieces_lie_within_their_error_of_the_stated_motion(motion):
-    end = 20.0
-    known = enclosed_motion(motion, end)
-    assert known.knots[0] == 0
-    assert known.knots[-1] == end
-    assert (np.diff(known.knots) > 0).all()
-    for k, (begin, until) in enumerate(zip(known.knots[:-1], known.knots[1:], strict=False)):
-        inside = np.linspace(begin, until, 9)[1:-1]
-        at = np.vander(inside - known.begins[k], known.pieces.shape[1], increasing=True) @ known.pieces[k]
-        assert np.abs(at - motion.at(inside)).max() <= known.error[k] + 1e-12 * (1 + np.abs(at).max())
 
 
 @given(
@@ -201,7 +151,6 @@ def test_a_uav_that_stands_at_its_start_is_judged_too():
 
 def test_a_motion_with_too_many_turns_is_undecided_and_not_judged_for_hours():
     restless = sky.WaypointMotion(points=[(0, 0, 50), (1, 0, 50)], times=[0, 0.01], then="returns")
-    assert enclosed_motion(restless, 0.01 * MAX_PIECES) is None
     told = verdict(among(sky.Mover(shape=BALL, motion=restless), flown=flight((0, 0, 0), (10, 0, 0), 1e4)))
     assert told.verdict is sky.Verdict.UNDECIDED
     assert "too many turns" in told.sentence

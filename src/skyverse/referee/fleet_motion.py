@@ -16,7 +16,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.timed_shapes import JUDGED_STAY
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.polynomial import Polynomials, bernstein, squared
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, TWO_ROUNDINGS
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
 MAX_SLICES = 256
 """Slices of time in which the boxes about the UAVs' motions are compared."""
@@ -247,7 +247,8 @@ class FleetSeparation(NamedTuple):
         i, j = pairs[of].T
         share = np.broadcast_to(shares, len(pairs))[of]
         level, upright = share * self.across[i, j] - let_pass, share * self.above[i, j] - let_pass
-        nearness = squared([_divided(x, level), _divided(y, level), _divided(z, upright)])
+        wide, tall = (Polynomials(1.0 / axis[:, None], 2 * MACHINE_EPSILON / axis) for axis in (level, upright))
+        nearness = squared([x * wide, y * wide, z * tall])
         return SharedPieces(of, (first, second), begins, ends, nearness * -1.0 + 1.0, share)
 
     def meeting(self, pieces: SharedPieces, interval: int, fraction: float) -> PairPositions:
@@ -279,8 +280,3 @@ def fleet_separation(scenario: Scenario, targets: Sequence[int | None], motion: 
     rim = np.divide(errors[:, None] + errors[None], keep, np.zeros_like(keep), where=keep > 0)
     keep *= 1.0 + np.hypot(rim[..., :1], rim[..., 1:])
     return FleetSeparation(scenario, targets, motion, time_slices(motion), keep[..., 0], keep[..., 1])
-
-
-def _divided(part: Polynomials, by: Floats) -> Polynomials:
-    """Return each row of polynomials divided by a number, (n,)."""
-    return Polynomials(part.b / by[:, None], part.error / by + TWO_ROUNDINGS * part.size / by)

@@ -54,7 +54,7 @@ def _straight(motion: WaypointMotion, end: float) -> EnclosedMotion | None:
     times = np.array(motion.times)
     length = float(times[-1] - times[0])
     turns = times
-    if motion.then != "stays" and end > times[-1]:
+    if motion.then != "stays":
         laps = math.ceil((end - times[0]) / length)
         if laps * len(times) > MAX_PIECES:
             return None

@@ -140,7 +140,7 @@ def holds(pad: Pad, b: Floats, error: Floats) -> NDArray[np.bool_]:
     """Tell which pieces, (n, degree + 1, 3) coefficients and (n,) bounds on their errors, are on a pad."""
     aside = np.hypot(*np.moveaxis(b[:, :, :2] - pad.place[:2], -1, 0)).max(axis=1)
     low, high = b[:, :, 2].min(axis=1), b[:, :, 2].max(axis=1)
-    held: NDArray[np.bool_] = (aside + error <= pad.spare + ON_AXIS) & (low + error >= pad.place[2] - LET_PASS)
+    held: NDArray[np.bool_] = (aside + error <= pad.spare + ON_AXIS) & (low - error >= pad.place[2] - LET_PASS)
     return held & (high + error <= pad.top + LET_PASS)
 
 

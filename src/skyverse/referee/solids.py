@@ -33,8 +33,10 @@ def distance_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:
 def nearest_points(p: Floats, q: Floats, r: Floats, s: Floats) -> tuple[Floats, Floats, Floats]:
     """Return where segments p-q and r-s, (m, 3) metres, are nearest: both shares and the distance, (m,) each.
 
-    The squared distance is convex in both shares. Its least value is inside, where both derivatives are 0, or on an
-    edge of the unit square; the least of all candidates is taken, so that rounding only ever chooses among distances.
+    The squared distance is convex in both shares. From the share at which both derivatives are 0, clipped to the
+    segment, one step to the best other share, and one back, reach its least value (C. Ericson, "Real-Time Collision
+    Detection", 5.1.9). So that rounding of nearly parallel segments only ever chooses among distances, the least of
+    three such candidates is taken.
     """
     u, v, w = q - p, s - r, p - r
     uu, uv, vv, uw, vw = (np.einsum("ij,ij->i", x, y) for x, y in ((u, u), (u, v), (v, v), (u, w), (v, w)))
@@ -43,7 +45,6 @@ def nearest_points(p: Floats, q: Floats, r: Floats, s: Floats) -> tuple[Floats, 
     for share in (np.zeros(len(p)), np.ones(len(p)), inner):
         other = share_of(vw + share * uv, vv)
         candidates.append((share_of(other * uv - uw, uu), other))
-    candidates += [(share_of(other * uv - uw, uu), other) for other in (np.zeros(len(p)), np.ones(len(p)))]
     shares, others = (np.array(column) for column in zip(*candidates, strict=True))
     between = np.linalg.norm(w + shares[..., None] * u - others[..., None] * v, axis=2)
     best = np.argmin(between, axis=0)
