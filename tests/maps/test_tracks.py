@@ -175,7 +175,7 @@ def test_a_trace_of_readsb_is_where_its_geometric_altitudes_are(tmp_path, pack):
     ]
     motion = sky.read_track(traced(tmp_path, *rows, pack=pack), HERE)
     assert np.allclose(motion.points, enu(FLOWN), atol=1e-4)
-    assert motion.times == pytest.approx((8, 18, 31.25))  # after the first entry, on the ground
+    assert motion.times == pytest.approx((0, 10, 23.25))  # after the first that is in the air
     assert sky.read_track(traced(tmp_path, *rows), HERE, vehicle="4B1805", zero=1700000000).times[0] == 10.5
 
 

@@ -143,7 +143,6 @@ def test_what_is_packed_is_unpacked_and_damaged_bytes_end(made):
         {"WIDTH": 999_999_999, "HEIGHT": 999_999_999, "POINTS": None},
         {"POINTS": 499},
         {"POINTS": -500},
-        {"POINTS": ""},
         {"WIDTH": "many"},
         {"SIZE": "4 4 3"},
         {"SIZE": "4 4"},
@@ -161,7 +160,7 @@ def test_what_is_packed_is_unpacked_and_damaged_bytes_end(made):
         {"DATA": ""},
         {"DATA": None},
     ],
-    ids=map(str, range(20)),
+    ids=map(str, range(19)),
 )
 def test_a_header_that_does_not_fit_is_refused(tmp_path, more, refuses):
     with refuses():

@@ -136,22 +136,27 @@ def table_fixes(path: Path, vehicle: str | None) -> Fixes:
         If the file is no such table, or a number in it is none; or if it has several vehicles and none is named.
     """
     names, rows = _table(path)
+    return fixes_of_rows(path, names, rows, vehicle, "line")
+
+
+def fixes_of_rows(path: Path, names: list[str], rows: dict[int, list[str]], vehicle: str | None, word: str) -> Fixes:
+    """Return the fixes in numbered rows of named columns, see `table_fixes`; `word` is what messages call a row."""
     columns = _columns(path, names)
     own = _of_vehicle(path, rows, columns, names, vehicle)
-    times, dated, first = _times(path, rows, own, columns, names)
+    times, dated, first = _times(path, rows, own, columns, names, word)
     places, errors = [], []
     for line in own:
         row = rows[line]
-        x, y, z = (number(row[k], f"{path}: line {line}: {names[k]}") for k in columns.place)
+        x, y, z = (number(row[k], f"{path}: {word} {line}: {names[k]}") for k in columns.place)
         places.append((x, y, z))
         if columns.error is not None:
-            where = f"{path}: line {line}: {names[columns.error]}"
+            where = f"{path}: {word} {line}: {names[columns.error]}"
             errors.append(number(row[columns.error], where))
             if errors[-1] < 0:
                 raise InputError(f"{where}: expected metres from 0 on, found {errors[-1]:g}")
     return Fixes(
         lines=own,
-        line="line",
+        line=word,
         times=times,
         dated=dated,
         first=first,
@@ -231,40 +236,33 @@ def _of_vehicle(
         if vehicle is not None:
             raise InputError(f"{path}: vehicle: the file has no column that names one, such as {VEHICLES[0]}")
         return list(rows)
-    column = columns.vehicle
-    return of_vehicle(path, names[column], {line: row[column].strip() for line, row in rows.items()}, vehicle)
-
-
-def of_vehicle(path: Path, name: str, vehicles: dict[int, str], vehicle: str | None) -> list[int]:
-    """Return the numbers of what is of a vehicle, or of the only one, by the vehicle of each number.
-
-    `name` is what the file calls that.
-    """
-    known = dict.fromkeys(vehicles.values())
+    name, column = names[columns.vehicle], columns.vehicle
+    known = dict.fromkeys(row[column].strip() for row in rows.values())
     if vehicle is None:
         if len(known) > 1:
             some = ", ".join(list(known)[:4]) + (", ..." if len(known) > 4 else "")
             raise InputError(
                 f"{path}: {name}: expected one vehicle, found {len(known)} ({shown(some, 80)}); give vehicle"
             )
-        return list(vehicles)
+        return list(rows)
     wanted = vehicle.strip().lower()
-    own = [number for number, one in vehicles.items() if one.lower() == wanted]
+    own = [line for line, row in rows.items() if row[column].strip().lower() == wanted]
     if not own:
         raise InputError(f"{path}: {name}: there is no {shown(vehicle)}{did_you_mean(vehicle, known)}")
     return own
 
 
 def _times(
-    path: Path, rows: dict[int, list[str]], own: list[int], columns: _Columns, names: list[str]
+    path: Path, rows: dict[int, list[str]], own: list[int], columns: _Columns, names: list[str], word: str
 ) -> tuple[list[float], bool, float]:
     """Return the times of a vehicle's lines, whether they are dates, and the earliest one of all lines."""
-    read = {line: time(row[columns.time], f"{path}: line {line}: {names[columns.time]}") for line, row in rows.items()}
+    at, name = columns.time, names[columns.time]
+    read = {line: time(row[at], f"{path}: {word} {line}: {name}") for line, row in rows.items()}
     dated = read[own[0]][1]
     for line in own:
         if read[line][1] != dated:
             found = "a date" if read[line][1] else "seconds"
-            raise InputError(f"{path}: line {line}: {names[columns.time]}: found {found}, other than in line {own[0]}")
+            raise InputError(f"{path}: {word} {line}: {name}: found {found}, other than in {word} {own[0]}")
     return [read[line][0] for line in own], dated, min(seconds for seconds, _ in read.values())
 
 
