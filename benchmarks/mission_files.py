@@ -2,8 +2,8 @@
 
 Every file of a folder that ends as missions do is read, written unchanged, and written with its second waypoint moved.
 What is found is compared, number by number, with what a foreign reader finds in the same files: pymavlink, MAVSDK,
-litchi-wp, or xmltodict with the height and place of each of DJI's waypoints; a reader that is not installed is left
-out. DJI's parts that are not packed (``waylines.wpml`` with ``template.kml``) are packed first. Where a file needs to be
+litchi-wp, or xmltodict with the height and place of each of DJI's waypoints; one that is not installed is left out.
+DJI's parts that are not packed (``waylines.wpml`` with ``template.kml``) are packed first. Where a file needs to be
 told what its altitudes are counted from, or the geoid, "home" and 0 m are given.
 """
 
