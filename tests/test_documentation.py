@@ -67,7 +67,7 @@ def test_every_file_that_the_glossary_names_is_there():
     assert [file for file in files if not (Path(skyverse.__file__).parent / file).exists()] == []
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/quickstart.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/quickstart.md", "docs/check.md"])
 def test_the_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
     pytest.importorskip("rotorpy", reason="the extra flight is not installed")
     monkeypatch.chdir(tmp_path)

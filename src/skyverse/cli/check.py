@@ -40,6 +40,9 @@ class FlownOptions:
         Where the vehicle takes off, latitude,longitude in place of the file's, as in `46.81,9.85`.
     speed
         m/s until the mission says another; the file's, or else the autopilot's usual one, when left out.
+    altitude
+        What altitudes count from where a file does not say it, as GPX: amsl (the sea), home (the take-off) or agl (the
+        ground below).
     radius
         Metres from a waypoint at which the autopilot turns to the next, where the file leaves it open.
     return_altitude
@@ -55,6 +58,7 @@ class FlownOptions:
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None
     home: Annotated[str | None, SIGNED] = None
     speed: float | None = None
+    altitude: Literal["amsl", "home", "agl"] | None = None
     radius: float = 2.0
     return_altitude: float | None = None
     clearance: float = 2.0
@@ -80,10 +84,10 @@ def check(
 ) -> int:
     """Judge missions: those of ground stations and apps as their autopilots fly them, and those of skyverse.
 
-    QGroundControl .plan, Mission Planner .waypoints and .txt, each a vehicle's mission: all that is flown between
-    waypoints, take-off, landing, the way home, heights above ground, fences, limits, and whether vehicles that start
-    together keep apart. They are judged over maps, or in a scenario. What is wrong is told by the numbers that ground
-    stations show.
+    QGroundControl .plan, Mission Planner .waypoints and .txt, DJI .kmz, Litchi .csv, and routes of .kml and .gpx, each
+    a vehicle's mission: all that is flown between waypoints, take-off, landing, the way home, heights above ground,
+    fences, limits, and whether vehicles that start together keep apart. They are judged over maps, or in a scenario.
+    What is wrong is told by the numbers that ground stations show.
 
     A mission of skyverse (.json) is judged by the referee, whatever planned it: what is wrong, and what is proven of
     each UAV's flight and of the fleet.
@@ -142,13 +146,16 @@ def judged(
     """Read and judge missions of autopilots in a scenario, or over the maps that options name."""
     import skyverse as sky
 
-    read = [sky.read_waypoints(one) for one in missions]
+    if scenario is not None and given:
+        option = f"--{next(iter(given)).replace('_', '-')}"
+        raise InputError(f"{option}: expected it without --scenario, found both")
+    world = None if scenario is None else sky.read_scenario(scenario)
+    origin = None if world is None else world.frame.origin
+    geoid = given.get("geoid") if origin is None else origin.geoid
+    read = [sky.read_waypoints(one, altitude=how.altitude, geoid=geoid) for one in missions]
     settings = settings_of(how)
-    if scenario is not None:
-        if given:
-            option = f"--{next(iter(given)).replace('_', '-')}"
-            raise InputError(f"{option}: expected it without --scenario, found both")
-        return read, sky.check_waypoints(read, sky.read_scenario(scenario), settings)
+    if world is not None:
+        return read, sky.check_waypoints(read, world, settings)
     notes: list[Note] = []
     own = {"clearance": how.clearance, "ground_clearance": how.ground_clearance, "max_height": how.max_height}
     with watched(notes) as on_note:
