@@ -113,6 +113,27 @@ def test_jumps_still_lead_to_their_waypoints(tmp_path):
         assert after.orders[jump.to - 1].place == before.orders[jump.to - 2].place
 
 
+def test_a_waypoint_that_is_added_among_turns_is_stopped_at(tmp_path):
+    for name in ("m.wpml.kmz", "m.csv"):
+        before = read(stored(tmp_path, name))
+        at = next(k for k, place in enumerate(flown(before)) if before.orders[place].radius)
+        after = write(changed(before, 0, at), tmp_path / f"out-{name}")
+        order = after.orders[flown(after)[at + 1]]
+        assert not order.curved
+        assert order.seconds > 0 or order.radius == 0
+
+
+def test_a_drone_that_takes_off_higher_is_told_so_in_both_files(tmp_path):
+    before = read(stored(tmp_path, "m.wpml.kmz"))
+    first = before.orders[0]
+    higher = replace(first, place=(*first.place[:2], type(first.place[2])(35.5)))
+    after = write(replace(before, orders=(higher, *before.orders[1:])), tmp_path / "out.wpml.kmz")
+    assert after.orders[0].place[2].metres == 35.5
+    assert [order.place for order in after.orders[1:]] == [order.place for order in before.orders[1:]]
+    with zipfile.ZipFile(tmp_path / "out.wpml.kmz") as archive:
+        assert b"<wpml:takeOffSecurityHeight>35.5<" in archive.read("wpmz/template.kml")
+
+
 # ------------------------------------------------------------------------------------------ foreign readers
 PLAN_FIELDS = ("command", "frame", "param1", "param2", "param3", "param4", "x", "y", "z", "autocontinue")
 
@@ -184,7 +205,8 @@ def test_lxml_finds_waylines_and_template_identical_but_for_places_and_indices(t
         assert without(after[0], *counted) != without(old[1], *counted)
         for one, kept in zip(after[1:], old[2:], strict=True):
             assert without(one, *counted) == without(kept, *counted)
-        assert without(added, *moving, *counted) == without(old[0], *moving, *counted)
+        turning = ("waypointTurnMode", "waypointTurnDampingDist", "useStraightLine")
+        assert without(added, *moving, *counted, *turning) == without(old[0], *moving, *counted, *turning)
         for k, mark in enumerate(new):
             numbers = {int(text) for tag, text in mark if tag.rpartition("}")[2] in ("index", "actionGroupStartIndex")}
             assert numbers == {k}

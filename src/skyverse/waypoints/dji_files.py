@@ -31,6 +31,7 @@ ACTIONS = {
     **dict.fromkeys(_CAMERA, _K.CAMERA),
 }
 """The kinds of actions; all others are passed on."""
+STOP = "toPointAndStopWithDiscontinuityCurvature"
 MOMENT = 0.1
 """Seconds for which a drone that stops at a waypoint is taken to stay there."""
 BEFORE = -1
@@ -184,7 +185,7 @@ class _Reader:
             seconds=MOMENT if turn.startswith("toPointAndStop") else 0.0,
             speed=(parse_number(speed, f"{self._name}: waypoint {k + 1}: speed", 0.0) or None) if speed else None,
             heading=self.number(mark, "waypointHeadingParam/waypointHeadingAngle") if turned else None,
-            curved=not (straight or turn == "toPointAndStopWithDiscontinuityCurvature"),
+            curved=not (straight or turn == STOP),
         )
 
     def _actions(self) -> dict[int, list[Order]]:
@@ -231,7 +232,13 @@ def kmz_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     count = next(len(one.marks) for one in lines.values() if one is not None)
     places = [k for k, one in enumerate(before.orders) if one.kind is OrderKind.WAYPOINT][:count]
     made = list(steps(before, waypoints, places))
-    parts = {inner: _changed(one, made) for inner, one in lines.items() if one is not None and len(one.marks) == count}
+    rises = [one.place[2].metres for one in waypoints.orders if one.kind is OrderKind.TAKEOFF and one.place]
+    parts = {}
+    for inner, line in lines.items():
+        if line is not None and len(line.marks) == count:
+            for rise in rises:
+                set_text(line.config, "takeOffSecurityHeight", written(rise, 4))
+            parts[inner] = _changed(line, made)
     return repacked(waypoints.stored, name, parts)
 
 
@@ -252,6 +259,10 @@ def _changed(line: _Wayline, made: list[Step]) -> bytes:
 
     for k, (mark, step) in enumerate(zip(arrange(line.root, line.marks, made, put), made, strict=True)):
         set_text(mark, "index", str(k))
+        if step.new:  # it is stopped at, since it may be nearer to others than any turn is wide
+            set_text(mark, "waypointTurnParam/waypointTurnMode", STOP)
+            set_text(mark, "waypointTurnParam/waypointTurnDampingDist", "0")
+            set_text(mark, "useStraightLine", "1")
         for group in each(mark, "actionGroup"):
             if step.new:
                 mark.remove(group)

@@ -122,7 +122,7 @@ def litchi_content(waypoints: Waypoints, before: Waypoints) -> bytes:
         latitude, longitude, altitude = step.place
         metres = written(altitude.metres / table.units["altitude"], 4)
         cells = {"latitude": written(latitude), "longitude": written(longitude), "altitude": metres}
-        quiet = {f"actiontype{k}": "-1" for k in range(1, MOST_ACTIONS + 1)}
+        quiet = {**{f"actiontype{k}": "-1" for k in range(1, MOST_ACTIONS + 1)}, "curvesize": "0"}
         for name, cell in ((cells | quiet) if step.new else cells if step.moved else {}).items():
             if name in table.columns:
                 row[table.columns[name]] = cell

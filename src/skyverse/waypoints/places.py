@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from skyverse.errors import InputError, shown
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
-from skyverse.model.waypoints import Order, Waypoints
+from skyverse.model.waypoints import Order, OrderKind, Waypoints
 
 REFERENCES: dict[str, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
 
@@ -79,8 +79,8 @@ def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterat
     Raises
     ------
     InputError
-        If an order is gone or elsewhere in the list, or what is not a place of the file has moved, or an altitude is
-        counted from something else.
+        If an order is gone or elsewhere in the list, if what is no place of the file has moved, other than a take-off, or
+        if an altitude is counted from something else.
     """
     number = {item: k for k, item in enumerate(in_file)}
     source = -1
@@ -90,7 +90,7 @@ def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterat
         new = order.item is None
         former = before.orders[in_file[max(source, 0)] if order.item is None else order.item]
         if not new and order.item not in number:
-            if repr(order.place) != repr(former.place):
+            if order.kind is not OrderKind.TAKEOFF and repr(order.place) != repr(former.place):
                 raise InputError(f"{after.name}: order {order.number} ({order.name}) has no place that can be written")
             continue
         source = source if order.item is None else number[order.item]
