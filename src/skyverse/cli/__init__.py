@@ -22,6 +22,7 @@ from skyverse.cli.missions import show
 from skyverse.cli.option_names import for_command_line, refusal, running
 from skyverse.cli.outputs import settle_folders
 from skyverse.cli.plan import plan
+from skyverse.cli.repair import repair
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.scenarios import scenarios
@@ -51,7 +52,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 _LONG_WORD = r"\S{300,}"
-for verb in (scenarios, plan, check, show, export, fly, live, compare, reproduce, scenario_app, cache):
+for verb in (scenarios, plan, check, repair, show, export, fly, live, compare, reproduce, scenario_app, cache):
     app.command(verb)
 
 

@@ -2,7 +2,8 @@
 
 import inspect
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -21,7 +22,8 @@ from skyverse.errors import InputError
 from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
-    from skyverse.maps.assembly.options import Note
+    from skyverse.maps.assembly.options import BuildOptions, Note
+    from skyverse.model.scenario import Scenario
     from skyverse.model.waypoints import Waypoints
     from skyverse.waypoints.fleet import CheckedFleet
     from skyverse.waypoints.flown import FlightSettings
@@ -41,8 +43,7 @@ class FlownOptions:
     speed
         m/s until the mission says another; the file's, or else the autopilot's usual one, when left out.
     altitude
-        What altitudes count from where a file does not say it, as GPX: amsl (the sea), home (the take-off) or agl (the
-        ground below).
+        What altitudes are counted from in files that do not say it, as GPX: mean sea level, home, or the ground below.
     radius
         Metres from a waypoint at which the autopilot turns to the next, where the file leaves it open.
     return_altitude
@@ -84,7 +85,7 @@ def check(
 ) -> int:
     """Judge missions: those of ground stations and apps as their autopilots fly them, and those of skyverse.
 
-    QGroundControl .plan, Mission Planner .waypoints and .txt, DJI .kmz, Litchi .csv, and routes of .kml and .gpx, each
+    QGroundControl .plan, Mission Planner .waypoints and .txt, DJI .kmz, Litchi .csv, and routes as .kml and .gpx, each
     a vehicle's mission: all that is flown between waypoints, take-off, landing, the way home, heights above ground,
     fences, limits, and whether vehicles that start together keep apart. They are judged over maps, or in a scenario.
     What is wrong is told by the numbers that ground stations show.
@@ -113,6 +114,7 @@ def check(
     """
     if not missions:
         raise InputError("expected a mission to judge, found none", field="missions")
+    import skyverse as sky
     from skyverse.waypoints.files import is_waypoint_file
 
     planned = [one for one in missions if not is_waypoint_file(one)]
@@ -124,7 +126,8 @@ def check(
         return check_planned(planned[0], scenario, as_json=as_json)
     if page is not None:
         refuse_output(page, *map(Path, missions), *map_files(given))
-    _, fleet = judged(missions, scenario, how, given)
+    with given_missions(missions, scenario, how, given) as (read, where):
+        fleet = sky.check_waypoints(read, where, settings_of(how))
     if page is not None:
         from skyverse.atomic import write_text
         from skyverse.waypoints.page import check_page
@@ -140,10 +143,11 @@ _own = [one for one in inspect.signature(check).parameters.values() if one.kind 
 check.__signature__ = inspect.Signature([*_own, *map_options(NOT_OF_CHECK)])  # type: ignore[attr-defined]
 
 
-def judged(
+@contextmanager
+def given_missions(
     missions: Sequence[str], scenario: str | None, how: FlownOptions, given: dict[str, Any]
-) -> "tuple[list[Waypoints], CheckedFleet]":
-    """Read and judge missions of autopilots in a scenario, or over the maps that options name."""
+) -> "Iterator[tuple[list[Waypoints], Scenario | BuildOptions]]":
+    """Yield missions that were read, and where they are flown: a scenario, or the maps that options name."""
     import skyverse as sky
 
     if scenario is not None and given:
@@ -153,16 +157,15 @@ def judged(
     origin = None if world is None else world.frame.origin
     geoid = given.get("geoid") if origin is None else origin.geoid
     read = [sky.read_waypoints(one, altitude=how.altitude, geoid=geoid) for one in missions]
-    settings = settings_of(how)
     if world is not None:
-        return read, sky.check_waypoints(read, world, settings)
+        yield read, world
+        return
     notes: list[Note] = []
     own = {"clearance": how.clearance, "ground_clearance": how.ground_clearance, "max_height": how.max_height}
     with watched(notes) as on_note:
-        fleet = sky.check_waypoints(read, build_options("check", given | own, on_note), settings)
+        yield read, build_options("check", given | own, on_note)
     for note in filter(must_be_heeded, notes):
         print(told(note), file=sys.stderr)
-    return read, fleet
 
 
 def settings_of(how: FlownOptions) -> "FlightSettings":

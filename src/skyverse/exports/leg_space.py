@@ -104,12 +104,12 @@ class ProvenSpace:
         _, _, margin, error, pad = asked
         if (margin, error) not in self._referees:
             shapes = next((world.shapes for world in self._referees.values()), None)
-            self._referees[margin, error] = referee_world(_grown(self.scenario, margin), error, shapes=shapes)
+            self._referees[margin, error] = referee_world(grown(self.scenario, margin), error, shapes=shapes)
         world = self._referees[margin, error]
         return world if pad is None else without_support(world, np.array(pad), pad[2] - self.clearance + LET_PASS)
 
 
-def _grown(scenario: Scenario, margin: float) -> Scenario:
+def grown(scenario: Scenario, margin: float) -> Scenario:
     """Return a scenario with clearances larger by a margin, metres, and a ceiling as much lower."""
     terrain, most = scenario.terrain, scenario.max_height
     if terrain is not None:

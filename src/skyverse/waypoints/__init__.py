@@ -4,14 +4,18 @@ from skyverse.waypoints.check import CheckedMission, MissionFinding, Subject
 from skyverse.waypoints.files import read_waypoints, write_waypoints
 from skyverse.waypoints.fleet import CheckedFleet, check_waypoints
 from skyverse.waypoints.flown import FlightSettings
+from skyverse.waypoints.repair import Change, RepairedFleet, repair_waypoints
 
 __all__ = [
+    "Change",
     "CheckedFleet",
     "CheckedMission",
     "FlightSettings",
     "MissionFinding",
+    "RepairedFleet",
     "Subject",
     "check_waypoints",
     "read_waypoints",
+    "repair_waypoints",
     "write_waypoints",
 ]

@@ -223,7 +223,8 @@ def check_flown(flown: FlownMission, scenario: Scenario, ground: float | None) -
     found += _of_parts(judge, flown)
     found += [*_of_landing(flown, scenario), *_of_limits(flown, scenario)]
     plan = _with_end(flown, scenario)
-    (back,) = ways_home(scenario, [plan], flown.return_altitude)
+    unlimited = derived(scenario, max_height=None)  # a return is an emergency, and as high as it must be
+    (back,) = ways_home(unlimited, [plan], flown.return_altitude)
     found += _of_way_home(flown, scenario, back)
     low, high = _heights(flown, scenario) if scenario.terrain is not None else (None, None)
     return CheckedMission(

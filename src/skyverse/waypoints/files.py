@@ -97,7 +97,7 @@ def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
     if form is not _format(Path(waypoints.name)):
         raise InputError(f"{path}: expected a suffix as that of {waypoints.name}, since it is written as it was read")
     before = form.read(waypoints.stored, waypoints.name, Given(*waypoints.told))
-    same = before.orders == waypoints.orders
+    same = (before.orders, before.home) == (waypoints.orders, waypoints.home)
     content = waypoints.stored if same else form.content(waypoints, before)
     with whole_file(path) as beside:
         beside.write_bytes(content)

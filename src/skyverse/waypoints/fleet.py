@@ -77,7 +77,9 @@ def check_at(missions: Sequence[Waypoints], site: Site, settings: FlightSettings
     scenario = site.scenario
     flights = [flown(one, scenario, k, site.homes[k], settings) for k, one in enumerate(missions)]
     if lower:
-        scenario = with_height(scenario, max(map(_top, flights)) + HEADROOM)
+        ground = 0.0 if scenario.terrain is None else float(scenario.terrain.heights.max())
+        above = ground + (scenario.max_height or 0.0)
+        scenario = with_height(scenario, max(above, *map(_top, flights)) + HEADROOM)
     checked = [check_flown(one, scenario, ground) for one, ground in zip(flights, site.grounds, strict=True)]
     apart, checked = check_apart(checked, scenario)
     return CheckedFleet(scenario, tuple(checked), apart, site.assumed)

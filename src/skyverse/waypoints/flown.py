@@ -173,7 +173,7 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
     vehicle = scenario.uavs[uav]
     speeds = np.array([one.speed for one in visits[1:]])
     rates = rates_of(vehicle, autopilot)
-    plan = FlightPlan(route, autopilot, rates, home, 0.0, 0.0, speeds, max(unrolled.first_speed, MIN_SPEED))
+    plan = FlightPlan(route, autopilot, rates, home, unrolled.delay, 0.0, speeds, max(unrolled.first_speed, MIN_SPEED))
     if unrolled.end == "land":
         plan = replace(plan, ending=np.array(landing_places(scenario, [plan])))
     usual = USUAL_RETURN_ALTITUDES[autopilot.name]
@@ -205,6 +205,7 @@ class _Unrolled:
     visits: list[Visit] = field(default_factory=list)
     landings: list[Floats] = field(default_factory=list)
     assumed: list[str] = field(default_factory=list)
+    delay: float = 0.0
     end: End = "loiter"
 
     def __post_init__(self) -> None:
@@ -247,7 +248,9 @@ class _Unrolled:
             return True
         if order.speed is not None and order.kind is OrderKind.SPEED:
             self.speed = order.speed
-        if order.kind is OrderKind.DELAY and self.visits:
+        if order.kind is OrderKind.DELAY and not self.visits:
+            self.delay += order.seconds
+        elif order.kind is OrderKind.DELAY:
             self.visits[-1] = self.visits[-1]._replace(hold=self.visits[-1].hold + order.seconds, radius=0.0)
         if order.kind is OrderKind.TAKEOFF:
             self._take_off(order)

@@ -19,10 +19,10 @@ from skyverse.waypoints.mavlink_items import (
     FRAMES,
     WAYPOINT,
     StoredItem,
-    added_waypoint,
+    added_item,
+    changed_item,
     numbers_of,
     order_of,
-    with_place,
 )
 from skyverse.waypoints.places import Given
 
@@ -85,18 +85,22 @@ def plan_content(waypoints: Waypoints, _before: Waypoints) -> bytes:
     holder, at = plan["mission"]["items"], 0
     for order in waypoints.orders:
         if order.item is None:
-            holder.insert(at, _new_plan_item(added_waypoint(order)))
+            holder.insert(at, _new_plan_item(added_item(order)))
             after.append((None, holder[at]))
             at += 1
             continue
         slot = slots[order.item]
         item = _plan_item(slot, firmware)
-        moved = with_place(item, order)
+        moved = changed_item(item, order)
         if moved != item:
-            _set_place(slot.data, moved)
+            _set_numbers(slot.data, moved)
         begin = at if holder is slot.holder else 0
         holder, at = slot.holder, next(k for k in range(begin, len(slot.holder)) if slot.holder[k] is slot.data) + 1
         after.append((ids[order.item], slot.data))
+    if waypoints.home is not None and waypoints.home != _home(
+        plan["mission"].get("plannedHomePosition"), waypoints.name
+    ):
+        plan["mission"]["plannedHomePosition"] = list(waypoints.home)
     if len(after) > len(slots):
         numbers = {old: new for new, (old, _) in enumerate(after, 1) if old is not None}
         for new, (_, data) in enumerate(after, 1):
@@ -181,19 +185,19 @@ def _retargeted(order: Order, numbers: dict[int, int], where: str) -> Order:
     return replace(order, to=numbers[order.to])
 
 
-def _set_place(data: dict[str, Any], item: StoredItem) -> None:
-    """Put the place of an item into a ``.plan``, with the copies of its altitude that QGroundControl shows."""
+def _set_numbers(data: dict[str, Any], item: StoredItem) -> None:
+    """Put the numbers of an item into a ``.plan``, with the copies of its altitude that QGroundControl shows."""
     apart = "coordinate" in data
-    former = data["coordinate"] if apart else data["params"][4:]
-    place = [old if math.isnan(new) else new for old, new in zip(former, item.numbers[4:], strict=True)]
+    former = [*data["params"][:4], *data["coordinate"]] if apart else data["params"]
+    numbers = [old if math.isnan(new) or old == new else new for old, new in zip(former, item.numbers, strict=True)]
     data["frame"] = item.frame
     if apart:
-        data["coordinate"] = place
+        data["params"][:4], data["coordinate"] = numbers[:4], numbers[4:]
     else:
-        data["params"][4:] = place
+        data["params"] = numbers
     if "Altitude" in data:
         data["Altitude"] = item.numbers[6]
-    if "AltitudeMode" in data:
+    if "AltitudeMode" in data and item.frame in FRAMES:
         data["AltitudeMode"] = QGC_ALTITUDE_MODES[FRAMES[item.frame]]
     if "AMSLAltAboveTerrain" in data:
         data["AMSLAltAboveTerrain"] = None
@@ -202,8 +206,11 @@ def _set_place(data: dict[str, Any], item: StoredItem) -> None:
 def _new_plan_item(item: StoredItem) -> dict[str, Any]:
     params = [None if math.isnan(value) else value for value in item.numbers]
     made = {"autoContinue": True, "command": item.command, "frame": item.frame, "params": params}
-    shown_as = {"Altitude": item.numbers[6], "AltitudeMode": QGC_ALTITUDE_MODES[FRAMES[item.frame]]}
-    return {**shown_as, **made, "AMSLAltAboveTerrain": None, "doJumpId": 0, "type": "SimpleItem"}
+    told: dict[str, Any] = {"doJumpId": 0, "type": "SimpleItem"}
+    if item.frame in FRAMES:
+        mode = QGC_ALTITUDE_MODES[FRAMES[item.frame]]
+        told |= {"Altitude": item.numbers[6], "AltitudeMode": mode, "AMSLAltAboveTerrain": None}
+    return made | told
 
 
 def _home(given: object, name: str) -> tuple[float, float, float | None] | None:
@@ -315,17 +322,19 @@ def wpl_content(waypoints: Waypoints, _before: Waypoints) -> bytes:
     numbers = {order.item: number for number, order in enumerate(waypoints.orders, 1)}
     for number, order in enumerate(waypoints.orders, 1):
         if order.item is None:
-            made.append(_wpl_row(added_waypoint(order), [str(number), "0", *[""] * 9, "1"]))
+            made.append(_wpl_row(added_item(order), [str(number), "0", *[""] * 9, "1"]))
             continue
         row = list(rows[order.item][1])
         item = _wpl_item(row, waypoints.name)
-        moved = with_place(item, order)
+        moved = changed_item(item, order)
         if moved != item:
             row = _wpl_row(moved, row)
         row[0] = str(number)
         if item.command == JUMP:
             row[4] = str(numbers[int(item.numbers[0])])
         made.append(row)
+    if waypoints.home is not None and waypoints.home[2] is not None and float(made[0][10]) != waypoints.home[2]:
+        made[0] = [*made[0][:10], _number(waypoints.home[2]), made[0][11]]
     end = "\r\n" if "\r\n" in text else "\n"
     return (end.join([head, *("\t".join(row) for row in made)]) + end).encode()
 
@@ -354,13 +363,12 @@ def _wpl_item(row: list[str], where: str) -> StoredItem:
 
 
 def _wpl_row(item: StoredItem, row: list[str]) -> list[str]:
-    """Return a row with the place of an item in it; numbers that are empty are filled in, too."""
-    numbers = [text or _number(value) for text, value in zip(row[4:8], item.numbers, strict=False)]
-    place = [
-        text if text and math.isnan(value) else _number(value)
-        for text, value in zip(row[8:11], item.numbers[4:], strict=True)
+    """Return a row with the numbers of an item in it; those that are the same stay as they are written."""
+    numbers = [
+        text if text and (math.isnan(value) or float(text) == value) else _number(value)
+        for text, value in zip(row[4:11], item.numbers, strict=True)
     ]
-    return [*row[:2], str(item.frame), str(item.command), *numbers, *place, row[11]]
+    return [*row[:2], str(item.frame), str(item.command), *numbers, row[11]]
 
 
 def _number(value: float) -> str:

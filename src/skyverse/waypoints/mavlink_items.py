@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -14,6 +14,8 @@ FRAMES: dict[int, type[Altitude]] = {
     **{0: AboveSea, 3: AboveHome, 10: AboveGround},  # MAV_FRAME_GLOBAL, _RELATIVE_ALT, _TERRAIN_ALT
     **{5: AboveSea, 6: AboveHome, 11: AboveGround},  # the same with whole numbers: MAV_FRAME_GLOBAL_INT ...
 }
+MISSION_FRAME = 2
+"""MAV_FRAME_MISSION: of commands without a place."""
 FOR_EVER = -1
 WAYPOINT, DELAY = 16, 93
 """MAV_CMD_NAV_WAYPOINT, MAV_CMD_NAV_DELAY."""
@@ -143,22 +145,32 @@ def _place(item: StoredItem, where: str) -> tuple[float, float, Altitude] | None
     return latitude, longitude, frame(metres)
 
 
-def with_place(item: StoredItem, order: Order) -> StoredItem:
-    """Return an item at the place of an order, in the frame of that place, with all else as it is."""
+def changed_item(item: StoredItem, order: Order) -> StoredItem:
+    """Return an item with the place and the numbers of an order, and with all else as it is."""
+    meaning = MEANINGS.get(item.command)
+    if meaning is None:
+        return item
+    was, numbers = order_of(item, order.number, 0, ""), list(item.numbers)
+    for name, at in meaning.numbers.items():
+        now = getattr(order, name)
+        if name not in ("to", "times") and now is not None and now != getattr(was, name):
+            numbers[at] = now
+    frame = item.frame
+    if order.place is not None and order.place != was.place:
+        *numbers[4:6], altitude = order.place
+        numbers[6] = altitude.metres
+        frame = frame if FRAMES.get(frame) is type(altitude) else _frame(altitude)
+    return StoredItem(item.command, frame, tuple(numbers))
+
+
+def added_item(order: Order) -> StoredItem:
+    """Return an item for an order that no file has yet: a wait, or a waypoint that is passed without a stop."""
     if order.place is None:
-        return item
-    latitude, longitude, altitude = order.place
-    if order.place == _place(item, ""):
-        return item
-    kept = item.frame if FRAMES.get(item.frame) is type(altitude) else _frame(altitude)
-    return replace(item, frame=kept, numbers=(*item.numbers[:4], latitude, longitude, altitude.metres))
-
-
-def added_waypoint(order: Order) -> StoredItem:
-    """Return a waypoint that is passed without a stop, for an order that no file has yet."""
-    assert order.place is not None
-    blank = StoredItem(WAYPOINT, _frame(order.place[2]), (0.0, order.radius or 0.0, 0.0, *[math.nan] * 3, 0.0))
-    return with_place(blank, order)
+        return StoredItem(DELAY, MISSION_FRAME, (order.seconds, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0))
+    *where, altitude = order.place
+    return StoredItem(
+        WAYPOINT, _frame(altitude), (order.seconds, order.radius or 0.0, 0.0, math.nan, *where, altitude.metres)
+    )
 
 
 def _frame(altitude: Altitude) -> int:

@@ -1,0 +1,116 @@
+"""``skyverse repair``: missions of autopilots mended, judged again, and written as they were read."""
+
+import inspect
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from skyverse.cli.check import NOT_OF_CHECK, FlownOptions, given_missions, settings_of, tell
+from skyverse.cli.exit_codes import FOUND_WRONG
+from skyverse.cli.option_types import FLAG, OUTPUT, AsJson, GivenMission, GivenScenario
+from skyverse.cli.outputs import refuse_output
+from skyverse.cli.report import json_text
+from skyverse.cli.scenario import map_files, map_options
+from skyverse.errors import InputError
+from skyverse.model.short_lines import counted
+
+if TYPE_CHECKING:
+    from skyverse.waypoints.repair import RepairedFleet
+
+_FLOWN = FlownOptions()
+
+
+def repair(
+    *missions: GivenMission,
+    output: Annotated[Path, OUTPUT],
+    scenario: GivenScenario | None = None,
+    lift_only: Annotated[bool, FLAG] = False,
+    as_json: AsJson = False,
+    page: Path | None = None,
+    how: FlownOptions = _FLOWN,
+    **given: Any,
+) -> int:
+    """Mend missions of ground stations and apps so that they are proven, and write them as they were read.
+
+    The waypoints, what is done at them, their order and their speeds stay. Places that are not safe are moved least,
+    legs are led over or around what they meet, corners are cut less, and vehicles that come too close start later. What
+    was not changed is in the new file as it was. What is written is judged again.
+
+    Examples: `skyverse repair flight.plan --terrain dem.tif --vehicle camera -o fixed.plan`,
+    `skyverse repair one.plan two.plan --terrain dem.tif -o fixed/`
+
+    Exit code: 0 when all is proven; 1 when something could not be mended, which is told; 2 for bad input.
+
+    Parameters
+    ----------
+    missions
+        Missions of autopilots, one for each vehicle.
+    output
+        The file to write, of the same format; a folder where there are several missions.
+    scenario
+        The scenario in which missions are judged, a file or a built-in name, in place of maps.
+    lift_only
+        Change nothing but heights.
+    as_json
+        Print what was changed and what is found now as JSON.
+    page
+        A web page to write: the mended missions over the terrain.
+    """
+    import skyverse as sky
+    from skyverse.waypoints.report import as_data
+
+    if not missions:
+        raise InputError("expected a mission to mend, found none", field="missions")
+    sources = list(map(Path, missions))
+    several = len(sources) > 1 or output.is_dir()
+    files = [output / source.name for source in sources] if several else [output]
+    for file in files:
+        refuse_output(file, *map_files(given))
+    if page is not None:
+        refuse_output(page, *sources, *map_files(given))
+    with given_missions(missions, scenario, how, given) as (read, where):
+        mended = sky.repair_waypoints(read, where, settings_of(how), lift_only=lift_only)
+    if several:
+        output.mkdir(parents=True, exist_ok=True)
+    for one, file in zip(mended.missions, files, strict=True):
+        sky.write_waypoints(one, file)
+    files += _parameters(mended, files)
+    if page is not None:
+        from skyverse.atomic import write_text
+        from skyverse.waypoints.page import check_page
+
+        write_text(page, check_page(mended.checked))
+    if as_json:
+        told = [
+            {"written": str(file), "changes": [asdict(one) for one in changes], **found}
+            for file, changes, found in zip(files, mended.changes, as_data(mended.checked), strict=False)
+        ]
+        print(json_text(told), end="")
+        return 0 if mended.checked.is_proven else FOUND_WRONG
+    for source, changes in zip(sources, mended.changes, strict=True):
+        print(f"{source}: {counted(len(changes), 'change')}")
+        for change in changes:
+            print(f"  {'-'.join(map(str, change.items)) + ': ' if change.items else ''}{change.said}")
+    tell(mended.checked, as_json=False)
+    for file in files:
+        print(file)
+    return 0 if mended.checked.is_proven else FOUND_WRONG
+
+
+_own = [one for one in inspect.signature(repair).parameters.values() if one.kind is not inspect.Parameter.VAR_KEYWORD]
+repair.__signature__ = inspect.Signature([*_own, *map_options(NOT_OF_CHECK)])  # type: ignore[attr-defined]
+
+
+def _parameters(mended: "RepairedFleet", files: list[Path]) -> list[Path]:
+    """Write the parameters of missions that return at another altitude now, and return their files."""
+    from skyverse.atomic import write_text
+    from skyverse.exports.parameters import parameter_file, parameters_text
+
+    written = []
+    for mission, file in zip(mended.checked.missions, files, strict=True):
+        plan, back = mission.flown.plan, mission.back
+        own = parameter_file(file, file.suffix, plan)
+        if mission.flown.waypoints.return_altitude is not None and own is not None and back is not None:
+            write_text(own, parameters_text(plan, mended.checked.scenario.uavs[plan.route.uav], back))
+            written.append(own)
+    return written
