@@ -2,16 +2,19 @@
 
 import io
 import json
+import re
 import zipfile
 from dataclasses import replace
 
 import pytest
 import written_missions as given
 from hypothesis import given as drawn
+from hypothesis import settings
 from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.model.altitude import AboveSea
+from skyverse.model.waypoints import Order
 from skyverse.model.waypoints import OrderKind as Kind
 
 
@@ -106,6 +109,10 @@ REFUSED = {
     "a mode.csv": given.litchi([given.litchi_row(47, 8, 30, altitudemode=7)]),
     "no mode.csv": given.litchi([given.litchi_row(47, 8, 30, altitudemode="")]),
     "a stay.csv": given.litchi([given.litchi_row(47, 8, 30, [(0, -1)])]),
+    "a place without height.csv": given.litchi().replace("poi_altitude(m)", "poi_height(m)"),
+    "a take-off.kmz": given.kmz(
+        wpmz__waylines_wpml=given.waylines(), wpmz__template_kml=given.template(takeOffRefPoint="here,8.0,400")
+    ),
     "two lines.kml": given.kml(*(given.kml_mark(name, "LineString", "8,47,3 8,48,3", "absolute") for name in "ab")),
     "an area.kml": given.kml("<Placemark><Polygon/></Placemark>"),
     "on the ground.kml": given.kml(given.kml_mark("a", "LineString", "8,47,3 8,48,3", "clampToGround")),
@@ -156,6 +163,54 @@ def test_changes_that_a_file_cannot_hold_are_refused(tmp_path, refuses):
     with refuses():
         sky.write_waypoints(told, tmp_path / "o.plan")
     assert not (tmp_path / "o.kmz").exists()
+
+
+VALUES = re.compile(r"(?<=[>\",\t: \[])[^<>\",\t\r\n\]\[ ]+(?=[<\",\t\r\n\] ])")
+WRONG = ["", "x", "-1", "1e999", "nan", "99999999999", "0.5", "null", "[]", "{}", "true", "\u00e9", "-0", "1_0"]
+
+
+def wrong_somewhere(data, text):
+    """The text with one of its values another one."""
+    places = [found.span() for found in VALUES.finditer(text)]
+    begin, end = data.draw(st.sampled_from(places))
+    return text[:begin] + data.draw(st.sampled_from(WRONG)) + text[end:]
+
+
+def put_elsewhere(told):
+    """The mission with its first waypoint moved, and one added behind it."""
+    at = next((k for k, one in enumerate(told.orders) if one.kind is Kind.WAYPOINT and one.place), None)
+    if at is None:
+        return told
+    latitude, longitude, altitude = told.orders[at].place
+    there = (latitude / 2 + 1, longitude / 2, type(altitude)(altitude.metres + 1))
+    added = Order(0, Kind.WAYPOINT, "added", place=there)
+    return replace(
+        told, orders=(*told.orders[:at], replace(told.orders[at], place=there), added, *told.orders[at + 1 :])
+    )
+
+
+@settings(max_examples=150)
+@drawn(st.sampled_from([name for name in given.EVERY_FORMAT if not name.endswith(".kmz")] + ["d.kmz"]), st.data())
+def test_files_with_a_wrong_value_are_read_and_changed_or_refused(tmp_path_factory, name, data):
+    folder = tmp_path_factory.mktemp("wrong")
+    if name == "d.kmz":
+        line, plan = given.waylines(), given.template("EGM96", geoid=40.0)
+        line, plan = (
+            (wrong_somewhere(data, line), plan) if data.draw(st.booleans()) else (line, wrong_somewhere(data, plan))
+        )
+        content, how = given.kmz(wpmz__waylines_wpml=line, wpmz__template_kml=plan), {}
+    else:
+        text, how = given.EVERY_FORMAT[name]
+        content = wrong_somewhere(data, text)
+    path = given.write(folder / name, content)
+    try:
+        told = sky.read_waypoints(path, **how)
+        sky.write_waypoints(put_elsewhere(told), folder / f"out-{name}")
+    except sky.InputError as error:
+        said = str(error)
+    else:
+        said = str(path)
+    assert str(path) in said
 
 
 @drawn(st.sampled_from(list(given.EVERY_FORMAT)), st.data())

@@ -31,6 +31,7 @@ ACTIONS = {
     **dict.fromkeys(_CAMERA, _K.CAMERA),
 }
 """The kinds of actions; all others are passed on."""
+FINISH_ACTIONS = {"goHome": _K.RETURN, "autoLand": _K.LAND, "gotoFirstWaypoint": _K.WAYPOINT}
 STOP = "toPointAndStopWithDiscontinuityCurvature"
 MOMENT = 0.1
 """Seconds for which a drone that stops at a waypoint is taken to stay there."""
@@ -94,17 +95,15 @@ def read_kmz(content: bytes, name: str, given: Given) -> Waypoints:
         raise InputError(f"{name}: expected waylines, or a template with waypoints; save it anew in DJI Pilot 2")
     reader = _Reader(lines[0], lines[-1], name, given)
     config, home = lines[0].config, None
-    start = next(filter(None, (text(one.config, "takeOffRefPoint") for one in lines)), "")
-    if start and [float(one or 0) for one in start.split(",")[:2] if one.strip("0.")]:
-        latitude, longitude, height = parse_place([*start.split(","), "", ""], AboveSea, f"{name}: 'takeOffRefPoint'")
+    start = next(filter(None, (text(one.config, "takeOffRefPoint") for one in lines)), "0,0")
+    latitude, longitude, height = parse_place([*start.split(","), "0", "0"], AboveSea, f"{name}: 'takeOffRefPoint'")
+    if latitude or longitude:
         geoid = reader.geoid(0)
         home = latitude, longitude, None if geoid is None else height.metres - geoid
     orders = tuple(replace(order, item=k) for k, order in enumerate(reader.orders()))
-    speed = reader.number(config, "globalTransitionalSpeed", 0.0) or reader.number(
-        lines[0].folder, "autoFlightSpeed", 0.0
-    )
-    back = reader.number(config, "globalRTHHeight", 0.0)
-    return Waypoints(name, orders, home, speed or None, "dji", return_altitude=back)
+    common = reader.number(lines[0].folder, "autoFlightSpeed", 0.0)
+    speed, back = (reader.number(config, tag, 0.0) for tag in ("globalTransitionalSpeed", "globalRTHHeight"))
+    return Waypoints(name, orders, home, speed or common or None, "dji", return_altitude=back)
 
 
 class _Reader:
@@ -144,14 +143,9 @@ class _Reader:
             yield from actions[k]
         finish = text(config, "finishAction") or "noAction"
         first = self._place(self._line.marks[0], 0)
-        end: dict[str, tuple[OrderKind, GlobalPlace | None]] = {
-            "goHome": (OrderKind.RETURN, None),
-            "autoLand": (OrderKind.LAND, (math.nan, math.nan, AboveHome(0.0))),
-            "gotoFirstWaypoint": (OrderKind.WAYPOINT, first),
-        }
-        kind, place_at_end = end.get(finish, (OrderKind.OTHER, None))
+        ends = {"autoLand": (math.nan, math.nan, AboveHome(0.0)), "gotoFirstWaypoint": first}
         if finish != "noAction":
-            yield Order(last, kind, finish, place=place_at_end)
+            yield Order(last, FINISH_ACTIONS.get(finish, OrderKind.OTHER), finish, place=ends.get(finish))
 
     def _own(self, mark: Element, flag: str, path: str, common: str) -> str:
         """Return what a waypoint has itself, or, where it says so or has nothing, what all have in common."""
@@ -214,7 +208,7 @@ class _Reader:
 
     def _index(self, group: Element, tag: str) -> int:
         index = self.number(group, tag)
-        if index is None or index not in range(len(self._line.marks)):
+        if index is None or not 0 <= index < len(self._line.marks):
             raise InputError(
                 f"{self._name}: {tag!r}: expected the index of a waypoint, found {shown(text(group, tag))}"
             )
@@ -253,7 +247,8 @@ def _changed(line: _Wayline, made: list[Step]) -> bytes:
         common = text(mark, "useGlobalHeight") == "1"
         for tag in ("executeHeight", "height", "ellipsoidHeight") if step.rise else ():
             former = text(line.folder, "globalHeight") if common and tag == "height" else text(mark, tag)
-            set_text(mark, tag, written(float(former or 0.0) + step.rise, 4))
+            metres = parse_number(former or "0", f"{line.where}: {tag!r}") + step.rise
+            set_text(mark, tag, written(metres, 4))
         if common and step.rise and find(mark, "height") is not None:
             set_text(mark, "useGlobalHeight", "0")
 
@@ -267,5 +262,5 @@ def _changed(line: _Wayline, made: list[Step]) -> bytes:
             if step.new:
                 mark.remove(group)
             for tag in ("actionGroupStartIndex", "actionGroupEndIndex"):
-                set_text(group, tag, numbers[text(group, tag)])
+                set_text(group, tag, numbers.get(text(group, tag), text(group, tag)))
     return written_root(line.root)

@@ -42,7 +42,12 @@ class _Table(NamedTuple):
         if mode not in ALTITUDE_MODES:
             raise InputError(f"{self.where[row]}: {prefix}altitudemode: expected 0 or 1, found {shown(mode)}")
         texts = [self.text(row, prefix + name) for name in ("latitude", "longitude", "altitude")]
-        return parse_place(texts, ALTITUDE_MODES[mode], self.where[row] + prefix, self.units[prefix + "altitude"])
+        return parse_place(
+            texts,
+            ALTITUDE_MODES[mode],
+            f"{self.where[row]}{prefix and ': poi'}",
+            self.units.get(prefix + "altitude", 1.0),
+        )
 
 
 def _table(content: bytes, name: str) -> _Table:

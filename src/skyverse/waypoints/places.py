@@ -79,7 +79,7 @@ def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterat
     Raises
     ------
     InputError
-        If an order is gone or elsewhere in the list, if what is no place of the file has moved, other than a take-off, or
+        If an order is gone or elsewhere in the list, if what is no place of the file has moved (but a take-off), or
         if an altitude is counted from something else.
     """
     number = {item: k for k, item in enumerate(in_file)}
