@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skyverse.cli.option_names import for_command_line, told_option
-from skyverse.model.short_lines import counted
+from skyverse.model.short_lines import counted, told_metres, told_seconds
 
 if TYPE_CHECKING:
     from skyverse.mission.closed_ways import ClosedWay
     from skyverse.model.flight_record import Flight
-    from skyverse.model.mission import Mission
+    from skyverse.model.mission import FlightSummary, Mission
+    from skyverse.model.scenario import Source
     from skyverse.model.verdict import Certificate, Violation
 
 
@@ -48,7 +49,6 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         unknown_gaps_sentence,
     )
     from skyverse.model.quantities import short
-    from skyverse.model.short_lines import told_seconds
     from skyverse.model.timed_shapes import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions, nearest_obstacle
     from skyverse.space.pads import fleet_pads, pads_sentence
@@ -71,6 +71,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         measured = [measure_flight(one, mission.scenario.terrain) for one in mission.trajectories if one is not None]
         low, high = min(one.lowest for one in measured), max(one.highest for one in measured)
         print(f"above ground: {low:.1f} m at least, {high:.1f} m at most")
+    for source in mission.scenario.sources:
+        if source.flown is not None and mission.flights and mission.flights[0] is not None:
+            print(_compared(source, mission.flights[0]))
     near = nearest_obstacle(mission)
     if near is not None:
         print(f"nearest obstacle: about {near:.2f} m")
@@ -100,6 +103,18 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         print(for_command_line(caution.sentence))
     for path in written:
         print(path)
+
+
+def _compared(source: "Source", flight: "FlightSummary") -> str:
+    """Say how a planned flight compares with the mission from which its scenario was made."""
+    assert source.flown is not None
+    length, seconds = source.flown
+    less = 1 - flight.length / length
+    return (
+        f"{source.file} flies {told_metres(length)} in {told_seconds(seconds)} from the same start to the same target; "
+        f"this mission {told_metres(flight.length)} in {told_seconds(flight.time)}, "
+        f"{abs(less):.1%} {'shorter' if less >= 0 else 'longer'}"
+    )
 
 
 def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:

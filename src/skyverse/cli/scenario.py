@@ -188,6 +188,7 @@ def build(
     output: Annotated[Path, OUTPUT],
     again: Annotated[str | None, Parameter(name="--from")] = None,
     name: str | None = None,
+    mission: Path | None = None,
     as_json: AsJson = False,
     **given: Any,
 ) -> None:
@@ -211,6 +212,9 @@ def build(
         given now.
     name
         The scenario's name; the file's when left out.
+    mission
+        A mission of a ground station: its area, its first and its last place and its speed are taken, where no options
+        give them. A plan of the scenario says how much better its way is than the mission's.
     as_json
         Print what was done as JSON.
     """
@@ -223,12 +227,22 @@ def build(
         kept = () if again in BUILTIN_NAMES else options_built_with(Path(again))
         if not kept:
             raise InputError(f"--from: {again}: expected a scenario of skyverse scenario build, found no options in it")
-        given = given_again(again, kept, {one.name: one for one in map_options()}) | given
-    words = kept_words(given)
-    refuse_output(output, *map_files(given))
+        own = inspect.signature(build).parameters["mission"]
+        given = given_again(again, kept, {one.name: one for one in (own, *map_options())}) | given
+        mission = given.pop("mission", None) if mission is None else mission
+    words = kept_words(given if mission is None else given | {"mission": mission})
+    refuse_output(output, *map_files(given), *([] if mission is None else [mission]))
     notes: list[Note] = []
     with watched(notes) as on_note:
-        made = build_scenario(build_options(name or output.stem, given, on_note))
+        options = build_options(name or output.stem, given, on_note)
+        if mission is None:
+            made = build_scenario(options)
+        else:
+            from skyverse.waypoints.files import read_waypoints
+            from skyverse.waypoints.site import options_of_mission, with_mission
+
+            read = read_waypoints(mission, geoid=options.geoid)
+            made = with_mission(build_scenario(options_of_mission(read, options)), read)
         made = made.model_copy(update={"built_with": words})
         write(made, output)
     _report(made, notes, output, as_json)
@@ -321,7 +335,7 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
     for source in scenario.sources:
         more = "".join(f", {one}" for one in (source.crs, source.licence) if one)
         print(f"{source.file}: {source.gives}{more}")
-    unknown = [source.file for source in scenario.sources if not source.licence]
+    unknown = [source.file for source in scenario.sources if not source.licence and source.flown is None]
     if unknown:
         print(f"licence unknown: {listed(unknown)}; say it with --licence FILE=TEXT")
     zones = [obstacle for obstacle in scenario.obstacles if not obstacle.solid]

@@ -166,6 +166,8 @@ class Source(Model):
         The coordinate system of the file, such as ``"EPSG:21781"``.
     cautions
         What was left out of the file or taken for granted, in sentences that a pilot must heed.
+    flown
+        Of a mission, how far and how long it flies from the UAV's start to its target, metres and seconds.
     """
 
     file: str
@@ -173,6 +175,7 @@ class Source(Model):
     licence: str = ""
     crs: str = ""
     cautions: tuple[str, ...] = ()
+    flown: tuple[Positive, Positive] | None = None
 
 
 def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:

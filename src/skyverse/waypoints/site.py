@@ -16,14 +16,16 @@ from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.geodesy import to_local
 from skyverse.model.quantities import derived
-from skyverse.model.scenario import Bounds, Scenario
+from skyverse.model.scenario import Bounds, Scenario, Source
 from skyverse.model.short_lines import listed
 from skyverse.model.uav import UAV, with_limits
 from skyverse.model.waypoints import OrderKind, Waypoints
-from skyverse.waypoints.flown import USUAL_CIRCLE, FlightSettings, home_of
+from skyverse.waypoints.flown import USUAL_CIRCLE, FlightSettings, flown, home_of
 
 AROUND = 30.0
 """Metres that the maps are read around the places of missions."""
+WIDE = 100.0
+"""Metres that the maps are read around a mission for which another way is sought."""
 METRES_PER_DEGREE = 111_000.0
 TALL = 9_000.0
 """Metres above the sea at which the bounds end until it is known how high is flown."""
@@ -86,6 +88,42 @@ def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: F
     return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), tuple(assumed))
 
 
+def options_of_mission(waypoints: Waypoints, options: BuildOptions) -> BuildOptions:
+    """Return the options of a scenario with the area of a mission, its first and its last place, and its speed.
+
+    What the options give themselves stays.
+    """
+    home = home_of(waypoints, FlightSettings())[0]
+    places = [order for order in waypoints.orders if order.kind in _FLOWN_TO and order.place is not None]
+    first = next((order.place for order in places if order.place is not None), None)
+    ends = [order.place for order in places if order.kind is not OrderKind.LAND and order.place is not None]
+    last = next((place for place in reversed(ends) if np.isfinite(place[:2]).all() and any(place[:2])), None)
+    if first is None or last is None:
+        raise InputError(f"{waypoints.name}: expected places to fly to, found none")
+    area = options.area or _area([waypoints], [home], options.margin or WIDE)
+    return replace(
+        options,
+        uavs=options.uavs or {_names([waypoints])[0]: (*home, first[2])},
+        targets=options.targets or {"end of the mission": last},
+        area=area,
+        margin=None,
+        max_speed=options.max_speed or waypoints.speed,
+    )
+
+
+def with_mission(scenario: Scenario, waypoints: Waypoints) -> Scenario:
+    """Return a scenario of `options_of_mission` that knows how far and how long the mission flies."""
+    (uav, *_) = scenario.uavs
+    home = np.array([*uav.start[:2], uav.home if uav.home is not None else uav.start[2]])
+    plan = flown(waypoints, scenario, 0, home, FlightSettings()).plan
+    length = float(np.linalg.norm(np.diff(plan.waypoints, axis=0), axis=1).sum())
+    seconds = float(plan.arrivals[-1] - plan.arrivals[0])
+    if length <= 0 or seconds <= 0:
+        return scenario
+    told = Source(file=Path(waypoints.name).name, gives="mission", flown=(length, seconds))
+    return derived(scenario, sources=(*scenario.sources, told))
+
+
 def given_site(missions: Sequence[Waypoints], scenario: Scenario, settings: FlightSettings) -> Site:
     """Return the site of missions in a scenario that is given; UAVs that start at the same homes keep their limits."""
     origin = scenario.frame.origin
@@ -135,11 +173,13 @@ def _places(waypoints: Waypoints) -> list[tuple[int, float, float]]:
     return [one for one in placed if np.isfinite(one[1:]).all() and any(one[1:])]
 
 
-def _area(missions: Sequence[Waypoints], homes: Sequence[tuple[float, float]]) -> tuple[float, float, float, float]:
-    """Return west, south, east and north of all places, and of what is around them, degrees."""
+def _area(
+    missions: Sequence[Waypoints], homes: Sequence[tuple[float, float]], margin: float = AROUND
+) -> tuple[float, float, float, float]:
+    """Return west, south, east and north of all places, and of what is around them by a margin, metres; degrees."""
     places = np.array([*homes, *(one[1:] for mission in missions for one in _places(mission))])
     circles = [order.radius or USUAL_CIRCLE for one in missions for order in one.orders if order.turns]
-    around = (AROUND + max(circles, default=0.0)) / METRES_PER_DEGREE
+    around = (margin + max(circles, default=0.0)) / METRES_PER_DEGREE
     east = (places[:, 1] - places[0, 1] + 180) % 360 - 180 + places[0, 1]  # across the antimeridian
     south, north = places[:, 0].min() - around, places[:, 0].max() + around
     aside = around / max(np.cos(np.radians(max(abs(south), abs(north)))), 0.01)
