@@ -76,7 +76,7 @@ NOT_A_LENGTH = (*NOT_A_NUMBER, -1.0)
 OF_MAPS = {
     name: wrong
     for names, wrong in (
-        ("terrain buildings zones fences voxels", (None, *NOT_FILES)),
+        ("terrain buildings zones fences max_heights voxels", (None, *NOT_FILES)),
         ("soft_zones", (None, *NOT_FILES, ["a.geojson"], [("a.geojson", "x")])),
         ("uavs targets", (None, 3, "46.8,9.85", object())),
         ("licences", (3, ["x"], {"a.tif": 3}, {3: "CC0"}, object())),

@@ -101,6 +101,7 @@ _TEXTS = {
     "zones": _TextOption(list[Path], settings=_several),
     "voxels": _TextOption(list[Path], settings=_several),
     "fence": _TextOption(list[Path], settings=_several),
+    "max_heights": _TextOption(list[Path], settings=_several),
     "soft_zones": _TextOption(list[str], "`FILE=RISK`", lambda words: list(map(_risk, words)), _several),
     "licence": _TextOption(list[str], "`FILE=TEXT`", lambda words: dict(map(_licence, words)), _several),
     "uav": _TextOption(
@@ -252,7 +253,11 @@ def map_files(given: Mapping[str, Any]) -> list[Path]:
     """Return all files that options of maps name."""
     soft = (Path(path) for path, _ in map(_risk, given.get("soft_zones", ())))
     return [
-        *(path for kind in ("terrain", "buildings", "zones", "fence", "voxels") for path in given.get(kind, ())),
+        *(
+            path
+            for kind in ("terrain", "buildings", "zones", "fence", "max_heights", "voxels")
+            for path in given.get(kind, ())
+        ),
         *soft,
     ]
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import BuildOptions, Note
-from skyverse.maps.georeference.feature import Feature, Fields, Rectangle
+from skyverse.maps.georeference.feature import ABOVE_PERMITTED, Feature, Fields, Rectangle
 from skyverse.maps.georeference.reading import Choices, Reading
 from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, aerial_cloud, aerial_voxels
 from skyverse.model.caution import Caution
@@ -22,7 +22,7 @@ MAX_SENTENCES = 5
 
 
 class FeatureFile(NamedTuple):
-    """A file of buildings, zones or a fence, and which of these words tells what it gives."""
+    """A file of buildings, zones, a fence or permitted heights, and which of these words tells what it gives."""
 
     path: str
     features: list[Feature]
@@ -30,7 +30,7 @@ class FeatureFile(NamedTuple):
 
 
 def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
-    """Read the files of buildings, zones, soft zones and fences, in this order."""
+    """Read the files of buildings, zones, soft zones, fences and permitted heights, in this order."""
     from skyverse.maps.readers import read_features
 
     reading = options.reading or Reading()
@@ -38,6 +38,8 @@ def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
     asked += [(str(path), None, None) for path in options.zones]
     asked += [(str(path), None, risk) for path, risk in options.soft_zones]
     asked += [(str(path), FENCE, None) for path in options.fences]
+    asked += [(str(path), ABOVE_PERMITTED, None) for path in options.max_heights]
+    gives = {None: "zones", "building": "buildings", FENCE: FENCE, ABOVE_PERMITTED: "permitted heights"}
     read = []
     for path, kind, risk in asked:
         if risk is not None and not (math.isfinite(risk) and risk > 0):
@@ -45,7 +47,7 @@ def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
         with _told(path, options.on_note) as tell:
             found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=tell))
         found = [feature for feature in found if feature.active != ()]
-        read.append(FeatureFile(path, found, {None: "zones", "building": "buildings", FENCE: FENCE}[kind]))
+        read.append(FeatureFile(path, found, gives[kind]))
     return read
 
 

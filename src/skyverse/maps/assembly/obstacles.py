@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.maps.assembly.terrain import GIVE_GROUND, ground_range
-from skyverse.maps.georeference.feature import Feature, Rectangle
+from skyverse.maps.georeference.feature import ABOVE_PERMITTED, Feature, Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
@@ -22,6 +22,12 @@ KINDS_FROM_THE_GROUND = ("building", "construction", "furniture", "tree", "veget
 """Kinds of obstacles that reach down to the ground, even where their file lets them begin at an altitude."""
 ROUNDING = 1e-3
 """Metres that corners are rounded to, after their outline was grown by as much."""
+MERGED_KINDS = ("building", ABOVE_PERMITTED)
+"""Kinds of which neighbours become one where both their ends are alike."""
+EVEN = 10.0
+"""Metres by which the ground below a cell of permitted heights may rise before the cell is divided."""
+LEAST_CELL, MAX_CELLS_ACROSS = 50.0, 24
+"""Metres that such a cell is wide at least to be divided, and how many of them there are across a scenario at most."""
 MAX_CORNERS = 1000
 """Corners of an outline at most; outlines of more are simplified."""
 
@@ -69,8 +75,9 @@ def local_features(
     boxes = shapely.bounds(outlines).reshape(-1, 4)
     near = (boxes[:, 0] <= x1) & (boxes[:, 2] >= x0) & (boxes[:, 1] <= y1) & (boxes[:, 3] >= y0)
     counts["outside"] = int((~near).sum()) + max(0, given - len(features))
-    kept = list(compress(features, near))
-    outlines = outlines[near]
+    kept, outlines = list(compress(features, near)), outlines[near]
+    if terrain is not None:
+        kept, outlines = _on_even_ground(kept, outlines, terrain, max(x1 - x0, y1 - y0))
     low, high = _ends(kept, outlines, origin, terrain)
     empty = low >= high
     counts["buried"] = int(empty.sum())
@@ -85,6 +92,31 @@ def local_features(
     rows = [k for k, some in enumerate(parts) for _ in some]
     whole = [part for some in parts for part in some]
     return LocalFeatures(whole, [kept[k] for k in rows], low[rows], high[rows], counts)
+
+
+def _on_even_ground(
+    features: list[Feature], outlines: NDArray[Any], terrain: Terrain, width: float
+) -> tuple[list[Feature], NDArray[Any]]:
+    """Divide cells of permitted heights over uneven ground: less is lost by counting from the lowest ground."""
+    import shapely
+
+    least = max(LEAST_CELL, width / MAX_CELLS_ACROSS)
+    while True:
+        x0, y0, x1, y1 = shapely.bounds(outlines).reshape(-1, 4).T
+        uneven = np.array([feature.kind == ABOVE_PERMITTED for feature in features], dtype=bool)
+        uneven &= np.maximum(x1 - x0, y1 - y0) > least
+        if uneven.any():
+            low, high = ground_range(terrain.lowest_ground, outlines[uneven])
+            uneven[uneven] = high - low > EVEN
+        if not uneven.any():
+            return features, outlines
+        along = x1 - x0 >= y1 - y0
+        x, y = np.where(along, (x0 + x1) / 2, x1), np.where(along, y1, (y0 + y1) / 2)
+        first = shapely.intersection(outlines, shapely.box(x0, y0, x, y))[uneven]
+        x, y = np.where(along, (x0 + x1) / 2, x0), np.where(along, y0, (y0 + y1) / 2)
+        second = shapely.intersection(outlines, shapely.box(x, y, x1, y1))[uneven]
+        features = [*compress(features, ~uneven), *2 * list(compress(features, uneven))]
+        outlines = np.concatenate([outlines[~uneven], first, second])
 
 
 def local_outlines(features: Sequence[Feature], origin: Origin) -> NDArray[Any]:
@@ -129,6 +161,9 @@ def _ends(
             raise InputError(f"{where}: an altitude above ground, which is unknown", give=GIVE_GROUND)
         return low, high
     lowest, highest = ground_range(terrain, outlines)
+    permitted = np.array([feature.kind == ABOVE_PERMITTED for feature in features], dtype=bool)
+    if permitted.any():
+        lowest[permitted] = ground_range(terrain.lowest_ground, outlines[permitted])[0]
     stands = np.array(
         [
             feature.low is None
@@ -158,7 +193,7 @@ def within_bounds(these: LocalFeatures, floor: float, ceiling: float, reach: flo
 
 
 def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
-    """Merge buildings that touch and are about as high, and give outlines fewer corners without covering less.
+    """Merge buildings, and cells, that touch and are about as high, and give outlines fewer corners, none smaller.
 
     Parameters
     ----------
@@ -173,7 +208,7 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
 
     if not these.outlines:
         return these
-    alike = np.array([tolerance > 0 and f.kind == "building" and f.risk is None for f in these.features])
+    alike = np.array([tolerance > 0 and f.kind in MERGED_KINDS and f.risk is None for f in these.features])
     rest, joint = these.chosen(~alike), these.chosen(alike)
     features, counts, low, high = rest.features, rest.counts, rest.low, rest.high
     outlines = np.array(rest.outlines, dtype=object)

@@ -58,6 +58,10 @@ class MapFiles:
     fences
         Files, of the same formats, of areas that UAVs must stay in: all outside of every one of them is forbidden, at
         any height. Heights in these files do not count.
+    max_heights
+        Files, of the same formats, of cells that say how high above ground flight is permitted, such as the FAA's UAS
+        facility maps: all above that is forbidden, counted from the lowest ground below a cell or a part of it. Where
+        cells overlap the lower height counts; outside of all cells nothing is said.
     voxels
         Point clouds, .las or .laz, that say where on Earth they lie and were taken from the air: what is below a point
         counts as occupied. Points of noise are left out, and those of the ground where there is a terrain.
@@ -77,6 +81,7 @@ class MapFiles:
     zones_closed_above: bool = False
     soft_zones: Sequence[tuple[str | Path, float]] = ()
     fences: Sequence[str | Path] = ()
+    max_heights: Sequence[str | Path] = ()
     voxels: Sequence[str | Path] = ()
     uavs: GlobalPlaces = ()
     targets: GlobalPlaces = ()
@@ -86,7 +91,7 @@ class MapFiles:
         require_flag(self.zones_closed_above, "zones_closed_above")
         for name in ("uavs", "targets"):
             require_kind(getattr(self, name), (list, tuple, Mapping), name)
-        for name in ("terrain", "buildings", "zones", "fences", "voxels", "soft_zones"):
+        for name in ("terrain", "buildings", "zones", "fences", "max_heights", "voxels", "soft_zones"):
             require_kind(getattr(self, name), (list, tuple), name)
             for number, one in enumerate(getattr(self, name)):
                 if name == "soft_zones":

@@ -2,10 +2,11 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError, Remedy, shown
 from skyverse.maps.georeference.feature import Fields, looked_up, number_of, plain
 from skyverse.maps.georeference.reading import Choices
 from skyverse.model.altitude import FOOT, MAX_WRITTEN, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
@@ -91,6 +92,23 @@ def altitude_limits(fields: Fields, where: str, choices: Choices) -> tuple[Altit
             f"{where}: expected a lower end below the upper end, found {low.metres:g} m and {high.metres:g} m"
         )
     return low, high, has_low or has_high
+
+
+def permitted_height(fields: Fields, where: str, choices: Choices) -> AboveGround:
+    """Return the height above ground up to which flight is permitted, which a file must say and nothing else.
+
+    Raises
+    ------
+    InputError
+        If it says no such height, one that could be metres or feet, or a lower limit.
+    """
+    permitted = replace(choices, altitudes="agl", maximum_altitudes="permitted")
+    low, _, _ = altitude_limits(fields, where, permitted)
+    found = _maximum(fields)
+    if found is None or any(fields.of(*LOWER_FIELDS)) or not isinstance(low, AboveGround) or low.metres < 0:
+        said = "none" if found is None else f"{found!r}, {shown(fields.get(found))}, which is none or not alone"
+        raise InputError(f"{where}: expected a permitted height above ground, as CEILING or max_altitude, found {said}")
+    return low
 
 
 def from_the_ground(

@@ -15,6 +15,8 @@ from skyverse.model.shapes import Spans
 
 MAX_WIDTH = 2 * MAX_FAR
 """Metres that a scenario may be wide."""
+ABOVE_PERMITTED = "airspace above the permitted height"
+"""The kind of what is above the heights up to which flight is permitted."""
 Rectangle = tuple[float, float, float, float]
 """The least x and y and the greatest x and y, metres."""
 

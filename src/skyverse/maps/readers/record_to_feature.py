@@ -17,9 +17,10 @@ from skyverse.maps.georeference.altitude_limits import (
     METRES_PER_LIMIT_UNIT,
     altitude_limits,
     from_the_ground,
+    permitted_height,
 )
 from skyverse.maps.georeference.coordinate_systems import to_globe, unit_of_heights
-from skyverse.maps.georeference.feature import Feature, Fields, number_of, plain
+from skyverse.maps.georeference.feature import ABOVE_PERMITTED, Feature, Fields, number_of, plain
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, area_features, outline_and_holes, polygons
@@ -172,6 +173,8 @@ def _limits(
     record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, fields: Fields, kind: str, choices: Choices
 ) -> tuple[Altitude | None, Altitude | None]:
     """Return the altitudes at which a record begins and ends, from its limits, its height or its corners."""
+    if kind == ABOVE_PERMITTED:
+        return permitted_height(fields, record.where, choices), None
     has_height = any(True for _ in fields.of(*HEIGHT_FIELDS)) or (
         choices.height_field is not None and fields.get(choices.height_field) is not None
     )
