@@ -109,6 +109,8 @@ class CheckedMission:
     ----------
     flown
         How it is flown.
+    scenario
+        Where, with the fence of its own file.
     findings
         What is wrong with it, and what must be heeded.
     lowest, highest
@@ -122,6 +124,7 @@ class CheckedMission:
     """
 
     flown: FlownMission
+    scenario: Scenario
     findings: tuple[MissionFinding, ...]
     lowest: Height | None
     highest: Height | None
@@ -155,28 +158,29 @@ class MissionJudge:
 
     def __init__(self, scenario: Scenario, error: TrackingError, lifts: tuple[tuple[Floats, Floats], ...]) -> None:
         self.scenario, self.error, self.lifts = scenario, error, lifts
-        self._checkers: dict[bool, LegChecker] = {}
+        self._checkers: dict[tuple[bool, float], LegChecker] = {}
+        self._spaces = {follows: LegSpace(scenario, "agl" if follows else "amsl") for follows in (False, True)}
 
-    def checker(self, follows: bool) -> LegChecker:
-        """Return what checks legs that follow the ground, or do not."""
-        if follows not in self._checkers:
-            space = LegSpace(self.scenario, "agl" if follows else "amsl")
-            self._checkers[follows] = LegChecker(space, self.error, self.lifts)
-        return self._checkers[follows]
+    def checker(self, follows: bool, aside: float = 0.0) -> LegChecker:
+        """Return what checks legs that follow the ground, or do not, and may be flown `aside` metres beside."""
+        if (follows, aside) not in self._checkers:
+            error = derived(self.error, horizontal=self.error.horizontal + aside)
+            self._checkers[follows, aside] = LegChecker(self._spaces[follows], error, self.lifts)
+        return self._checkers[follows, aside]
 
     def parts(self, flown: FlownMission) -> Iterator[Part]:
         """Yield all legs and corners; leg 0 is the climb of the take-off, and each ends at the visit of its number."""
         route, visits = flown.plan.route, flown.visits
         points = np.concatenate([route.lead, route.waypoints])
         first = len(points) - len(visits)
-        follows = [False] * first + [visit.follows for visit in visits]
+        ways = [(False, 0.0)] * first + [(visit.follows, visit.aside) for visit in visits]
         for k in range(1, len(points)):
-            checker = self.checker(follows[k])
+            checker = self.checker(*ways[k])
             yield Part(k - first, points[k - 1 : k + 1], (), checker, *checker.part(points[k - 1 : k + 1]))
         radii, stops = (np.r_[np.zeros(first), one] for one in (route.waypoint_radii, route.waypoint_holds))
         for k, corner, radius in cut_corners(points, radii, stops):
-            for way in {follows[k], follows[k + 1]}:
-                checker = self.checker(way)
+            if not ways[k + 1][0]:  # where it follows the ground, what is beside its parts is checked
+                checker = self.checker(False)
                 yield Part(k - first, corner, (radius,), checker, *checker.part(corner, radius))
 
     def refuted(self, flown: FlownMission) -> list[Part]:
@@ -229,6 +233,7 @@ def check_flown(flown: FlownMission, scenario: Scenario, ground: float | None) -
     low, high = _heights(flown, scenario) if scenario.terrain is not None else (None, None)
     return CheckedMission(
         replace(flown, plan=plan),
+        scenario,
         tuple(sorted(found, key=lambda one: (not one.wrong, list(Subject).index(one.subject)))),
         low,
         high,
@@ -301,12 +306,19 @@ def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
 def _of_parts(judge: MissionJudge, flown: FlownMission) -> list[MissionFinding]:
     """Return what is wrong with legs and corners; of a corner only what is not wrong with a leg at it, too."""
     parts = judge.refuted(flown)
-    found = [_of_part(judge, flown, part) for part in parts if not part.radius]
-    legs = {(one.part, one.what): one.deep or 0.0 for one in found}
+    legs: dict[tuple[tuple[int, ...], str], MissionFinding] = {}
+    for part in parts:
+        if not part.radius:
+            one = _of_part(judge, flown, part)
+            kept = legs.setdefault((one.items, one.what), one)
+            if (one.deep or 0.0) > (kept.deep or 0.0):  # of the parts of a leg the worst
+                legs[one.items, one.what] = one
+    found = list(legs.values())
     for part in parts:
         if part.radius:
             one = _of_part(judge, flown, part)
-            beside = [legs[k, one.what] for k in (part.k, part.k + 1) if (k, one.what) in legs]
+            at = (flown.numbers(part.k), one.what), (flown.numbers(part.k + 1), one.what)
+            beside = [legs[leg].deep or 0.0 for leg in at if leg in legs]
             if not beside or (one.deep or 0.0) > max(beside) + LIFT_STEP:
                 found.append(one)
     return found
@@ -328,6 +340,14 @@ def _of_part(judge: MissionJudge, flown: FlownMission, part: Part) -> MissionFin
     elif fault is not None:
         said = fault.rpartition(", at (")[0]
         what = "bounds" if "bounds" in said else "ceiling" if "ceiling" in said else "ground"
+        terrain, ends = scenario.terrain, part.points[-2:]
+        if terrain is not None and what in ("ground", "bounds"):
+            under = terrain.height(ends[:, :2]) - ends[:, 2]
+            lowest = int(np.argmax(under))
+            if what == "ground" or under[lowest] > 0:  # what is below the bounds is below ground
+                place, needed = ends[lowest], scenario.ground_clearance + judge.error.vertical
+                what, deep = "ground", float(under[lowest]) + needed
+                said = _met(scenario, GROUND_NUMBER, -float(under[lowest]), needed)[1] if under[lowest] > 0 else said
     at = _globe(scenario, place)
     if what == "ground" and deep is not None:  # whatever else is above it
         lift = deep

@@ -10,7 +10,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Waypoints
 from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
 from skyverse.waypoints.flown import FlightSettings, FlownMission, flown
-from skyverse.waypoints.site import Site, built_site, given_site, with_height
+from skyverse.waypoints.site import Site, built_site, given_site, with_fence, with_height
 
 HEADROOM = 50.0
 """Metres of space above the highest place of missions and returns."""
@@ -80,7 +80,10 @@ def check_at(missions: Sequence[Waypoints], site: Site, settings: FlightSettings
         ground = 0.0 if scenario.terrain is None else float(scenario.terrain.heights.max())
         above = ground + (scenario.max_height or 0.0)
         scenario = with_height(scenario, max(above, *map(_top, flights)) + HEADROOM)
-    checked = [check_flown(one, scenario, ground) for one, ground in zip(flights, site.grounds, strict=True)]
+    checked = [
+        check_flown(one, with_fence(scenario, one.waypoints, one.plan.autopilot.name), ground)
+        for one, ground in zip(flights, site.grounds, strict=True)
+    ]
     apart, checked = check_apart(checked, scenario)
     return CheckedFleet(scenario, tuple(checked), apart, site.assumed)
 

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ from skyverse.errors import InputError, require_choice, require_number
 from skyverse.exports.autopilots import AUTOPILOTS, Autopilot, AutopilotName, End, rates_of
 from skyverse.exports.flight_plan import MIN_SPEED, FlightPlan
 from skyverse.exports.landing import landing_places
+from skyverse.exports.leg_geometry import ground_under, leg_deviation
 from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
 from skyverse.model.geodesy import to_local
@@ -39,6 +40,8 @@ MAX_VISITS = 20_000
 """Places that the orders of a mission may lead to, jumps unrolled."""
 STOP = 1.0
 """Seconds of a stop whose length no order says."""
+MAX_BEND, LEAST_PART = 2.0, 2.0
+"""Metres that the ground rises or falls, at most, beside a straight part of a leg that follows it; and its length."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,9 @@ class Visit(NamedTuple):
     speed
         m/s on the leg to it.
     follows
-        Whether that leg follows the ground.
+        Whether that leg follows the ground; then it leads there in straight parts, each of which ends at a visit.
+    aside
+        Metres that the vehicle may be beside such a part, as it has cut the corner before.
     """
 
     order: Order
@@ -98,6 +103,7 @@ class Visit(NamedTuple):
     hold: float
     speed: float
     follows: bool
+    aside: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +138,29 @@ class FlownMission:
 
     def numbers(self, k: int) -> tuple[int, ...]:
         """Return the numbers of the orders between which leg k leads, as ground stations show them."""
-        pair = [self.visits[j].order.number for j in (k - 1, k) if 0 <= j < len(self.visits)]
+        pair = [self.visits[j].order.number for j in self.ends(k) if 0 <= j < len(self.visits)]
         return tuple(dict.fromkeys(pair))
+
+    def ends(self, k: int) -> tuple[int, int]:
+        """Return the visits between which the leg leads of which the one to visit k is a part, or which it is."""
+        before, after = k - 1, k
+        while self.is_part(before):
+            before -= 1
+        while self.is_part(after):
+            after += 1
+        return before, after
+
+    @property
+    def legs(self) -> int:
+        """How many legs its orders ask for after the take-off."""
+        return sum(not self.is_part(k) for k in range(1, len(self.visits)))
+
+    def is_part(self, k: int) -> bool:
+        """Tell whether visit k is one on the way of its order over the ground."""
+        if not 0 <= k < len(self.visits) - 1:
+            return False
+        one, after = self.visits[k : k + 2]
+        return after.follows and one.order is after.order and not one.order.turns
 
 
 def autopilot_of(waypoints: Waypoints, settings: FlightSettings) -> Autopilot:
@@ -168,7 +195,7 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
     points = np.array([base, *places]) if takeoff else places
     more = len(points) - len(places)
     radii, holds = (np.r_[np.zeros(more), [getattr(one, name) for one in visits]] for name in ("radius", "hold"))
-    off = np.zeros(len(places) - 1)
+    off = _deviations(scenario, visits)
     route = Route(uav, points, np.zeros(len(points)), radii, takeoff, points[:more], 0.0, holds, off, lifts)
     vehicle = scenario.uavs[uav]
     speeds = np.array([one.speed for one in visits[1:]])
@@ -182,6 +209,16 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
         unrolled.assumed.append(f"it returns at {usual:g} m above home, as {autopilot.title} does by default")
     assumed = tuple(dict.fromkeys(unrolled.assumed))
     return FlownMission(waypoints, tuple(visits), plan, unrolled.end, usual if back is None else back, lifts, assumed)
+
+
+def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
+    """Return how far each leg between visits may be off the straight line, metres."""
+    places = np.array([visit.at for visit in visits])
+    off = leg_deviation(scenario, np.linalg.norm(np.diff(places, axis=0)[:, :2], axis=1))
+    for k, visit in enumerate(visits[1:]):
+        if visit.follows and scenario.terrain is not None:
+            off[k] += visit.aside + ground_under(scenario.terrain, places[k : k + 2], 0.0).bend
+    return off
 
 
 def lift_over(scenario: Scenario, uav: int, place: Floats) -> tuple[Floats, Floats]:
@@ -212,12 +249,15 @@ class _Unrolled:
         self.autopilot = autopilot_of(self.waypoints, self.settings)
         if (self.settings.autopilot or self.waypoints.autopilot) is None:
             self.assumed.append("it is flown by PX4")
-        self.here, self.flies = self.home.copy(), False
+        self.here, self.flies, self.aside = self.home.copy(), False, 0.0
         usual = USUAL_SPEEDS[self.autopilot.name]
         given = self.settings.speed if self.settings.speed is not None else self.waypoints.speed
         self.speed = self.first_speed = usual if given is None else given
         if given is None:
             self.assumed.append(f"it flies {usual:g} m/s where it says no speed, as {self.autopilot.title} does")
+        fence = self.waypoints.fence
+        if self.autopilot.name == "px4" and len(fence.inside) + len(fence.circles_inside) > 1:
+            self.assumed.append("it stays in any area of its fence; from 2026 on, PX4 asks that it stays in all")
 
     def run(self) -> None:
         """Follow all orders, to the first that ends the flight."""
@@ -284,9 +324,40 @@ class _Unrolled:
             self.flies = True
         follows = isinstance(order.place[2], AboveGround)
         for place in self._circle(order, to) if order.turns else [to]:
-            self._visit(order, place, 0.0 if order.seconds or order.turns else self._radius(order), follows=follows)
+            if follows:
+                place = self._over_ground(order, place, to)
+            radius, aside = 0.0 if order.seconds or order.turns else self._radius(order), self.aside * follows
+            self._visit(order, place, radius, follows=follows, aside=aside)
         if order.seconds:
             self.visits[-1] = self.visits[-1]._replace(hold=max(min(order.seconds, 1e6), STOP))
+
+    def _over_ground(self, order: Order, place: Floats, like: Floats) -> Floats:
+        """Visit places on the way to one that is as high above ground as `like`, which is returned.
+
+        Each part between them is nearly straight.
+        """
+        terrain, begin, before = self.scenario.terrain, self.here, self.visits[-1]
+        assert terrain is not None
+        aside = before.aside if before.order is order else 0.0 if before.hold else before.radius
+        first, last = (float(one[2]) - float(terrain.height(one[:2])) for one in (begin, like))
+
+        def at(share: float) -> Floats:
+            x, y = (begin + share * (place - begin))[:2].tolist()
+            return np.array([x, y, float(terrain.height([x, y])) + first + share * (last - first)])
+
+        def shares(low: float, high: float) -> Iterator[float]:
+            pair = np.stack([at(low), at(high)])
+            if math.dist(*pair[:, :2]) <= LEAST_PART or ground_under(terrain, pair, 0.0).bend <= MAX_BEND:
+                yield high
+            else:
+                yield from shares(low, (low + high) / 2)
+                yield from shares((low + high) / 2, high)
+
+        for share in shares(0.0, 1.0):
+            if share < 1:
+                self._visit(order, at(share), 0.0, follows=True, aside=aside)
+        self.aside = aside
+        return at(1.0)
 
     def _land(self, order: Order, *, last: bool) -> None:
         over = self._local(order, order.place) if order.place is not None else self.here
@@ -302,8 +373,8 @@ class _Unrolled:
         self.visits[-1] = self.visits[-1]._replace(hold=STOP)
         self.flies = False
 
-    def _visit(self, order: Order, at: Floats, radius: float, *, follows: bool) -> None:
-        self.visits.append(Visit(order, at, radius, 0.0, self.speed, follows))
+    def _visit(self, order: Order, at: Floats, radius: float, *, follows: bool, aside: float = 0.0) -> None:
+        self.visits.append(Visit(order, at, radius, 0.0, self.speed, follows, aside))
         self.here = at
 
     def _radius(self, order: Order) -> float:

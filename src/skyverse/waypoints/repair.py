@@ -117,7 +117,7 @@ def repair_waypoints(
         mended = False
         for k, mission in enumerate(checked.missions):
             former = {one.item: one.number for one in missions[k].orders if one.item is not None}
-            mender = _Mender(mission, checked.scenario, former, lift_only=lift_only)
+            mender = _Mender(mission, former, lift_only=lift_only)
             if mender.run():
                 made[k], mended = mender.waypoints, True
                 changes[k] += [one for one in mender.told if one.items]
@@ -133,10 +133,11 @@ def repair_waypoints(
 
 def _with_better_returns(made: list[Waypoints], changes: list[list[Change]], checked: CheckedFleet) -> bool:
     """Choose return altitudes where those of the autopilots are not proven, and tell whether any was chosen."""
-    unlimited, chosen = derived(checked.scenario, max_height=None), False
+    chosen = False
     for k, mission in enumerate(checked.missions):
         if mission.back is None or mission.back.everywhere:
             continue
+        unlimited = derived(mission.scenario, max_height=None)
         (best,) = ways_home(unlimited, [replace(mission.flown.plan, ending=np.zeros((0, 3)))])
         if best is not None and _lost(best) < _lost(mission.back):
             made[k], chosen = replace(made[k], return_altitude=best.altitude), True
@@ -182,10 +183,9 @@ def renumbered(orders: Sequence[Order]) -> tuple[Order, ...]:
 class _Mender:
     """Mends one mission once, by what was found of it."""
 
-    def __init__(
-        self, mission: CheckedMission, scenario: Scenario, former: Mapping[int, int], *, lift_only: bool
-    ) -> None:
-        self.mission, self.scenario, self.lift_only = mission, scenario, lift_only
+    def __init__(self, mission: CheckedMission, former: Mapping[int, int], *, lift_only: bool) -> None:
+        self.mission, self.lift_only = mission, lift_only
+        self.scenario = scenario = mission.scenario
         self.flown, self.waypoints = mission.flown, mission.flown.waypoints
         self.error = scenario.uavs[self.flown.plan.route.uav].tracking_error
         self.places = [visit.at.copy() for visit in self.flown.visits]
@@ -232,8 +232,9 @@ class _Mender:
 
     def _moves_alone(self, k: int) -> bool:
         """Tell whether a visit is where its order says, and not a part of a climb or circle."""
-        order = self.flown.visits[k].order
-        return order.place is not None and sum(one.order is order for one in self.flown.visits) == 1
+        visits, order = self.flown.visits, self.flown.visits[k].order
+        whole = [j for j, one in enumerate(visits) if one.order is order and not self.flown.is_part(j)]
+        return order.place is not None and whole == [k]
 
     def _move(self, k: int) -> bool:
         """Move a place that is not safe to the nearest one that is, and tell whether it was."""
@@ -346,7 +347,7 @@ class _Mender:
     def _lift_ends(self, leg: int) -> None:
         """Raise both ends of a leg until it is clear."""
         found = next((one for one in self.mission.findings if one.part == leg and one.wrong), None)
-        for k in (leg - 1, leg):
+        for k in self.flown.ends(leg):
             if found is not None:
                 self._lift(k, found)
 

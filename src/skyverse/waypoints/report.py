@@ -24,7 +24,7 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     """Return the rows of the table of one mission: what was judged, and what is found."""
     mission, scenario = fleet.missions[number], fleet.scenario
     flown, route = mission.flown, mission.flown.plan.route
-    legs, corners = len(flown.visits) - 1, int(((route.waypoint_radii > 0) & (route.waypoint_holds == 0))[1:-1].sum())
+    legs, corners = flown.legs, int(((route.waypoint_radii > 0) & (route.waypoint_holds == 0))[1:-1].sum())
     rows = [
         ("take-off", _verdict(mission, Subject.TAKEOFF, 1)),
         ("legs", _verdict(mission, Subject.LEGS, legs)),

@@ -9,7 +9,9 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
+from skyverse.exports.autopilots import AutopilotName
 from skyverse.maps.assembly.build import build_scenario, outdoor_limits
+from skyverse.maps.assembly.fences import Rule, fence_area, fence_around, fence_circle
 from skyverse.maps.assembly.options import BuildOptions
 from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
@@ -29,6 +31,8 @@ WIDE = 100.0
 METRES_PER_DEGREE = 111_000.0
 TALL = 9_000.0
 """Metres above the sea at which the bounds end until it is known how high is flown."""
+FENCE_REACH = 50.0
+"""Metres that a fence is thick around the bounds."""
 SAME_HOME = 1.0
 """Metres between a UAV's start and a mission's home at which they are the same."""
 _FLOWN_TO = (OrderKind.TAKEOFF, OrderKind.WAYPOINT, OrderKind.LOITER, OrderKind.LAND)
@@ -154,6 +158,29 @@ def with_height(scenario: Scenario, top: float) -> Scenario:
     """Return a scenario of `built_site` whose bounds end at z = `top`, metres, or where they end already."""
     low, (x, y, z) = scenario.bounds.min, scenario.bounds.max
     return derived(scenario, bounds=Bounds(min=low, max=(x, y, min(z, max(top, low[2] + 1.0)))))
+
+
+def with_fence(scenario: Scenario, waypoints: Waypoints, autopilot: AutopilotName) -> Scenario:
+    """Return a scenario with the fence of a mission's file, which binds its vehicle alone.
+
+    Of several areas to stay in, ArduPilot has to be in all of them, and PX4, until 2025, in any.
+    """
+    fence, origin = waypoints.fence, scenario.frame.origin
+    if not fence:
+        return scenario
+    assert origin is not None
+    where = f"{waypoints.name}: geofence"
+    inside, outside = (
+        [
+            *(one for ring in rings for one in fence_area(np.array(ring)[:, ::-1], (), where)),
+            *(one for y, x, radius in circles for one in fence_circle(x, y, radius, where)),
+        ]
+        for rings, circles in ((fence.inside, fence.circles_inside), (fence.outside, fence.circles_outside))
+    )
+    rule: Rule = "intersection" if autopilot == "ardupilot" else "union"
+    reach = FENCE_REACH + scenario.clearance
+    around = fence_around(inside, origin, scenario.bounds, rule=rule, outside=outside, reach=reach)
+    return derived(scenario, obstacles=(*scenario.obstacles, *around.prisms))
 
 
 def _names(missions: Sequence[Waypoints]) -> list[str]:

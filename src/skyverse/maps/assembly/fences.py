@@ -102,6 +102,7 @@ def fence_around(
     bounds: Bounds,
     *,
     rule: Rule = "union",
+    outside: Sequence[Feature] = (),
     reach: float = 20.0,
     tolerance: float = 0.5,
 ) -> Fence:
@@ -110,11 +111,14 @@ def fence_around(
     Parameters
     ----------
     areas
-        Areas that UAVs must stay in, such as `fence_area` and `fence_circle` make, and readers of files.
+        Areas that UAVs must stay in, such as `fence_area` and `fence_circle` make, and readers of files; without any
+        they may be everywhere.
     origin, bounds
         The local frame's origin, and the bounds of the scenario.
     rule
         Whether UAVs must stay in any of them, or in all of them.
+    outside
+        Areas that they must stay out of.
     reach
         Metres that the fence is wide around the bounds; at least the clearance.
     tolerance
@@ -130,22 +134,25 @@ def fence_around(
     from skyverse.maps.readers.polygons import features_around, pieces
 
     (x0, y0, z0), (x1, y1, z1) = bounds.min, bounds.max
-    parts = [
-        shapely.union_all(_moved(local_outlines(near, origin), JOINED))
-        for near in (features_around([area], origin.longitude, origin.latitude) for area in areas)
-    ]
-    joined = shapely.union_all(parts) if rule == "union" else shapely.intersection_all(parts)
-    inside = _moved(_moved(joined, -2 * JOINED - 2 * ROUNDING), JOINED)
     frame = shapely.box(x0, y0, x1, y1)
-    if not frame.intersects(inside):
+
+    def local(areas: Sequence[Feature]) -> list[Any]:
+        each = (features_around([area], origin.longitude, origin.latitude) for area in areas)
+        return [shapely.union_all(_moved(local_outlines(near, origin), JOINED)) for near in each]
+
+    parts = local(areas) or [frame.buffer(2 * reach)]
+    joined = shapely.union_all(parts) if rule == "union" else shapely.intersection_all(parts)
+    joined = joined.difference(shapely.union_all(local(outside)))
+    inside = _moved(_moved(joined, -2 * JOINED - 2 * ROUNDING), JOINED)
+    if areas and not frame.intersects(inside):
         where = areas[0].where.partition(": ")[0]
         refuse_swapped(where, areas, origin, (x0, y0, x1, y1))
         raise InputError(f"{where}: expected a fence around a part of the area, found none of it inside")
     around = pieces(shapely.box(x0 - reach, y0 - reach, x1 + reach, y1 + reach).difference(inside))
-    fence = Feature(np.empty((0, 2)), (), None, None, FENCE, False, None, areas[0].where)
+    fence = Feature(np.empty((0, 2)), (), None, None, FENCE, False, None, [*areas, *outside][0].where)
     ends = np.full(len(around), np.inf)
-    outside = within_bounds(LocalFeatures(around, [fence] * len(around), -ends, ends), z0, z1, reach)
-    made, _ = prisms(simplified(outside, tolerance))
+    beyond = within_bounds(LocalFeatures(around, [fence] * len(around), -ends, ends), z0, z1, reach)
+    made, _ = prisms(simplified(beyond, tolerance))
     solid = shapely.union_all([shapely.Polygon(prism.vertices, prism.holes) for prism in made])
     return Fence(tuple(made), inside.difference(solid))
 
