@@ -1,0 +1,226 @@
+"""What the check of missions must keep to, whatever the mission: lifts, jumps, formats, fences, frames and radii."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from written_missions import item, plan
+
+import skyverse as sky
+
+LEVEL = sky.AboveSea(400.0)
+NORTH = 0.001
+"""Degrees: some 111 m."""
+
+
+def checked(folder, *contents, suffix="plan", **more):
+    """Write missions, and judge them over level ground or in what is given."""
+    files = []
+    for k, content in enumerate(contents, 1):
+        path = folder / f"m{k}.{suffix}"
+        path.write_text(content)
+        files.append(sky.read_waypoints(path))
+    where = {"ground": LEVEL, "clearance": 2.0, "ground_clearance": 2.0, "vehicle": "camera"}
+    settings = {"return_altitude": 40.0, **more.pop("settings", {})}
+    where |= {"max_height": sky.AboveGround(120.0), **more}
+    return sky.check_waypoints(files, sky.BuildOptions("site", **where), sky.FlightSettings(**settings))
+
+
+def tour(*places, end=20):
+    """Return items that take off, fly to places (degrees north and east of home, metres), and return."""
+    flown = [item(16, 0, 0, 0, None, 47 + y, 8 + x, z, number=k) for k, (y, x, z) in enumerate(places, 2)]
+    last = item(end, 0, 0, 0, None, 0, 0, 0, frame=2, number=len(places) + 2)
+    return [item(22, 0, 0, 0, None, 47.0, 8.0, 30, number=1), *flown, last]
+
+
+def wpl(items, home=(47.0, 8.0, 400.0)):
+    """Return the same items as QGC WPL."""
+    rows = [[0, 1, 0, 16, 0, 0, 0, 0, *home, 1]]
+    rows += [
+        [k, 0, one["frame"], one["command"], *(0 if value is None else value for value in one["params"]), 1]
+        for k, one in enumerate(items, 1)
+    ]
+    return "\n".join(["QGC WPL 110", *("\t".join(map(str, row)) for row in rows)]) + "\n"
+
+
+def wrong(fleet, number=0):
+    return [(one.subject.value, one.items, one.what) for one in fleet.missions[number].findings if one.wrong]
+
+
+def squares(folder, *boxes, name="zones.geojson"):
+    """Write zones, each given by degrees south, west, north and east beside home."""
+    made = []
+    for s, w, n, e in boxes:
+        ring = [[8 + x, 47 + y] for x, y in ((w, s), (e, s), (e, n), (w, n), (w, s))]
+        made.append(
+            {"type": "Feature", "properties": {"name": "Z"}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+        )
+    path = folder / name
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": made}))
+    return path
+
+
+places = st.tuples(
+    st.floats(-0.004, 0.004), st.floats(-0.004, 0.004), st.floats(20, 60).map(lambda metres: round(metres, 1))
+)
+
+
+@given(st.lists(places, min_size=2, max_size=6), st.floats(0, 40))
+def test_lifting_a_proven_mission_over_level_ground_keeps_it_proven(tmp_path_factory, found, more):
+    folder = tmp_path_factory.mktemp("lift")
+    assert not wrong(checked(folder, plan(tour(*found)), settings={"return_altitude": 60.0}))
+    lifted = [(y, x, z + round(more, 1)) for y, x, z in found]
+    assert not wrong(checked(folder, plan(tour(*lifted)), settings={"return_altitude": 60.0}))
+
+
+def test_unrolled_jumps_are_flown_as_the_mission_that_is_written_out(tmp_path):
+    way = [(NORTH, 0, 30), (NORTH, NORTH, 40), (0, NORTH, 50)]
+    jumps = tour(*way)
+    jumps.insert(4, item(177, 2, 2, 0, 0, 0, 0, 0, frame=2, number=5))
+    jumps[5]["doJumpId"] = 6
+    round_about, written = checked(tmp_path, plan(jumps)), checked(tmp_path, plan(tour(*way * 3)))
+    flown, expected = (one.missions[0].flown.plan for one in (round_about, written))
+    np.testing.assert_allclose(flown.waypoints, expected.waypoints)
+    np.testing.assert_allclose(flown.arrivals, expected.arrivals)
+    assert wrong(round_about) == wrong(written) == []
+    assert [round_about.missions[0].flown.numbers(k) for k in range(1, 6)] == [(1, 2), (2, 3), (3, 4), (4, 2), (2, 3)]
+
+
+@pytest.mark.parametrize("high", [50, 150])
+def test_both_formats_of_a_mission_get_the_same_verdict(tmp_path, high):
+    way = tour((NORTH, 0, 30), (NORTH, NORTH, high), (0, NORTH, 50))
+    settings = {"autopilot": "px4", "speed": 5.0}
+    found = [
+        wrong(checked(tmp_path, text, suffix=suffix, settings=settings))
+        for suffix, text in (("plan", plan(way)), ("waypoints", wpl(way)))
+    ]
+    assert found[0] == found[1]
+    assert bool(found[0]) == (high == 150)
+
+
+def test_a_zone_between_two_waypoints_is_found_at_them_with_its_name(tmp_path):
+    zones = squares(tmp_path, (0.0004, -0.0002, 0.0006, 0.0002))
+    found = checked(tmp_path, plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30), (0, NORTH, 30))), zones=[zones])
+    (leg,) = [one for one in found.missions[0].findings if one.subject.value == "legs"]
+    assert leg.items == (1, 2)
+    assert leg.what.endswith("Z")
+    assert leg.clear_at is None  # it has no upper end
+    assert 0.0004 < leg.place[0] - 47 < 0.0006
+    assert not found.is_proven
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "radius", "cut"), [("px4", 60, True), ("px4", 2, False), ("ardupilot", 60, False)]
+)
+def test_a_corner_is_cut_by_the_radius_that_the_autopilot_takes(tmp_path, autopilot, radius, cut):
+    """ArduPilot drops the radius of items."""
+    zones = squares(tmp_path, (NORTH - 0.0003, 0.0002, NORTH - 0.0002, 0.0003))
+    way = tour((NORTH, 0, 30), (NORTH, NORTH, 30))
+    way[1]["params"][1] = radius
+    found = wrong(checked(tmp_path, plan(way), zones=[zones], settings={"autopilot": autopilot}))
+    assert [one[:2] for one in found if one[0] == "corners"] == ([("corners", (2,))] if cut else [])
+    assert not [one for one in found if one[0] == "legs"]
+
+
+def ring(south, west, north, east, *, inclusion=True):
+    corners = [[47 + y, 8 + x] for y, x in ((south, west), (south, east), (north, east), (north, west))]
+    return {"inclusion": inclusion, "version": 1, "polygon": corners}
+
+
+def fenced(*polygons, circles=(), firmware=12):
+    fence = {"version": 2, "polygons": list(polygons), "circles": list(circles)}
+    return plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30)), firmware, geoFence=fence)
+
+
+WIDE = ring(-0.0005, -0.0005, 0.0015, 0.0015)
+WEST, EAST = ring(-0.0005, -0.0005, 0.0015, 0.0006), ring(-0.0005, 0.0004, 0.0015, 0.0015)
+
+
+@pytest.mark.parametrize(
+    ("fence", "legs"),
+    [
+        ([WIDE], []),
+        ([ring(-0.0005, -0.0005, 0.0008, 0.0015)], [(1, 2), (2, 3)]),
+        ([WEST, EAST], []),
+        ([WIDE, ring(0.0004, -0.0001, 0.0006, 0.0001, inclusion=False)], [(1, 2)]),
+        ([ring(0.0004, -0.0001, 0.0006, 0.0001, inclusion=False)], [(1, 2)]),
+    ],
+)
+def test_px4_keeps_a_mission_in_any_area_of_its_fence_and_out_of_all_exclusions(tmp_path, fence, legs):
+    found = wrong(checked(tmp_path, fenced(*fence)))
+    assert [items for subject, items, what in found if subject == "legs" and what.startswith("fence")] == legs
+
+
+def test_ardupilot_keeps_a_mission_in_all_areas_of_its_fence(tmp_path):
+    found = wrong(checked(tmp_path, fenced(WEST, EAST, firmware=3)))
+    assert {items for subject, items, what in found if what.startswith("fence")} >= {(1,), (1, 2), (2, 3)}
+
+
+def test_circles_of_a_fence_count(tmp_path):
+    circle = {"inclusion": True, "version": 1, "circle": {"center": [47.0, 8.0], "radius": 80.0}}
+    found = wrong(checked(tmp_path, fenced(circles=[circle])))
+    assert (("legs", (1, 2), "fence") in found, ("legs", (2, 3), "fence") in found) == (True, True)
+
+
+def test_a_fence_binds_the_mission_of_its_own_file_alone(tmp_path):
+    east = [(NORTH, 0.003, 30), (NORTH, 0.004, 30)]
+    other = [item(22, 0, 0, 0, None, 47.0, 8.003, 30, number=1), *tour(*east)[1:]]
+    text = json.loads(plan(other))
+    text["mission"]["plannedHomePosition"] = [47.0, 8.003, 400.0]
+    found = checked(tmp_path, fenced(WIDE), json.dumps(text))
+    assert (wrong(found, 0), wrong(found, 1)) == ([], [])
+
+
+def test_home_outside_of_the_fence_is_found_at_the_take_off(tmp_path):
+    found = wrong(checked(tmp_path, fenced(ring(0.0005, -0.0005, 0.0015, 0.0015))))
+    assert ("take-off", (1,), "fence") in found
+
+
+def test_legs_that_follow_the_ground_are_flown_along_it(tmp_path):
+    """Over a ridge that a straight leg would meet."""
+    import rasterio
+
+    n = 120
+    east = np.arange(n)
+    heights = np.broadcast_to(400 + 60 * np.exp(-(((east - 70) / 8.0) ** 2)), (n, n)).astype("float32")
+    transform = rasterio.Affine(0.0001, 0, 7.995, 0, -0.0001, 47.006)
+    with rasterio.open(
+        tmp_path / "dem.tif", "w", driver="GTiff", height=n, width=n, count=1, dtype="float32", crs="EPSG:4326",
+        transform=transform,
+    ) as file:  # fmt: skip
+        file.write(heights, 1)
+        file.units = ("metre",)
+    verdicts = {}
+    for frame in (3, 10):
+        way = tour((0, 0.004, 40), (NORTH, 0.004, 40))
+        for one in way[1:3]:
+            one["frame"] = frame
+        fleet = checked(
+            tmp_path, wpl(way), suffix="waypoints", ground=None, terrain=[tmp_path / "dem.tif"],
+            settings={"autopilot": "ardupilot", "return_altitude": 90.0},
+        )  # fmt: skip
+        verdicts[frame] = wrong(fleet)
+        if frame == 10:
+            mission = fleet.missions[0]
+            points = mission.flown.plan.waypoints
+            above = points[:, 2] - fleet.scenario.terrain.height(points[:, :2])
+            assert above.min() > 29
+            assert max(np.linalg.norm(b - a) for a, b in pairwise(points[1:])) < 120
+            assert mission.flown.legs == 2
+    assert ("legs", (1, 2), "ground") in verdicts[3]
+    assert verdicts[10] == []
+
+
+def test_two_missions_head_on_come_too_close_and_apart_in_height_do_not(tmp_path):
+    east = [(NORTH, -0.002, 30), (NORTH, 0.002, 30)]
+    found = {}
+    for up in (0, 25):
+        west = [(y, x, z + up) for y, x, z in reversed(east)]
+        other = json.loads(plan([item(22, 0, 0, 0, None, 47.0, 8.0005, 30 + up, number=1), *tour(*west)[1:]]))
+        other["mission"]["plannedHomePosition"] = [47.0, 8.0005, 400.0]
+        fleet = checked(tmp_path, plan(tour(*east)), json.dumps(other))
+        found[up] = [one for one in wrong(fleet) if one[0] == "separation"]
+    assert found[0]
