@@ -13,7 +13,7 @@ from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SURELY_OUTSIDE
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SUMS_ROUNDING, SURELY_OUTSIDE
 from skyverse.referee.tracking_error import EXACT, raised_heights, steepest_in_cells
 
 
@@ -51,7 +51,7 @@ class GrownGround(GrownSolids):
         size = np.abs(b).max(axis=(1, 2), initial=0.0) + float(np.abs(self.origin).max())
         off = error + (MAX_DEPTH * b.shape[1] + 32) * MACHINE_EPSILON * size
         heights = float(np.abs(self.heights).max())
-        return (1 + 9 * self.slope) * off + 64 * MACHINE_EPSILON * (heights + size)
+        return (1 + 9 * self.slope) * off + SUMS_ROUNDING * (heights + size)
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be below what must be kept.

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
-from skyverse.referee.tolerances import MACHINE_EPSILON
+from skyverse.referee.tolerances import SUMS_ROUNDING
 
 DEGREE = 8
 """The degree of the Taylor polynomials of closed curves."""
@@ -68,7 +68,7 @@ def _straight(motion: WaypointMotion, end: float) -> EnclosedMotion | None:
     first, last = motion.at(knots[:-1]), motion.at(knots[1:])
     pieces = np.stack([first, (last - first) / np.diff(knots)[:, None]], axis=1)
     size = float(np.abs(np.array(motion.points)).max()) + float(np.abs(pieces[:, 1]).max()) * (end + abs(times[0]))
-    return EnclosedMotion(knots, knots[:-1], pieces, np.full(len(pieces), 64 * MACHINE_EPSILON * size))
+    return EnclosedMotion(knots, knots[:-1], pieces, np.full(len(pieces), SUMS_ROUNDING * size))
 
 
 def _closed(motion: PeriodicMotion, end: float) -> EnclosedMotion | None:
@@ -92,8 +92,8 @@ def _closed(motion: PeriodicMotion, end: float) -> EnclosedMotion | None:
     size = np.hypot(np.linalg.norm(cosine, axis=1), np.linalg.norm(sine, axis=1))
     remainder = float(np.sum(size * (rates * seconds) ** (DEGREE + 1))) / math.factorial(DEGREE + 1)
     # the angle is rounded, by more the more turns have been made, and so are the sums
-    rounding = 64 * MACHINE_EPSILON * (float(np.abs(motion.centre).max()) + float(size.sum()))
-    rounding += 16 * MACHINE_EPSILON * (1.0 + end / motion.period) * float(np.sum(size * terms)) * 2.0 * np.pi
+    turned_by = 2.0 * np.pi * (1.0 + end / motion.period) * float(np.sum(size * terms))
+    rounding = SUMS_ROUNDING * (float(np.abs(motion.centre).max()) + turned_by)
     return EnclosedMotion(knots, knots[:-1], pieces, np.full(count, remainder + rounding))
 
 

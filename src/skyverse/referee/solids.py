@@ -13,7 +13,7 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.referee.overlaps import BoxTree
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SUMS_ROUNDING
 
 
 def share_of(part: Floats, whole: Floats) -> Floats:
@@ -172,4 +172,4 @@ def distance_error(b: Floats, error: Floats, farthest: float) -> Floats:
     """
     size = np.abs(b).max(axis=(1, 2), initial=0.0)
     halved = 6 * MAX_DEPTH * b.shape[1] * MACHINE_EPSILON * size
-    return 4 * error + halved + 64 * MACHINE_EPSILON * farthest
+    return 4 * error + halved + SUMS_ROUNDING * farthest

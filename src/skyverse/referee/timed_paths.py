@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.model.trajectory import TimedPath
 from skyverse.referee.solids import nearest_points
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
+from skyverse.referee.tolerances import LET_PASS, SUMS_ROUNDING
 
 MAX_PARTS = 20_000
 """Pairs of parts that are compared for one pair of UAVs before it is undecided, and so not proven."""
@@ -86,7 +86,7 @@ def _needed(first: TimedPath, second: TimedPath, keep: KeptDistance) -> tuple[Fl
     stretch = np.array([1.0, 1.0, keep.across / keep.above])
     error = float(np.hypot(keep.error_across, keep.error_above * stretch[2]))
     size = max(float(np.abs(path * stretch).max()) for path in (first.starts, first.ends, second.starts, second.ends))
-    return stretch, max(1.0, float(stretch[2])), keep.across + error - LET_PASS + 64 * MACHINE_EPSILON * size
+    return stretch, max(1.0, float(stretch[2])), keep.across + error - LET_PASS + SUMS_ROUNDING * size
 
 
 def _ends(path: TimedPath, parts: _Parts, stretch: Floats) -> tuple[Floats, Floats]:

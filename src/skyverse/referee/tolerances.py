@@ -17,6 +17,9 @@ JUMP_ROUNDING = 8 * MACHINE_EPSILON
 INSTANT_ROUNDING = 8 * MACHINE_EPSILON
 """Relative to the last instant: a zone counts as active for so much longer, so that no instant falls beside it."""
 
+SUMS_ROUNDING = 64 * MACHINE_EPSILON
+"""Relative to the largest number in them: more than a few sums and products of coordinates are off by rounding."""
+
 WORST_INSTANT = 1e-9
 """Metres, or shares of a limit: the search for the worst instant ends when no other can be worse by more than this."""
 
