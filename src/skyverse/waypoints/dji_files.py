@@ -22,13 +22,11 @@ HEIGHT_MODES: dict[str, type[Altitude]] = {
 }
 """What heights count from; those of ``WGS84`` are above the ellipsoid, and are taken down to the sea."""
 _K = OrderKind
-_CAMERA = (
-    *("takePhoto", "startRecord", "stopRecord", "zoom", "focus", "setFocusType", "orientedShoot", "accurateShoot"),
-    *("panoShot", "startContinuousShooting", "stopContinuousShooting", "startTimeLapse", "stopTimeLapse"),
-)
 ACTIONS = {
     **{"hover": _K.DELAY, "rotateYaw": _K.HEADING, "gimbalRotate": _K.GIMBAL, "gimbalEvenlyRotate": _K.GIMBAL},
-    **dict.fromkeys(_CAMERA, _K.CAMERA),
+    **dict.fromkeys(("takePhoto", "startRecord", "stopRecord", "zoom", "focus", "setFocusType"), _K.CAMERA),
+    **dict.fromkeys(("orientedShoot", "accurateShoot", "panoShot", "startContinuousShooting"), _K.CAMERA),
+    "stopContinuousShooting": _K.CAMERA,
 }
 """The kinds of actions; all others are passed on."""
 FINISH_ACTIONS = {"goHome": _K.RETURN, "autoLand": _K.LAND, "gotoFirstWaypoint": _K.WAYPOINT}
@@ -50,21 +48,21 @@ class _Wayline(NamedTuple):
     where: str
 
 
-def _files(content: bytes, name: str) -> tuple[dict[str, bytes], bool]:
-    """Return DJI's files in an archive, or else its KML file, and whether they are DJI's."""
+def _is_dji(inner: str) -> bool:
+    return inner.rpartition("/")[2] in ("waylines.wpml", "template.kml")
 
-    def of_dji(inner: str) -> bool:
-        return inner.rpartition("/")[2] in ("waylines.wpml", "template.kml")
+
+def _files(content: bytes, name: str) -> dict[str, bytes]:
+    """Return DJI's files in an archive, or else its KML file."""
 
     def choose(names: list[str]) -> list[str]:
-        kml = [inner for inner in names if inner.lower().endswith(".kml")]
-        found = sorted(filter(of_dji, names), reverse=True) or (["doc.kml"] if "doc.kml" in kml else kml[:1])
-        if not found:
-            raise InputError(f"{name}: expected wpmz/waylines.wpml or a .kml file inside, found none")
-        return found
+        kml = sorted((one for one in names if one.lower().endswith(".kml")), key=lambda one: one != "doc.kml")
+        return sorted(filter(_is_dji, names), reverse=True) or kml[:1]
 
     found = unpacked(io.BytesIO(content), name, choose)
-    return found, any(map(of_dji, found))
+    if not found:
+        raise InputError(f"{name}: expected wpmz/waylines.wpml or a .kml file inside, found none")
+    return found
 
 
 def _wayline(content: bytes, where: str) -> _Wayline | None:
@@ -78,7 +76,7 @@ def _wayline(content: bytes, where: str) -> _Wayline | None:
     configs = each(root, "missionConfig")
     if not folders or not configs:
         return None
-    marks = [one for one in folders[0] if isinstance(one.tag, str) and one.tag.rpartition(":")[2] == "Placemark"]
+    marks = each(folders[0], "Placemark")
     for k, mark in enumerate(marks):
         if text(mark, "index") != str(k):
             raise InputError(f"{where}: waypoint {k + 1}: 'index': expected {k}, found {shown(text(mark, 'index'))}")
@@ -87,8 +85,8 @@ def _wayline(content: bytes, where: str) -> _Wayline | None:
 
 def read_kmz(content: bytes, name: str, given: Given) -> Waypoints:
     """Return the orders of a ``.kmz``: of DJI's waylines, or else of the template, or else of the KML file in it."""
-    files, dji = _files(content, name)
-    if not dji:
+    files = _files(content, name)
+    if not any(map(_is_dji, files)):
         return read_kml(next(iter(files.values())), name, given)
     lines = [one for inner, part in files.items() if (one := _wayline(part, f"{name}: {inner}")) is not None]
     if not lines:
@@ -189,7 +187,8 @@ class _Reader:
         for group in [*each(folder, "startActionGroup"), *each(folder, "actionGroup")]:
             first, last = BEFORE, BEFORE
             if not group.tag.endswith("startActionGroup"):
-                first, last = (self._index(group, f"actionGroup{which}Index") for which in ("Start", "End"))
+                tags, most = ("actionGroupStartIndex", "actionGroupEndIndex"), len(self._line.marks) - 1
+                first, last = (int(parse_number(text(group, tag), f"{self._name}: {tag!r}", 0, most)) for tag in tags)
             trigger = text(group, "actionTrigger/actionTriggerType")
             spacing = self.number(group, "actionTrigger/actionTriggerParam", 0.0)
             if trigger == "multipleTiming":
@@ -206,22 +205,14 @@ class _Reader:
                     found[last].append(Order(last + 1, kind, name, spacing=0.0))
         return found
 
-    def _index(self, group: Element, tag: str) -> int:
-        index = self.number(group, tag)
-        if index is None or not 0 <= index < len(self._line.marks):
-            raise InputError(
-                f"{self._name}: {tag!r}: expected the index of a waypoint, found {shown(text(group, tag))}"
-            )
-        return int(index)
-
 
 def kmz_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     """Return the archive that was read with the places of orders put into waylines and template."""
     name = waypoints.name
-    files, dji = _files(waypoints.stored, name)
-    if not dji:
-        changed = {inner: kml_content(replace(waypoints, stored=part), before) for inner, part in files.items()}
-        return repacked(waypoints.stored, name, changed)
+    files = _files(waypoints.stored, name)
+    if not any(map(_is_dji, files)):
+        parts = {inner: kml_content(replace(waypoints, stored=part), before) for inner, part in files.items()}
+        return repacked(waypoints.stored, name, parts)
     lines = {inner: _wayline(part, f"{name}: {inner}") for inner, part in files.items()}
     count = next(len(one.marks) for one in lines.values() if one is not None)
     places = [k for k, one in enumerate(before.orders) if one.kind is OrderKind.WAYPOINT][:count]

@@ -42,12 +42,8 @@ class _Table(NamedTuple):
         if mode not in ALTITUDE_MODES:
             raise InputError(f"{self.where[row]}: {prefix}altitudemode: expected 0 or 1, found {shown(mode)}")
         texts = [self.text(row, prefix + name) for name in ("latitude", "longitude", "altitude")]
-        return parse_place(
-            texts,
-            ALTITUDE_MODES[mode],
-            f"{self.where[row]}{prefix and ': poi'}",
-            self.units.get(prefix + "altitude", 1.0),
-        )
+        where, unit = f"{self.where[row]}{prefix and ': poi'}", self.units.get(prefix + "altitude", 1.0)
+        return parse_place(texts, ALTITUDE_MODES[mode], where, unit)
 
 
 def _table(content: bytes, name: str) -> _Table:
@@ -66,9 +62,9 @@ def _table(content: bytes, name: str) -> _Table:
     lacking = [f"column {word}" for word in ("latitude", "longitude", "altitude") if word not in columns]
     if lacking or not rows:
         raise InputError(f"{name}: expected a Litchi mission, found no {(lacking or ['waypoint'])[0]}")
-    for k, row in rows.items():
-        if len(row) <= max(columns.values()):
-            raise InputError(f"{name}: line {k}: expected {1 + max(columns.values())} cells, found {len(row)}")
+    short = next((k for k, row in rows.items() if len(row) <= max(columns.values())), None)
+    if short is not None:
+        raise InputError(f"{name}: line {short}: expected {len(lines[0])} cells, found {len(rows[short])}")
     return _Table(list(rows.values()), [f"{name}: line {k}" for k in rows], columns, units)
 
 
