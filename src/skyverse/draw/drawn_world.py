@@ -7,13 +7,13 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.ground_relief import Relief, along, cleared, relief
-from skyverse.draw.shape_geometry import drawn_fence, is_fence
+from skyverse.draw.shape_geometry import drawn_fence
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind, shapes_by_kind
 from skyverse.draw.track import DrawnTrack
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Box, Prism, Terrain
+from skyverse.model.shapes import Box, Terrain
 
 MAX_MAP_HEIGHTS = 700
 """The largest number of heights along each side of the map."""
@@ -96,10 +96,7 @@ def world(scenario: Scenario, tracks: Sequence[DrawnTrack]) -> DrawnWorld:
         flat = max(high[:2] - low[:2]) / (high[2] - low[2])
         stretch = max(factor for factor in _STRETCHED if factor <= max(1.0, flat / 4))
     base = low[2] if ground is None else float(ground.z.max())
-    obstacles = [
-        drawn_fence(one, low, high, base) if isinstance(one, Prism) and is_fence(one) else one
-        for one in scenario.obstacles
-    ]
+    obstacles = [drawn_fence(one, low, high, base) for one in scenario.obstacles]
     found = shapes_by_kind(obstacles, scenario.zones, lines)
     return DrawnWorld(low, high, found, ground, mapped, stretch)
 

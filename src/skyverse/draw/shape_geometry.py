@@ -10,7 +10,7 @@ from skyverse.draw.triangulation import joined, triangles, turned
 from skyverse.model.mover import Ellipsoid, Mover
 from skyverse.model.quantities import derived
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import FENCE, Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import FENCE, AnyShape, Box, Cylinder, Prism, Sphere, Voxels
 
 DrawnShape = Box | Cylinder | Sphere | Prism | Voxels | Ellipsoid
 
@@ -52,14 +52,17 @@ WALL = 0.15
 """The height at which the wall is drawn that stands for a fence, as a share of the picture's."""
 
 
-def drawn_fence(fence: Prism, low: Floats, high: Floats, ground: float) -> Prism:
-    """Return what is drawn of a fence: a low wall from z = `low` to above the ground, within corners (3,) of a picture.
+def drawn_fence(shape: AnyShape, low: Floats, high: Floats, ground: float) -> AnyShape:
+    """Return what is drawn of a fence: a low wall from the bottom of a picture, whose corners (3,) are given.
 
-    What crosses the picture's sides ends there; of such a prism nobody asks whether its outlines are sound.
+    What crosses the picture's sides ends there; of such a prism nobody asks whether its outlines are sound. Other
+    shapes stay as they are.
     """
-    rings = [np.clip(np.array(ring), low[:2], high[:2]).tolist() for ring in (fence.vertices, *fence.holes)]
+    if not isinstance(shape, Prism) or not is_fence(shape):
+        return shape
+    rings = [np.clip(np.array(ring), low[:2], high[:2]).tolist() for ring in (shape.vertices, *shape.holes)]
     top = min(float(high[2]), ground + WALL * float(high[2] - low[2]))
-    return derived(fence, vertices=tuple(rings[0]), holes=tuple(rings[1:]), low=float(low[2]), high=top)
+    return derived(shape, vertices=tuple(rings[0]), holes=tuple(rings[1:]), low=float(low[2]), high=top)
 
 
 def is_fence(shape: DrawnShape) -> bool:

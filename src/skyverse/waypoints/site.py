@@ -172,10 +172,13 @@ def with_fence(scenario: Scenario, waypoints: Waypoints, autopilot: AutopilotNam
     where = f"{waypoints.name}: geofence"
     inside, outside = (
         [
-            *(one for ring in rings for one in fence_area(np.array(ring)[:, ::-1], (), where)),
-            *(one for y, x, radius in circles for one in fence_circle(x, y, radius, where)),
+            *(one for ring in rings for one in fence_area(np.array(ring)[:, ::-1], (), where, outside=out)),
+            *(one for y, x, radius in circles for one in fence_circle(x, y, radius, where, outside=out)),
         ]
-        for rings, circles in ((fence.inside, fence.circles_inside), (fence.outside, fence.circles_outside))
+        for out, rings, circles in (
+            (False, fence.inside, fence.circles_inside),
+            (True, fence.outside, fence.circles_outside),
+        )
     )
     rule: Rule = "intersection" if autopilot == "ardupilot" else "union"
     reach = FENCE_REACH + scenario.clearance

@@ -70,7 +70,7 @@ def areas(draw):
     return fence_area(outline, holes, "a.plan: polygon"), lambda at: shapely.intersects_xy(polygon, *at.T)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     some=st.lists(areas(), min_size=1, max_size=4),
     rule=st.sampled_from(["union", "intersection"]),
@@ -218,6 +218,24 @@ def test_areas_of_other_rooms_are_checked(refuses):
     assert fence_around(apart, origin, bounds).prisms
     with refuses():
         fence_around(apart, origin, bounds, rule="intersection")
+
+
+def test_areas_to_stay_out_of_are_covered(refuses):
+    """Circles by geodesics; an outline that crosses itself, by either rule of what is inside of it."""
+    bounds, origin = sky.Bounds(min=(-99, -99, 0), max=(99, 99, 9)), sky.Origin(latitude=LAT, longitude=LON, altitude=0)
+    geod, (longitude, latitude) = pyproj.Geod(ellps="WGS84"), ring((0, 0))[0]
+    for radius in (0.02, 5.0, 60.0):
+        kept_out = fence_circle(longitude, latitude, radius, "a.plan: circle 1", outside=True)
+        fence = fence_around([], origin, bounds, outside=kept_out)
+        at = np.array([geod.fwd(longitude, latitude, turn, radius)[:2] for turn in range(0, 360, 3)])
+        assert blocked(fence.prisms, proj_local(origin, *at[:, ::-1].T, 0)[:, :2]).all()
+        at = np.array([geod.fwd(longitude, latitude, turn, 1.002 * radius + 0.8)[:2] for turn in range(0, 360, 3)])
+        assert not blocked(fence.prisms, proj_local(origin, *at[:, ::-1].T, 0)[:, :2]).any()
+    star = ring(*(50 * np.array([(np.sin(0.8 * np.pi * k), np.cos(0.8 * np.pi * k)) for k in range(5)])))
+    pentagram = fence_around([], origin, bounds, outside=fence_area(np.array(star), [], "a.plan", outside=True))
+    assert blocked(pentagram.prisms, [(0, 0), (0, 30)]).all()
+    with refuses():
+        fence_area(np.array(star), [], "a.plan: polygon 1")
 
 
 def test_the_example_of_the_documentation_runs(tmp_path, monkeypatch):

@@ -25,8 +25,8 @@ Rule = Literal["union", "intersection"]
 """Whether UAVs must stay in any of several areas, or in all of them."""
 
 
-def fence_area(outline: Floats, holes: Sequence[Floats], where: str) -> list[Feature]:
-    """Return an area that UAVs must stay in.
+def fence_area(outline: Floats, holes: Sequence[Floats], where: str, *, outside: bool = False) -> list[Feature]:
+    """Return an area that UAVs must stay in, or out of.
 
     Parameters
     ----------
@@ -36,11 +36,13 @@ def fence_area(outline: Floats, holes: Sequence[Floats], where: str) -> list[Fea
         Outlines of what does not belong to it, each (k, 2).
     where
         File and area, for messages.
+    outside
+        Whether they must stay out of it: an outline that meets itself is then repaired so that it covers all.
 
     Raises
     ------
     InputError
-        If it is not on the globe, encloses nothing, or its outline meets itself or a hole.
+        If it is not on the globe, encloses nothing, or the outline of an area to stay in meets itself or a hole.
     """
     import shapely
 
@@ -52,18 +54,23 @@ def fence_area(outline: Floats, holes: Sequence[Floats], where: str) -> list[Fea
             raise InputError(f"{where}: expected an outline of three corners or more, found {len(ring)}")
         for longitude, latitude in ring.tolist():
             require_on_globe(where, latitude, longitude)
-    return area_features(shapely.Polygon(rings[0], rings[1:]), where)
+    return area_features(shapely.Polygon(rings[0], rings[1:]), where, outside=outside)
 
 
-def fence_circle(longitude: float, latitude: float, radius: float, where: str) -> list[Feature]:
-    """Return an area of all that is within a radius, metres, of a place, degrees; it reaches nowhere farther."""
+def fence_circle(
+    longitude: float, latitude: float, radius: float, where: str, *, outside: bool = False
+) -> list[Feature]:
+    """Return an area of all within a radius, metres, of a place, degrees.
+
+    One to stay in reaches nowhere farther, and one to stay out of, `outside`, nowhere less far.
+    """
     import shapely
 
     from skyverse.maps.readers.polygons import area_features
 
     require_on_globe(where, latitude, longitude)
     require_number(radius, f"{where}: radius", "metres", LEAST_BUFFER, MAX_BUFFER)
-    return area_features(shapely.Point(longitude, latitude), where, radius=radius)
+    return area_features(shapely.Point(longitude, latitude), where, radius=radius, outside=outside)
 
 
 @dataclass(frozen=True)
@@ -118,7 +125,7 @@ def fence_around(
     rule
         Whether UAVs must stay in any of them, or in all of them.
     outside
-        Areas that they must stay out of.
+        Areas that they must stay out of, made by the same functions with `outside`.
     reach
         Metres that the fence is wide around the bounds; at least the clearance.
     tolerance

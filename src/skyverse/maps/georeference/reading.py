@@ -114,14 +114,9 @@ class Reading:
             level = False
         if not level:
             raise InputError(f"expected a level of detail such as 2.2, found {shown(self.lod)}", field="Reading.lod")
-        if self.date is not None and self.begin is None:
+        if self.date is not None and instant_of(self.date) is None:
             said = f"expected a date and time with its time zone, as 2026-11-26T10:00+01:00, found {shown(self.date)}"
             raise InputError(said, field="Reading.date")
-
-    @property
-    def begin(self) -> datetime | None:
-        """The `date` as an instant; ``None`` where it is left out, or none."""
-        return None if self.date is None else instant_of(self.date)
 
 
 def instant_of(text: object) -> datetime | None:

@@ -260,17 +260,20 @@ def area_features(
     tell: Tell = lambda sentence: None,
     radius: float | None = None,
     buffer: float | None = None,
+    outside: bool = False,
 ) -> list[Feature]:
-    """Return areas that UAVs must stay in, of which none reaches beyond a geometry; parameters are as for `polygons`.
+    """Return areas that UAVs must stay in, of which none reaches beyond a geometry, or out of, which cover it.
+
+    The parameters are as for `polygons`, and which of these they are.
 
     Raises
     ------
     InputError
         If an outline meets itself or a hole, or encloses nothing, or if a point or line has no width.
     """
-    if not shapely.is_valid(shapely.get_parts([geometry])).all():
+    if not outside and not shapely.is_valid(shapely.get_parts([geometry])).all():
         raise InputError(f"{where}: expected an area to stay in, found an outline that meets itself or a hole")
-    radius, buffer = (None if reach is None else _held(reach, where) for reach in (radius, buffer))
+    radius, buffer = (reach if outside or reach is None else _held(reach, where) for reach in (radius, buffer))
     found = polygons(geometry, where, tell, radius=radius, buffer=buffer)
     return [
         Feature(*outline_and_holes(part), None, None, FENCE, False, None, where)

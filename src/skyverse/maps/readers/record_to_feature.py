@@ -21,7 +21,7 @@ from skyverse.maps.georeference.altitude_limits import (
 )
 from skyverse.maps.georeference.coordinate_systems import to_globe, unit_of_heights
 from skyverse.maps.georeference.feature import ABOVE_PERMITTED, Feature, Fields, number_of, plain
-from skyverse.maps.georeference.reading import Choices
+from skyverse.maps.georeference.reading import Choices, instant_of
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, area_features, outline_and_holes, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
@@ -119,15 +119,15 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
 
 def _active(fields: Fields, where: str, risk: float | None, choices: Choices) -> Spans | None:
     """Return when a zone is active, ``None`` for always, and tell; only what must not be entered has such times."""
-    times = said_times(fields)
+    times, begin = said_times(fields), instant_of(choices.date)
     if not times:
         return None
-    if choices.begin is None or choices.kind is not None or risk is not None:
-        give = () if choices.begin else (GIVE_DATE,)
+    if begin is None or choices.kind is not None or risk is not None:
+        give = () if begin else (GIVE_DATE,)
         first = printable(next(iter(times)))
         choices.count(f"{Caution.WARNING}: with times ({first!r}), which are ignored: active at all times", *give)
         return None
-    active = active_times(times, where, choices.begin)
+    active = active_times(times, where, begin)
     if active is None:
         choices.count(f"with times: active on all of the day from {choices.date} on")
     else:
