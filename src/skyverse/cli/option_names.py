@@ -42,6 +42,7 @@ PLACEHOLDERS = {
     "geoid": "METRES",
     "ground": "'0 m amsl'",
     "ground_clearance": "METRES",
+    "home": "latitude,longitude",
     "margin": "METRES",
     "max_height": "HEIGHT",
     "origin": "latitude,longitude,altitude",

@@ -187,8 +187,8 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
     unrolled = _Unrolled(waypoints, scenario, home, settings, uav)
     unrolled.run()
     visits, autopilot = unrolled.visits, unrolled.autopilot
-    if not visits:
-        raise InputError(f"{waypoints.name}: expected a place to fly to, found none")
+    if len(visits) < 2:
+        raise InputError(f"{waypoints.name}: expected a place to fly to after the take-off, found none")
     lifts = tuple(lift_over(scenario, uav, place) for place in (home, *unrolled.landings))
     base, places = lifts[0][0], np.array([visit.at for visit in visits])
     takeoff = max(float(places[0, 2] - base[2]), 0.0)

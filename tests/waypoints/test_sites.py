@@ -1,0 +1,46 @@
+"""Missions are judged where they are flown, also across the antimeridian, and refused where that cannot be."""
+
+import json
+
+import pytest
+from written_missions import NAN, item, plan
+
+import skyverse as sky
+
+LEVEL = sky.BuildOptions("field", ground=sky.AboveSea(400.0), clearance=2.0, ground_clearance=2.0)
+
+
+def mission(tmp_path, places, home=(47.0, 8.0)):
+    made = json.loads(
+        plan([item(22, 0, 0, 0, NAN, NAN, NAN, 30), *(item(16, 0, 0, 0, NAN, *one, 30) for one in places)])
+    )
+    made["mission"]["plannedHomePosition"] = [*home, 400.0]
+    path = tmp_path / "m.plan"
+    path.write_text(json.dumps(made), encoding="utf-8")
+    return sky.read_waypoints(path)
+
+
+@pytest.mark.parametrize(
+    "places", [[(8.001, 47.001)], [(47.001, 8.001), (8.0, 8.0)], []], ids=["swapped", "far away", "take-off alone"]
+)
+def test_a_mission_that_leads_nowhere_near_is_refused(tmp_path, refuses, places):
+    with refuses():
+        sky.check_waypoints([mission(tmp_path, places)], LEVEL)
+
+
+def test_home_may_be_given_where_the_file_has_another(tmp_path, refuses):
+    elsewhere = mission(tmp_path, [(60.001, 20.0), (60.002, 20.0)])
+    with refuses():
+        sky.check_waypoints([elsewhere], LEVEL)
+    (found,) = sky.check_waypoints([elsewhere], LEVEL, sky.FlightSettings(home=(60.0, 20.0))).missions
+    assert not [one for one in found.findings if one.wrong and one.subject.value not in ("take-off", "legs")]
+
+
+def test_a_mission_across_the_antimeridian_is_as_one_elsewhere(tmp_path):
+    def lengths(longitude):
+        places = [(-17.0, longitude), (-17.001, (longitude + 0.002 + 180) % 360 - 180), (-17.0, longitude)]
+        (found,) = sky.check_waypoints([mission(tmp_path, places[1:], home=places[0])], LEVEL).missions
+        assert found.is_proven, found.findings
+        return found.summary.length
+
+    assert lengths(179.999) == pytest.approx(lengths(100.0), rel=1e-6)
