@@ -20,7 +20,8 @@ from skyverse.model.altitude import AboveSea
 from skyverse.model.geodesy import to_local
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario, Source
-from skyverse.model.short_lines import listed
+from skyverse.model.short_lines import counted, listed
+from skyverse.model.timed_shapes import temporary_zones, with_zones_active
 from skyverse.model.uav import UAV, with_limits
 from skyverse.model.waypoints import OrderKind, Waypoints
 from skyverse.waypoints.flown import USUAL_CIRCLE, FlightSettings, flown, home_of
@@ -92,7 +93,15 @@ def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: F
         with_limits(UAV(name=name, start=(x, y, z + 1.0), home=z), limits)
         for name, (x, y, z) in zip(_names(missions), places.tolist(), strict=True)
     ]
-    return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), tuple(assumed))
+    scenario, closed = _always_closed(scenario)
+    return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), (*assumed, *closed))
+
+
+def _always_closed(scenario: Scenario) -> tuple[Scenario, tuple[str, ...]]:
+    """Return a scenario whose zones with times are closed at all times, as nobody knows when a mission begins."""
+    timed = temporary_zones(scenario)
+    said = f"{counted(len(timed), 'zone')} with active times count as active at all times"
+    return with_zones_active(scenario, timed), (said,) if timed else ()
 
 
 def options_of_mission(waypoints: Waypoints, options: BuildOptions) -> BuildOptions:
@@ -155,7 +164,8 @@ def given_site(missions: Sequence[Waypoints], scenario: Scenario, settings: Flig
         uavs.append(derived(like, name=name, start=(x, y, z + 1.0), home=z))
         homes.append(np.array([x, y, z]))
         grounds.append(None if scenario.terrain is None else z + origin.altitude)
-    return Site(derived(scenario, uavs=tuple(uavs), targets=()), tuple(homes), tuple(grounds), ())
+    scenario, closed = _always_closed(scenario)
+    return Site(derived(scenario, uavs=tuple(uavs), targets=()), tuple(homes), tuple(grounds), closed)
 
 
 def with_height(scenario: Scenario, top: float) -> Scenario:
