@@ -134,6 +134,24 @@ def test_a_drone_that_takes_off_higher_is_told_so_in_both_files(tmp_path):
         assert b"<wpml:takeOffSecurityHeight>35.5<" in archive.read("wpmz/template.kml")
 
 
+def test_turns_stops_and_the_return_altitude_are_written_where_files_have_them(tmp_path):
+    for name, wide in (("m.wpml.kmz", 5.0), ("m.csv", 4.5)):
+        before = read(stored(tmp_path, name))
+        at = next(k for k, order in enumerate(before.orders) if order.radius == wide)
+        for change in ({"radius": 1.25}, {"seconds": 1.0}):
+            orders = list(before.orders)
+            orders[at] = replace(orders[at], **change)
+            after = write(replace(before, orders=tuple(orders)), tmp_path / f"out-{name}")
+            assert (after.orders[at].radius or 0.0) == change.get("radius", 0.0)
+            assert after.orders[at].seconds > 0 or "seconds" not in change or name == "m.csv"
+            rest = [order for k, order in enumerate(before.orders) if k != at]
+            assert [repr(order) for k, order in enumerate(after.orders) if k != at] == list(map(repr, rest))
+    before = read(stored(tmp_path, "m.wpml.kmz"))
+    after = write(replace(before, return_altitude=62.5), tmp_path / "out.wpml.kmz")
+    assert after.return_altitude == 62.5
+    assert repr(after.orders) == repr(before.orders)
+
+
 # ------------------------------------------------------------------------------------------ foreign readers
 PLAN_FIELDS = ("command", "frame", "param1", "param2", "param3", "param4", "x", "y", "z", "autocontinue")
 

@@ -217,12 +217,16 @@ def kmz_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     count = next(len(one.marks) for one in lines.values() if one is not None)
     places = [k for k, one in enumerate(before.orders) if one.kind is OrderKind.WAYPOINT][:count]
     made = list(steps(before, waypoints, places))
-    rises = [one.place[2].metres for one in waypoints.orders if one.kind is OrderKind.TAKEOFF and one.place]
+    rise = waypoints.orders[0].place if waypoints.orders[0].kind is OrderKind.TAKEOFF else None
+    settings = {"takeOffSecurityHeight": rise and rise[2].metres, "globalRTHHeight": waypoints.return_altitude}
     parts = {}
     for inner, line in lines.items():
         if line is not None and len(line.marks) == count:
-            for rise in rises:
-                set_text(line.config, "takeOffSecurityHeight", written(rise, 4))
+            for tag, metres in settings.items():
+                if metres is not None:
+                    if find(line.config, tag) is None:
+                        line.config.append(Element(line.config.tag.replace("missionConfig", tag)))
+                    set_text(line.config, tag, written(metres, 4))
             parts[inner] = _changed(line, made)
     return repacked(waypoints.stored, name, parts)
 
@@ -232,6 +236,14 @@ def _changed(line: _Wayline, made: list[Step]) -> bytes:
     numbers = {str(step.source): str(k) for k, step in enumerate(made) if not step.new}
 
     def put(mark: Element, step: Step) -> None:
+        if step.stops:
+            set_text(mark, "waypointTurnParam/waypointTurnMode", STOP)
+            set_text(mark, "useStraightLine", "1")
+            set_text(mark, "useGlobalTurnParam", str(int(find(mark, "waypointTurnParam") is None)))
+        if step.stops or step.turns is not None:
+            set_text(mark, "waypointTurnParam/waypointTurnDampingDist", written(step.turns or 0.0, 2))
+        if not step.moved:
+            return
         latitude, longitude, _ = step.place
         rest = text(mark, "Point/coordinates").split(",")[2:]
         set_text(mark, "Point/coordinates", ",".join([written(longitude), written(latitude), *rest]))
@@ -245,10 +257,6 @@ def _changed(line: _Wayline, made: list[Step]) -> bytes:
 
     for k, (mark, step) in enumerate(zip(arrange(line.root, line.marks, made, put), made, strict=True)):
         set_text(mark, "index", str(k))
-        if step.new:  # it is stopped at, since it may be nearer to others than any turn is wide
-            set_text(mark, "waypointTurnParam/waypointTurnMode", STOP)
-            set_text(mark, "waypointTurnParam/waypointTurnDampingDist", "0")
-            set_text(mark, "useStraightLine", "1")
         for group in each(mark, "actionGroup"):
             if step.new:
                 mark.remove(group)

@@ -98,9 +98,17 @@ def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
         raise InputError(f"{path}: expected a suffix as that of {waypoints.name}, since it is written as it was read")
     before = form.read(waypoints.stored, waypoints.name, Given(*waypoints.told))
     same = (before.orders, before.home) == (waypoints.orders, waypoints.home)
+    same &= waypoints.autopilot != "dji" or before.return_altitude == waypoints.return_altitude
     content = waypoints.stored if same else form.content(waypoints, before)
     with whole_file(path) as beside:
         beside.write_bytes(content)
+
+
+def rewritten(waypoints: Waypoints) -> Waypoints:
+    """Return what a mission is read as once it is written."""
+    form, given = _format(Path(waypoints.name)), Given(*waypoints.told)
+    content = form.content(waypoints, form.read(waypoints.stored, waypoints.name, given))
+    return replace(form.read(content, waypoints.name, given), told=given, stored=content)
 
 
 def is_waypoint_file(path: str | Path) -> bool:

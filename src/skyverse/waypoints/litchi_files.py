@@ -119,13 +119,17 @@ def litchi_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     writer.writerow(next(csv.reader([text.splitlines()[0]])))
     places = [k for k, order in enumerate(before.orders) if order.kind is OrderKind.WAYPOINT]
     for step in steps(before, waypoints, places):
+        cells: dict[str, str] = {}
+        if step.moved:
+            latitude, longitude, altitude = step.place
+            metres = written(altitude.metres / table.units["altitude"], 4)
+            cells |= {"latitude": written(latitude), "longitude": written(longitude), "altitude": metres}
+        if step.new:
+            cells |= {f"actiontype{k}": "-1" for k in range(1, MOST_ACTIONS + 1)}
+        if step.stops or step.turns is not None:
+            cells["curvesize"] = written((step.turns or 0.0) / table.units.get("curvesize", 1.0), 2)
         row = list(table.rows[step.source])
-        latitude, longitude, altitude = step.place
-        metres = written(altitude.metres / table.units["altitude"], 4)
-        cells = {"latitude": written(latitude), "longitude": written(longitude), "altitude": metres}
-        quiet = {**{f"actiontype{k}": "-1" for k in range(1, MOST_ACTIONS + 1)}, "curvesize": "0"}
-        for name, cell in ((cells | quiet) if step.new else cells if step.moved else {}).items():
-            if name in table.columns:
-                row[table.columns[name]] = cell
+        for name in cells.keys() & table.columns.keys():
+            row[table.columns[name]] = cells[name]
         writer.writerow(row)
     return made.getvalue().encode()

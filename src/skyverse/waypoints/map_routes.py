@@ -67,13 +67,14 @@ def kml_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     if len(marks) == len(before.orders) > 1:
 
         def put(holder: Element, step: Step) -> None:
-            set_text(each(holder, "Point")[0], "coordinates", _coordinates(step))
+            if step.moved:
+                set_text(each(holder, "Point")[0], "coordinates", _coordinates(step))
 
         arrange(root, [mark.holder for mark in marks], made, put)
         return written_root(root)
     line = text(marks[0].shape, "coordinates")
     rows = line.split()
-    rows = [_coordinates(step) if step.new or step.moved else rows[step.source] for step in made]
+    rows = [_coordinates(step) if step.moved else rows[step.source] for step in made]
     set_text(marks[0].shape, "coordinates", ("\n" if "\n" in line else " ").join(rows))
     return written_root(root)
 
@@ -113,9 +114,10 @@ def gpx_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     root = root_of(waypoints.stored, waypoints.name)
 
     def put(point: Element, step: Step) -> None:
-        latitude, longitude, altitude = step.place
-        point.attrib.update(lat=written(latitude), lon=written(longitude))
-        set_text(point, "ele", written(altitude.metres, 4))
+        if step.moved:
+            latitude, longitude, altitude = step.place
+            point.attrib.update(lat=written(latitude), lon=written(longitude))
+            set_text(point, "ele", written(altitude.metres, 4))
 
     made = list(steps(before, waypoints, range(len(before.orders))))
     arrange(root, _gpx_points(root, waypoints.name), made, put)

@@ -51,19 +51,41 @@ class Step(NamedTuple):
         Which of the file's places it is, or is made like.
     new
         Whether it is added after that one; or before it, if the file has none before.
-    moved
-        Whether it is elsewhere than there.
-    place
-        Where it shall be.
-    rise
-        Metres by which it is higher than its source.
+    order, former
+        What it shall be, and what its source is.
     """
 
     source: int
     new: bool
-    moved: bool
-    place: GlobalPlace
-    rise: float
+    order: Order
+    former: Order
+
+    @property
+    def place(self) -> GlobalPlace:
+        """Where it shall be."""
+        assert self.order.place is not None
+        return self.order.place
+
+    @property
+    def moved(self) -> bool:
+        """Whether it is elsewhere than its source."""
+        return self.order.place != self.former.place
+
+    @property
+    def rise(self) -> float:
+        """Metres by which it is higher than its source."""
+        assert self.former.place is not None
+        return self.place[2].metres - self.former.place[2].metres
+
+    @property
+    def stops(self) -> bool:
+        """Whether a stop is to be added, as at all that is new: nothing says how wide a turn may be there."""
+        return self.new or self.order.seconds > self.former.seconds
+
+    @property
+    def turns(self) -> float | None:
+        """Within how many metres it turns, if that is to be changed."""
+        return None if self.new or self.order.radius == self.former.radius else self.order.radius
 
 
 def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterator[Step]:
@@ -87,18 +109,15 @@ def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterat
     if [order.item for order in after.orders if order.item is not None] != list(range(len(before.orders))):
         raise InputError(f"{after.name}: expected all orders of the file in their order, with others between")
     for order in after.orders:
-        new = order.item is None
+        if order.item is None and order.place is None:
+            continue  # a wait, which no file but those of MAVLink items can tell
         former = before.orders[in_file[max(source, 0)] if order.item is None else order.item]
-        if not new and order.item not in number:
+        if order.item is not None and order.item not in number:
             if order.kind is not OrderKind.TAKEOFF and repr(order.place) != repr(former.place):
                 raise InputError(f"{after.name}: order {order.number} ({order.name}) has no place that can be written")
             continue
         source = source if order.item is None else number[order.item]
-        yield Step(max(source, 0), new, *_moved(order, former, after.name))
-
-
-def _moved(order: Order, former: Order, name: str) -> tuple[bool, GlobalPlace, float]:
-    place, since = order.place, former.place
-    if place is None or since is None or type(place[2]) is not type(since[2]):
-        raise InputError(f"{name}: order {order.number}: expected a place as that of {former.name} {former.number}")
-    return place != since, place, place[2].metres - since[2].metres
+        if order.place is None or former.place is None or type(order.place[2]) is not type(former.place[2]):
+            said = f"expected a place as that of {former.name} {former.number}"
+            raise InputError(f"{after.name}: order {order.number}: {said}")
+        yield Step(max(source, 0), order.item is None, order, former)

@@ -8,7 +8,7 @@ changed is judged again, until nothing is wrong or nothing helps.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -30,6 +30,7 @@ from skyverse.planners.auto import Auto
 from skyverse.problem import Problem
 from skyverse.space.world import World
 from skyverse.waypoints.check import CheckedMission, MissionFinding, Subject
+from skyverse.waypoints.files import rewritten
 from skyverse.waypoints.fleet import CheckedFleet, check_at
 from skyverse.waypoints.flown import FlightSettings
 from skyverse.waypoints.site import built_site, given_site
@@ -128,7 +129,15 @@ def repair_waypoints(
         if not mended:
             break
         checked = check_at(made, site, settings, lower=built)
+    written = [rewritten(one) for one in made]
+    if any(told(one) != told(other) for one, other in zip(made, written, strict=True)):  # not all could be written
+        checked = check_at(written, site, settings, lower=built)
     return RepairedFleet(tuple(made), tuple(map(tuple, changes)), checked)
+
+
+def told(waypoints: Waypoints) -> list[str]:
+    """Return what a mission is but for numbers of orders, to compare it with another; NaN is NaN here."""
+    return [repr(replace(order, number=0, item=None, to=None, name="")) for order in waypoints.orders]
 
 
 def _with_better_returns(made: list[Waypoints], changes: list[list[Change]], checked: CheckedFleet) -> bool:
@@ -164,7 +173,10 @@ def _delayed(made: list[Waypoints], changes: list[list[Change]], checked: Checke
         best = min(found, key=list(Apart).index)
         if best is not Apart.CLOSE:
             wait = Order(0, OrderKind.DELAY, "NAV_DELAY", seconds=found[best])
-            made[late] = replace(made[late], orders=renumbered((wait, *made[late].orders)))
+            waits = replace(made[late], orders=renumbered((wait, *made[late].orders)))
+            if len(rewritten(waits).orders) == len(made[late].orders):  # its file cannot tell it
+                continue
+            made[late] = waits
             changes[late].append(Change((), f"starts {found[best]:g} s later, to keep apart"))
             return True
     return False
@@ -174,6 +186,9 @@ def renumbered(orders: Sequence[Order]) -> tuple[Order, ...]:
     """Return orders with the numbers that they have after some were added, and jumps to where they led."""
     first = next((order.number for order in orders if order.item is not None), 1)
     numbers = {order.number: k for k, order in enumerate(orders, first) if order.item is not None}
+    if len(numbers) < sum(order.item is not None for order in orders):  # what is done at a waypoint has its number
+        counts = accumulate(int(order.kind is OrderKind.WAYPOINT) for order in orders)
+        return tuple(replace(order, number=count) for order, count in zip(orders, counts, strict=True))
     return tuple(
         replace(order, number=k, to=order.to if order.to is None else numbers[order.to])
         for k, order in enumerate(orders, first)
@@ -194,7 +209,7 @@ class _Mender:
         twice = TrackingError(horizontal=2 * self.error.horizontal, vertical=2 * self.error.vertical)
         self.wide = World(grown(scenario, SPARE), twice)
         self.added: dict[int, list[Floats]] = {}
-        self.orders = {order.number: order for order in self.waypoints.orders}
+        self.orders = {id(order): order for order in self.waypoints.orders}
         self.told: list[Change] = []
         self.former = former
 
@@ -427,10 +442,10 @@ class _Mender:
         radius = self.flown.visits[k].radius
         if self.flown.plan.autopilot.name != "ardupilot" and radius > 1.0:
             small = max(math.floor(5 * radius) / 10, 0.5)
-            self.orders[order.number] = replace(self.orders[order.number], radius=small)
+            self.orders[id(order)] = replace(self.orders[id(order)], radius=small)
             self._tell(f"acceptance radius of {small:g} m in place of {radius:.3g} m", order)
         elif order.seconds == 0:
-            self.orders[order.number] = replace(self.orders[order.number], seconds=1.0)
+            self.orders[id(order)] = replace(self.orders[id(order)], seconds=1.0)
             self._tell("stops for 1 s, so that it cuts no corner", order)
 
     def _mend_home(self) -> None:
@@ -446,23 +461,23 @@ class _Mender:
         """Make the orders anew from the places."""
         made: list[Order] = []
         changed = {
-            visit.order.number: k
+            id(visit.order): k
             for k, visit in enumerate(self.flown.visits)
             if np.abs(self.places[k] - visit.at).max() > SAME_PLACE
         }
-        before = {self.flown.visits[leg].order.number: leg for leg in self.added}
+        before = {id(self.flown.visits[leg].order): leg for leg in self.added}
         for order in self.waypoints.orders:
-            own = self.orders[order.number]
-            if order.number in before:
-                leg = before[order.number]
+            own = self.orders[id(order)]
+            if id(order) in before:
+                leg = before[id(order)]
                 like = (
                     order
                     if order.place is not None and order.kind is not OrderKind.LAND
                     else self.flown.visits[leg - 1].order
                 )
                 made += [self._new(place, like, leg) for place in self.added[leg]]
-            if order.number in changed:
-                k = changed[order.number]
+            if id(order) in changed:
+                k = changed[id(order)]
                 own = replace(own, place=self._globe(self.places[k], order, same=self._same_level(k)))
             made.append(own)
         self.waypoints = replace(self.waypoints, orders=renumbered(made))

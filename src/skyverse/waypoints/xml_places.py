@@ -68,8 +68,7 @@ def arrange(
             around = list(parents[own])
             parents[own].insert(around.index(arranged[-1]) + 1 if arranged else around.index(own), copies[k])
         arranged.append(copies.get(k, own))
-        if step.new or step.moved:
-            put(arranged[-1], step)
+        put(arranged[-1], step)
     return arranged
 
 
