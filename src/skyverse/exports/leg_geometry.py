@@ -82,19 +82,24 @@ def greatest_height(points: Floats, terrain: Terrain, least: float) -> Floats:
 
     Where that is no more than `least`, the height of the legs' ends may be returned.
     """
-    above = points[:, 2] - terrain.height(points[:, :2])
     if len(points) < 2:
-        return above
-    ends = np.stack([points[:-1], points[1:]], axis=1)
+        return points[:, 2] - terrain.height(points[:, :2])
+    legs = greatest_on_legs(np.stack([points[:-1], points[1:]], axis=1), terrain, least)
+    return np.maximum(np.r_[legs, -np.inf], np.r_[-np.inf, legs])
+
+
+def greatest_on_legs(ends: Floats, terrain: Terrain, least: float) -> Floats:
+    """Return how high above a terrain straight legs, (n, 2, 3) metres, are at most, (n,) metres."""
+    above = ends[..., 2] - terrain.height(ends[..., :2])
     rise = steepest(terrain) * np.linalg.norm(ends[:, 1, :2] - ends[:, 0, :2], axis=1)
-    legs = np.maximum(above[:-1], above[1:])
+    legs = np.maximum(above[:, 0], above[:, 1])
     for k in np.flatnonzero((rise > 0) & (legs + rise > least)):
         at = _crossings(terrain, *ends[k])
         places = ends[k, 0] + at[:, None] * (ends[k, 1] - ends[k, 0])
         height = places[:, 2] - terrain.height(places[:, :2])
         curved = np.abs(height[:-2:2] - 2 * height[1:-1:2] + height[2::2])  # quadratic between two crossings
         legs[k] = height.max() + curved.max() / 8
-    return np.maximum(np.r_[legs, -np.inf], np.r_[-np.inf, legs])
+    return legs
 
 
 def _crossings(terrain: Terrain, a: Floats, b: Floats) -> Floats:

@@ -16,7 +16,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.landing import Descents, why_not_level
-from skyverse.exports.leg_geometry import greatest_height
+from skyverse.exports.leg_geometry import greatest_on_legs
 from skyverse.exports.leg_space import Checked, LegSpace, Segments
 from skyverse.exports.legs import LegChecker, cut_corners, unproven
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
@@ -38,6 +38,8 @@ LIFT_STEP = 0.5
 """Metres to which that is found."""
 OFF_HOME = 10.0
 """Metres by which the altitude of home in a file may be off the ground there; relative heights are off as much."""
+SPEED_ROUNDING = 0.05
+"""m/s to which files round speeds."""
 LEG_LIMITS = {"px4": 900.0, "ardupilot": math.inf, "dji": 2000.0}
 """Metres between two waypoints that the autopilot takes: MIS_DIST_WPS of PX4 until 1.15; DJI's SDK."""
 ITEM_LIMITS = {"px4": 2000, "ardupilot": 724, "dji": 65_535}
@@ -395,7 +397,7 @@ def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFindi
     most = min(vehicle.max_speed, autopilot.max_speed)
     fast = [(float(plan.speeds[k - 1]), flown.numbers(k)) for k in range(1, len(flown.visits))]
     fastest = max(fast, default=(0.0, ()))
-    if fastest[0] > most:
+    if fastest[0] > most + SPEED_ROUNDING:
         whose = "the vehicle" if vehicle.max_speed <= autopilot.max_speed else autopilot.title
         said = f"{fastest[0]:.3g} m/s is commanded, and {whose} flies {most:.3g} m/s at most"
         yield MissionFinding(Subject.LIMITS, fastest[1], said)
@@ -444,14 +446,14 @@ def _heights(flown: FlownMission, scenario: Scenario) -> tuple[Height, Height]:
     terrain, points = scenario.terrain, flown.plan.waypoints
     assert terrain is not None
     above = points[:, 2] - terrain.height(points[:, :2])
-    straight = [k for k in range(1, len(points)) if not flown.visits[k].follows]
-    low = [(float(above[k]), k) for k in range(len(points))]
+    low = [(float(height), k) for k, height in enumerate(above)]
     high = list(low)
+    straight = np.array([k for k in range(1, len(points)) if not flown.visits[k].follows], dtype=np.intp)
     upside = derived(terrain, heights=-terrain.heights, lowest=None)
-    for k in straight:
-        leg = points[k - 1 : k + 1]
-        high.append((float(greatest_height(leg, terrain, -np.inf).max()), k))
-        low.append((-float(greatest_height(leg * [1.0, 1.0, -1.0], upside, -np.inf).max()), k))
+    ends = np.stack([points[straight - 1], points[straight]], axis=1)
+    for found, ground, sign in ((high, terrain, 1.0), (low, upside, -1.0)):
+        heights = sign * greatest_on_legs(ends * [1.0, 1.0, sign], ground, -np.inf)
+        found += [(float(height), int(k)) for height, k in zip(heights, straight, strict=True)]
     (least, at), (most, over) = min(low), max(high)
     return Height(least, flown.numbers(at)), Height(most, flown.numbers(over))
 

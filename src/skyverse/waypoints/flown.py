@@ -184,12 +184,12 @@ def home_of(waypoints: Waypoints, settings: FlightSettings) -> tuple[tuple[float
 
 def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, settings: FlightSettings) -> FlownMission:
     """Return how a mission is flown by a UAV of a scenario that stands at its `home`, (3,) metres."""
-    unrolled = _Unrolled(waypoints, scenario, home, settings, uav)
+    unrolled = _Unrolled(waypoints, scenario, home, settings)
     unrolled.run()
     visits, autopilot = unrolled.visits, unrolled.autopilot
     if len(visits) < 2:
         raise InputError(f"{waypoints.name}: expected a place to fly to after the take-off, found none")
-    lifts = tuple(lift_over(scenario, uav, place) for place in (home, *unrolled.landings))
+    lifts = tuple(_lifts(scenario, uav, [base_over(scenario, place) for place in (home, *unrolled.landings)]))
     base, places = lifts[0][0], np.array([visit.at for visit in visits])
     takeoff = max(float(places[0, 2] - base[2]), 0.0)
     points = np.array([base, *places]) if takeoff else places
@@ -221,13 +221,20 @@ def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
     return off
 
 
-def lift_over(scenario: Scenario, uav: int, place: Floats) -> tuple[Floats, Floats]:
-    """Return from where to where the error of a UAV over a place where it stands, (3,), counts for what is beside."""
+def base_over(scenario: Scenario, place: Floats) -> Floats:
+    """Return where a UAV is free over a place where it stands, (3,) metres."""
     terrain = scenario.terrain
     ground = float(place[2]) if terrain is None else max(float(ground_height(scenario, place[:2])), float(place[2]))
     kept = max(scenario.clearance, scenario.ground_clearance if terrain is not None else 0.0)
-    base = np.array([*place[:2], ground + kept + 2 * LEG_ALLOWANCE])
-    return base, lifted(World(scenario), World(scenario, scenario.uavs[uav].tracking_error), uav, tuple(base.tolist()))
+    return np.array([*place[:2], ground + kept + 2 * LEG_ALLOWANCE])
+
+
+def _lifts(scenario: Scenario, uav: int, bases: Sequence[Floats]) -> Iterator[tuple[Floats, Floats]]:
+    """Yield from where to where over each base the error of a UAV counts for what is beside it alone."""
+    nominal, strayed = World(scenario), World(scenario, scenario.uavs[uav].tracking_error)
+    for base in bases:
+        x, y, z = base.tolist()
+        yield base, lifted(nominal, strayed, uav, (x, y, z))
 
 
 @dataclass
@@ -238,7 +245,6 @@ class _Unrolled:
     scenario: Scenario
     home: Floats
     settings: FlightSettings
-    uav: int
     visits: list[Visit] = field(default_factory=list)
     landings: list[Floats] = field(default_factory=list)
     assumed: list[str] = field(default_factory=list)
@@ -368,8 +374,7 @@ class _Unrolled:
             return
         ground = np.array([*over[:2], float(ground_height(self.scenario, over[:2]))])
         self.landings.append(ground)
-        base, _ = lift_over(self.scenario, self.uav, ground)
-        self._visit(order, base, 0.0, follows=False)
+        self._visit(order, base_over(self.scenario, ground), 0.0, follows=False)
         self.visits[-1] = self.visits[-1]._replace(hold=STOP)
         self.flies = False
 

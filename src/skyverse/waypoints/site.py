@@ -156,6 +156,8 @@ def given_site(missions: Sequence[Waypoints], scenario: Scenario, settings: Flig
             z = own.home
         elif scenario.terrain is not None:
             z = float(scenario.terrain.lowest_ground.height((x, y)))
+        elif own is not None:
+            z = own.start[2]
         elif known is not None:
             z = known - origin.altitude
         else:
