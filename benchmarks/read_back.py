@@ -1,0 +1,88 @@
+"""Whether what skyverse exports gets the same verdict when it is read back and judged as anybody's mission.
+
+``python benchmarks/read_back.py 500`` plans random fleets of two to five UAVs in the open, exports them for PX4,
+ArduPilot and DJI in turn, with every end and both references of altitudes, reads the files, and judges them in the
+scenario. The same are: no leg, corner, climb or end is wrong, the time without a way home, and how each pair of UAVs is
+kept apart. Each difference is printed with the seed; the exit code is then 1.
+"""
+
+import argparse
+import sys
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+from machine import describe
+
+import skyverse as sky
+from skyverse.exports import ExportCertificate
+from skyverse.numerics.cores import cores
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "exports"))
+from exported_fleets import random_fleet
+
+WAYS = ((".plan", "px4"), (".waypoints", "ardupilot"), (".wpml.kmz", "dji"))
+ENDS = ("loiter", "rtl", "land")
+RETURN = 60.0
+"""Metres above home."""
+SECONDS = 1.0
+"""By which times without a way home may differ for each waypoint, as it stops at those of DJI's files."""
+
+
+def differences(seed: int) -> list[str]:
+    """Return how the verdict on what is read back differs from that of the export."""
+    mission = random_fleet(seed)
+    suffix, autopilot = WAYS[seed % 3]
+    end, above = ENDS[seed // 3 % 3], ("amsl", "home")[seed // 9 % 2]
+    seen: list[ExportCertificate] = []
+    options = sky.ExportOptions(altitude=above, end=end, return_altitude=RETURN, allow_close=True)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"m{suffix}"
+        try:
+            files = sky.export(mission, path, options, on_certificate=seen.append)
+        except sky.InputError:  # no way home from the target, or none down to the ground
+            files = sky.export(mission, path, replace(options, end="loiter"), on_certificate=seen.append)
+        geoid = mission.scenario.frame.origin.geoid if suffix == ".wpml.kmz" and above == "amsl" else None
+        told = {} if geoid is None else {"geoid": geoid}
+        read = [sky.read_waypoints(file, **told) for file in files if file.name.endswith(suffix)]
+    settings = sky.FlightSettings(autopilot=autopilot, radius=options.radius, return_altitude=RETURN)
+    fleet = sky.check_waypoints(read, mission.scenario, settings)
+    found = []
+    for number, (one, back) in enumerate(zip(fleet.missions, seen[-1].returns, strict=True)):
+        found += [
+            f"UAV {number}: {each.subject.value} {each.items}: {each.said}"
+            for each in one.findings
+            if each.wrong and each.subject.value not in ("way home", "separation")
+        ]
+        lost = [0.0 if way is None else sum(gap.end - gap.begin for gap in way.gaps) for way in (back, one.back)]
+        if abs(lost[0] - lost[1]) > SECONDS * (1 + len(one.flown.visits)):
+            found.append(f"UAV {number}: {lost[1]:.0f} s without a way home, when exported {lost[0]:.0f} s")
+    for pair, kind in seen[-1].apart.pairs.items():
+        if fleet.apart.pairs[pair] is not kind:
+            found.append(f"UAVs {pair}: apart {fleet.apart.pairs[pair].value}, when exported {kind.value}")
+    return found
+
+
+def main() -> int:
+    """Read the exports of all fleets back and print what differs."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("fleets", type=int, nargs="?", default=30)
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--processes", type=int, default=cores(), help="processes side by side; all cores by default")
+    options = parser.parse_args()
+    print(describe(), flush=True)
+    same, seeds = 0, range(options.first, options.first + options.fleets)
+    with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
+        for seed, found in zip(seeds, pool.map(differences, seeds), strict=True):
+            same += not found
+            for line in found[:4]:
+                print(f"seed {seed}, {WAYS[seed % 3][1]}, {ENDS[seed // 3 % 3]}: {line}", flush=True)
+    print(f"the same verdict: {same} of {options.fleets}")
+    return 0 if same == options.fleets else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
