@@ -3,16 +3,20 @@
 It needs matplotlib, Playwright, and Chromium as /usr/bin/chromium.
 """
 
+import contextlib
+import re
 import runpy
 import tempfile
 from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import numpy as np
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import skyverse as sky
+from skyverse.cli import main
 
 HERE = Path(__file__).parent / "_static"
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -30,16 +34,54 @@ def figure(scenario: sky.Scenario, which: str, name: str) -> None:
 
 def page(scenario: sky.Scenario, height: int, name: str) -> None:
     """Photograph the upper part of a mission's page."""
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+    with tempfile.TemporaryDirectory() as folder:
         sky.write_html(sky.plan_mission(scenario), Path(folder) / "page.html")
+        photograph(Path(folder), height, name)
+
+
+def photograph(folder: Path, height: int, name: str) -> None:
+    """Photograph the upper part of page.html in a folder."""
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=SWITCHES)
         tab = browser.new_page(viewport={"width": WIDTH, "height": height})
-        tab.goto((Path(folder) / "page.html").as_uri())
+        tab.goto((folder / "page.html").as_uri())
         tab.wait_for_selector("body[data-ready]", timeout=120_000)
         tab.wait_for_timeout(3000)
-        tab.screenshot(path=Path(folder) / "page.png")
+        tab.screenshot(path=folder / "page.png")
         browser.close()
-        keep(Path(folder) / "page.png", name)
+    keep(folder / "page.png", name)
+
+
+def survey(height: int, page_name: str, profile_name: str) -> None:
+    """Photograph the page of the survey of check.md, and draw its profile before and after it is mended."""
+    made = re.search(r"^```python\n(.*?)^```", (HERE.parent / "check.md").read_text("utf-8"), re.M | re.S)
+    assert made is not None
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(compile(made[1], "check.md", "exec"), {})
+        where = sky.BuildOptions("hill", terrain=["dem.tif"], clearance=2, ground_clearance=2, vehicle="camera")
+        told = [sky.read_waypoints("survey.plan")]
+        with contextlib.suppress(SystemExit):
+            main(["check", "survey.plan", "--terrain", "dem.tif", "--vehicle", "camera", "--page", "page.html"])
+        photograph(Path(folder), height, page_name)
+        drawn, axes = plt.subplots(figsize=(11, 3.6), layout="constrained")
+        looks = ("flown before", "#D55E00", "--", 1.5), ("flown now", "#0072B2", "-", 2.0)
+        fleets = sky.check_waypoints(told, where), sky.repair_waypoints(told, where).checked
+        for fleet, (label, colour, dashes, width) in zip(fleets, looks, strict=True):
+            flight, terrain = fleet.missions[0].flown.plan.predicted(), fleet.scenario.terrain
+            assert terrain is not None
+            assert fleet.scenario.frame.origin is not None
+            places = flight.at(np.linspace(flight.start, flight.end, 6000)).position
+            along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(places[:, :2], axis=0), axis=1)))
+            sea = fleet.scenario.frame.origin.altitude
+            axes.plot(along, places[:, 2] + sea, dashes, color=colour, lw=width, label=label, zorder=3)
+        ground = terrain.height(places[:, :2]) + sea
+        axes.fill_between(along, ground, ground.min() - 5, color="#d3c7b4", lw=0, label="ground")
+        axes.set(
+            xlabel="distance flown (m)", ylabel="m above the sea", xlim=(0, along[-1]), ylim=(ground.min() - 5, None)
+        )
+        axes.legend(loc="lower right", ncols=3)
+        drawn.savefig("profile.png", dpi=120)
+        keep(Path("profile.png"), profile_name)
 
 
 def aeroplane(name: str) -> None:
@@ -63,3 +105,4 @@ figure(sky.read("table-4.8"), "flight-middle", "table-4.8.png")
 figure(sky.random_downtown(), "trajectories", "city.png")
 page(sky.read("jacksboro"), 1440, "page.png")
 aeroplane("aeroplane.png")
+survey(1720, "check.png", "repair.png")

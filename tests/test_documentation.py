@@ -4,22 +4,24 @@ import doctest
 import importlib
 import io
 import re
+import shlex
 import tomllib
 from pathlib import Path
 
 import pytest
 
 import skyverse
+from skyverse.cli import main
 
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 CONTRIBUTING = (ROOT / "docs" / "contributing.md").read_text(encoding="utf-8")
 
 
-def python_blocks(page):
-    """Return the language, python or pycon, and the text of each block of Python on a page."""
+def blocks(page):
+    """Return the language, python, pycon or console, and the text of each block of a page that may be run."""
     text = (ROOT / page).read_text(encoding="utf-8")
-    return re.findall(r"^```(python|pycon)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return re.findall(r"^```(python|pycon|console)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
 def run_session(page, text, names):
@@ -30,6 +32,15 @@ def run_session(page, text, names):
     runner.run(test, out=said.write, clear_globs=False)
     assert runner.summarize(verbose=False).failed == 0, said.getvalue()
     names.update(test.globs)
+
+
+def run_command(text, capsys):
+    """Run a command of the shell below which its output stands, and require that it prints that."""
+    command, _, said = text.partition("\n")
+    capsys.readouterr()
+    with pytest.raises(SystemExit):
+        main(shlex.split(command.removeprefix("$ skyverse ")))
+    assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == said.splitlines()
 
 
 def test_the_layers_that_are_drawn_are_the_contract():
@@ -68,13 +79,17 @@ def test_every_file_that_the_glossary_names_is_there():
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/quickstart.md", "docs/check.md"])
-def test_the_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
+def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
     pytest.importorskip("rotorpy", reason="the extra flight is not installed")
     monkeypatch.chdir(tmp_path)
     names = {"print": lambda *_: None}
-    for language, block in python_blocks(page):
+    for language, block in blocks(page):
         if language == "pycon":
             run_session(page, block, names)
+        elif language == "console":
+            _, *said = block.splitlines()
+            if said and not any(line.startswith("$") for line in said) and block.startswith("$"):
+                run_command(block, capsys)
         else:
             exec(compile(block, page, "exec"), names)
 

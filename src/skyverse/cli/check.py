@@ -19,6 +19,7 @@ from skyverse.cli.places import numbers_of
 from skyverse.cli.report import json_text, table, violation_data
 from skyverse.cli.scenario import build_options, map_files, map_options, must_be_heeded, told, watched
 from skyverse.errors import InputError
+from skyverse.model.caution import Caution
 from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
@@ -187,7 +188,7 @@ def tell(fleet: "CheckedFleet", *, as_json: bool) -> None:
         verdict = "proven" if mission.is_proven else counted(sum(one.wrong for one in mission.findings), "fault")
         table((mission.flown.waypoints.name, verdict), check_table(fleet, number))
         for finding in mission.findings:
-            print(("" if finding.wrong else "heed: ") + finding_line(finding))
+            print(("" if finding.wrong else f"{Caution.WARNING}: ") + finding_line(fleet, number, finding))
         for said in assumptions(fleet, number):
             print(said)
 

@@ -14,6 +14,8 @@ from .ground_relief import along as along
 from .ground_relief import cleared as cleared
 from .ground_relief import relief as relief
 from .ground_relief import tinted as tinted
+from .judged_page import judged_page as judged_page
+from .judged_page import judged_scene as judged_scene
 from .map_figure import INK as INK
 from .map_figure import blank as blank
 from .map_figure import legend_entries as legend_entries
@@ -45,6 +47,8 @@ from .scene_traces import touching as touching
 from .scene_traces import united as united
 from .scenes import LandingPlace as LandingPlace
 from .scenes import MissionScene as MissionScene
+from .scenes import NumberedPlace as NumberedPlace
+from .scenes import SceneFinding as SceneFinding
 from .scenes import flight_scene as flight_scene
 from .scenes import scenario_scene as scenario_scene
 from .scenes import scene as scene

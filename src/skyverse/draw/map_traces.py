@@ -3,6 +3,7 @@
 import base64
 import io
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from skyverse.draw.margin_traces import MIN_DEVIATION, landings_on_map
 from skyverse.draw.mover_traces import ways_on_map
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, area, columns, packed, plain, round_step, trace
-from skyverse.draw.scenes import Scene
+from skyverse.draw.scenes import NumberedPlace, Scene, SceneFinding
 from skyverse.draw.shape_geometry import footprint, is_fence
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import DrawnTrack, few
@@ -45,8 +46,9 @@ def from_above(scene: Scene) -> dict[str, Any]:
             *tubes,
             *tracks,
             *landings_on_map(scene),
+            *numbered(scene.places, np.array([one.position[:2] for one in scene.places]).reshape(-1, 2)),
             _ends(scene),
-            _findings(scene),
+            *_findings(scene),
         ],
         "ground": None if relief is None else picture(relief, scene.world.stretch),
         "degrees": None if degrees is None else degrees.tolist(),
@@ -188,12 +190,30 @@ def _ends(scene: Scene) -> Trace:
     return trace("scatter", "markers", "Starts and targets", points, hover, {"role": "ends"}, text=words, marker=marker)
 
 
-def _findings(scene: Scene) -> Trace:
+def _findings(scene: Scene) -> list[Trace]:
     placed = [finding for finding in scene.findings if finding.position is not None]
     places = [finding.position[:2] for finding in placed if finding.position is not None]
-    points = columns(np.array(places, dtype=np.float64).reshape(-1, 2), "xy", packed)
-    words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
-    colours = [FINDINGS[finding.severity] for finding in placed]
+    return rings(placed, np.array(places, dtype=np.float64).reshape(-1, 2))
+
+
+def rings(found: Sequence[SceneFinding], points: Floats) -> list[Trace]:
+    """Return rings around what is wrong, at points (n, 2) of the map or of a profile."""
+    words = [plain(f"{finding.kind}: {finding.message}") for finding in found]
+    colours = [FINDINGS[finding.severity] for finding in found]
     marker = {"symbol": "circle-open", "size": 18, "color": colours, "line": {"width": 2}}
-    hover = "%{text}<extra></extra>"
-    return trace("scatter", "markers", "Found wrong", points, hover, {"role": "finding"}, text=words, marker=marker)
+    role, told, where = {"role": "finding"}, "%{text}<extra></extra>", columns(points, "xy", packed)
+    return [trace("scatter", "markers", "Found wrong", where, told, role, text=words, marker=marker)]
+
+
+def numbered(places: Sequence[NumberedPlace], points: Floats) -> list[Trace]:
+    """Return the numbers of places at points (n, 2) of the map or of a profile: all that are wrong, and some others."""
+    every, made = len(places) // MAX_NAMES + 1, []
+    for wrong, role, style in ((False, "names", {}), (True, "finding", {"color": FINDINGS["error"]})):
+        some = [k for k, place in enumerate(places) if place.wrong is wrong and (wrong or k % every == 0)]
+        if not some:
+            continue
+        numbers = [f"<b>{places[k].number}</b>" if wrong else str(places[k].number) for k in some]
+        where, font = columns(points[some], "xy", packed), {"size": 11, **style}
+        beside = {"textposition": "top right", "textfont": font, "cliponaxis": False}
+        made.append(trace("scatter", "text", "Items", where, None, {"role": role}, text=numbers, **beside))
+    return made

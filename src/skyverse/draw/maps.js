@@ -171,7 +171,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at, live }) => 
     return trace;
   };
   const tellSide = (drawn) => {
-    const told = drawn.filter(({ name, meta }, k) => !["ends", "names"].includes(meta.role) && drawn.findIndex((trace) => trace.name === name) === k);
+    const told = drawn.filter(({ name, meta }, k) => !["ends", "names", "finding"].includes(meta.role) && drawn.findIndex((trace) => trace.name === name) === k);
     $("beside").replaceChildren(...told.map(({ name, fill, fillcolor, line }) => {
       const label = document.createElement("span"), mark = document.createElement("i");
       mark.style.cssText = fill ? `background: ${fillcolor}; border: 1px ${line.dash === "solid" || !line.dash ? "solid" : "dashed"} ${line.color}`

@@ -120,7 +120,7 @@ def banner(scene: MissionScene) -> str:
             tone, "✕" if tone == "bad" else "!", f"The referee found {things} wrong.", f"<ul>{lines}</ul>{more}"
         )
     if scene.cautions:
-        verdict += card("warn", "!", "What a pilot must heed.", _list(scene.cautions))
+        verdict += card("warn", "!", "What a pilot must heed.", listed_sentences(scene.cautions))
     if scene.interrupted:
         verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
     if scene.notes:
@@ -129,7 +129,7 @@ def banner(scene: MissionScene) -> str:
             if scene.complete
             else ("warn", "!", "The mission is not complete.")
         )
-        verdict += card(*kind, _list(scene.notes))
+        verdict += card(*kind, listed_sentences(scene.notes))
     if scene.export_notes:
         cells = (cell for _, *cells in scene.export_verdicts[1:] for cell in cells)  # neither the heads nor the names
         doubts = [*scene.export_notes, *cells]
@@ -137,13 +137,16 @@ def banner(scene: MissionScene) -> str:
         tone, sign = ("warn", "!") if warned else ("note", "i")
         heeded = sorted(filter(stands_out, scene.export_notes), key=urgency)
         proven = [note for note in scene.export_notes if not stands_out(note)]
-        all_told = f"<details><summary>All that is proven</summary>{_list(proven)}</details>" if proven else ""
-        said = f"{_export_table(scene.export_verdicts)}{_list(heeded) if heeded else ''}{all_told}"
-        verdict += card(tone, sign, scene.export_title, said)
+        all_told = (
+            f"<details><summary>All that is proven</summary>{listed_sentences(proven)}</details>" if proven else ""
+        )
+        said = f"{_export_table(scene.export_verdicts)}{listed_sentences(heeded) if heeded else ''}{all_told}"
+        verdict += card(tone, sign, "What is exported, and the ways home.", said)
     return verdict
 
 
-def _list(sentences: Iterable[str]) -> str:
+def listed_sentences(sentences: Iterable[str]) -> str:
+    """Return sentences as a list in HTML."""
     return f"<ul>{''.join(f'<li>{escape(in_words(one))}</li>' for one in sentences)}</ul>"
 
 

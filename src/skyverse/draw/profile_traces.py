@@ -1,16 +1,16 @@
 """The altitude profile of each flight as plotly traces."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.map_traces import MAX_NAMES, closed
+from skyverse.draw.map_traces import MAX_NAMES, closed, numbered, rings
 from skyverse.draw.margin_traces import MIN_DEVIATION
 from skyverse.draw.plotly_values import Trace, area, columns, packed, plain, round_step, trace
 from skyverse.draw.profile import Crossing, Profile
-from skyverse.draw.scenes import Scene
+from skyverse.draw.scenes import NumberedPlace, Scene, SceneFinding
 from skyverse.draw.track import DrawnTrack, few
 
 SECONDS_TOLD = 6
@@ -50,8 +50,27 @@ def of(track: DrawnTrack, profile: Profile, uav: int, scene: Scene) -> dict[str,
     traces += _movers(profile, floor, top)
     traces += _names(profile, scene, floor, top)
     traces += _tube(track)
-    traces += _flight(track, profile)
+    marked = [*_marked(profile, uav, scene)] if profile.times is not None else []
+    traces += _flight(track, profile, marked)
     return {"uav": uav, "traces": traces, "range": [floor, top], "seconds": _seconds(profile)}
+
+
+def _marked(profile: Profile, uav: int, scene: Scene) -> Iterator[Trace]:
+    """Yield what is wrong with a flight, and the numbers of its places, where it is then."""
+    times = profile.times
+    assert times is not None
+    places = [place for place in scene.places if place.uav == uav]
+    name = scene.scenario.uavs[uav].name
+    found = [one for one in scene.findings if one.time is not None and (name in one.uavs or len(scene.tracks) == 1)]
+
+    def at(marked: Sequence[NumberedPlace] | Sequence[SceneFinding]) -> Floats:
+        along = np.interp([one.time or 0.0 for one in marked], times, profile.distance)
+        return np.column_stack([along, [np.nan if one.position is None else one.position[2] for one in marked]])
+
+    if places:
+        yield from numbered(places, at(places))
+    if found:
+        yield from rings(found, at(found))
 
 
 def _seconds(profile: Profile) -> list[list[float]]:
@@ -138,7 +157,7 @@ def _edge(profile: Profile, level: Floats) -> Trace:
     return trace("scatter", "lines", "Altitude band", points, None, {"role": "band"})
 
 
-def _flight(track: DrawnTrack, profile: Profile) -> list[Trace]:
+def _flight(track: DrawnTrack, profile: Profile, marked: list[Trace]) -> list[Trace]:
     name, hover = plain(track.name), _PLACE_IN_PROFILE
     more: list[Floats] = []
     if profile.ground is not None:
@@ -160,7 +179,7 @@ def _flight(track: DrawnTrack, profile: Profile) -> list[Trace]:
     marks = {"marker": marker, "text": [f"{name}: start", f"{name}: end"]}
     planned = [] if track.nominal is track.positions or not len(track.times) else [_planned(track)]
     ends = trace("scatter", "markers", "Start and end", points, "%{text}<extra></extra>", {"role": "ends"}, **marks)
-    return [*planned, line, ends]
+    return [*planned, line, *marked, ends]
 
 
 def _nominal(track: DrawnTrack) -> Floats:

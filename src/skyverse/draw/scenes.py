@@ -50,8 +50,29 @@ class LandingPlace:
 
 
 @dataclass(frozen=True)
+class NumberedPlace:
+    """A place to which the item of a mission leads.
+
+    Attributes
+    ----------
+    uav, number
+        The index of the UAV, and the item's number.
+    position, time
+        Metres, and seconds into the mission.
+    wrong
+        Whether something is wrong with what is flown there.
+    """
+
+    uav: int
+    number: int
+    position: Point
+    time: float
+    wrong: bool
+
+
+@dataclass(frozen=True)
 class SceneFinding:
-    """One thing that the referee found wrong: a warning where UAVs come too close, otherwise an error."""
+    """One thing that is wrong: a warning where UAVs come too close, otherwise an error."""
 
     severity: Literal["warning", "error"]
     kind: str
@@ -67,7 +88,8 @@ class Scene:
 
     `spare_targets` are the names and positions of targets to which no UAV flies; `findings` are what is wrong. The
     planning of a mission may have been `interrupted`. The `pads` at starts and targets are those of a mission that
-    is proven. The `landings` are the places where UAVs of an export may land when they return.
+    is proven. The `landings` are the places where UAVs of an export may land when they return. The `places` are those
+    that are told by their numbers.
     """
 
     scenario: Scenario
@@ -77,6 +99,7 @@ class Scene:
     interrupted: bool = False
     pads: tuple[FleetPad, ...] = ()
     landings: tuple[LandingPlace, ...] = ()
+    places: tuple[NumberedPlace, ...] = ()
     spare_note: ClassVar[str] = ""
     """What is said of a spare target besides its name."""
     spare_colour: ClassVar[str] = TARGET_TO_REACH
@@ -126,7 +149,7 @@ class MissionScene(Scene):
     `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
     the referee proved all of it at every instant. The `cautions` are what a pilot must heed. The `export_notes` are
     what an export says of its waypoints, and the `export_verdicts` are the head and the lines of its table, the columns
-    of a line as words, under the `export_title`.
+    of a line as words.
     """
 
     mission: Mission
@@ -139,7 +162,6 @@ class MissionScene(Scene):
     cautions: tuple[str, ...] = ()
     export_notes: tuple[str, ...] = ()
     export_verdicts: tuple[tuple[str, ...], ...] = ()
-    export_title: str = "What is exported, and the ways home."
     spare_note: ClassVar[str] = " (no UAV flies here)"
     spare_colour: ClassVar[str] = TARGET_TO_SPARE
 

@@ -44,15 +44,19 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
     from plotly.offline import get_plotlyjs
 
     here = files("skyverse.draw")
-    parts = parts | {
-        "data": embedded(drawn),
-        "layout": _layout(drawn),
-        "maps": _MAPS if drawn["mapped"] else "",
-        "frame": drawn["frame"],
-        "css": style_sheet() + here.joinpath("page.css").read_text("utf-8"),
-        "js": "".join(here.joinpath(name).read_text("utf-8") for name in _SCRIPTS),
-        "plotly": get_plotlyjs(),
-    }
+    parts = (
+        {"ends": "● start, ◆ target."}
+        | parts
+        | {
+            "data": embedded(drawn),
+            "layout": _layout(drawn),
+            "maps": _MAPS if drawn["mapped"] else "",
+            "frame": drawn["frame"],
+            "css": style_sheet() + here.joinpath("page.css").read_text("utf-8"),
+            "js": "".join(here.joinpath(name).read_text("utf-8") for name in _SCRIPTS),
+            "plotly": get_plotlyjs(),
+        }
+    )
     template = here.joinpath("page.html").read_text("utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts.get(found[1], ""), template)
 

@@ -84,6 +84,7 @@ def _with_waypoints(route: Route, trajectory: Trajectory, places: Sequence[float
         route,
         points=np.insert(route.points, at, more, axis=0),
         times=np.insert(route.times, at, times),
+        radii=np.insert(route.radii, at, route.radius),
         holds=np.insert(route.holds, at, 0.0),
         deviations=np.insert(route.deviations, legs, route.deviations[legs]),
     )

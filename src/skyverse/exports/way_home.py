@@ -21,6 +21,7 @@ from skyverse.exports.leg_geometry import leg_deviation
 from skyverse.exports.leg_space import Segments
 from skyverse.exports.separation import kept_distance
 from skyverse.exports.way_home_space import Lines, ReturnSpace, proven, rounded_up, rounding, strayed
+from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SURFACE_DEPTH
@@ -142,7 +143,8 @@ class _Returns:
         self.landing = strayed(self.error, self.acceptance.radius, 0.0)
         start, last, home_z = plan.route.points[0], plan.waypoints[-1], float(plan.home[2])
         self.home = np.array([*start[:2], home_z])
-        self.low = min(home_z + max(clearance, scenario.ground_clearance), float(start[2]))
+        ground = max(home_z, float(ground_height(scenario, start[:2]))) if scenario.terrain is not None else home_z
+        self.low = min(ground + max(clearance, scenario.ground_clearance) + 2 * LEG_ALLOWANCE, float(start[2]))
         self.pad = self._pad(np.array([*start[:2], min(home_z + clearance, self.low)]), self.low, self.landing)
         base = last
         if len(plan.ending) == 1:

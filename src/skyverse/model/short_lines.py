@@ -42,6 +42,11 @@ def told_seconds(seconds: float) -> str:
     return f"{number.rstrip('0').rstrip('.') if decimals else number} s"
 
 
+def told_clock(seconds: float) -> str:
+    """Return seconds in whole minutes and seconds: ``0:48``, ``14:52``."""
+    return "{}:{:02}".format(*divmod(round(seconds), 60))
+
+
 def told_instant(seconds: float) -> str:
     """Return an instant of a simulated flight, ``at 3.25 s``; before the mission begins UAVs hover at their starts."""
     if seconds < 0:

@@ -25,6 +25,7 @@ from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import told_clock
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.referee.clearance import judge_segments
@@ -260,7 +261,9 @@ def check_apart(checked: Sequence[CheckedMission], scenario: Scenario) -> tuple[
             if met is not None and met.time is not None and met.position is not None:
                 leg = int(np.searchsorted(flown.plan.arrivals, met.time))
                 items, place = flown.numbers(min(leg, len(flown.visits) - 1)), _globe(scenario, np.array(met.position))
-            said = f"comes too close to {name}" + ("" if met is None or met.time is None else f" at {met.time:.0f} s")
+            said = f"comes too close to {name}" + (
+                "" if met is None or met.time is None else f" at {told_clock(met.time)} min"
+            )
             finding = MissionFinding(Subject.APART, items, f"{said}, if both start together", place, name)
             found[one] = replace(found[one], findings=(*found[one].findings, finding))
     return apart, found
@@ -361,14 +364,17 @@ def _met(scenario: Scenario, obstacle: int, gap: float, required: float) -> tupl
     """Return what is met, and in words how."""
     if obstacle == GROUND_NUMBER:
         height = f"{gap:.3g} m above" if gap >= 0 else f"{-gap:.3g} m below"
-        return "ground", f"is {height} ground, where {required:.3g} m are required"
+        return "ground", f"may be {height} ground, where {required:.3g} m above it are required"
     if obstacle == CEILING_NUMBER:
-        return "ceiling", f"is {-gap:.3g} m above the ceiling of {scenario.max_height:.4g} m above ground"
+        return "ceiling", f"may be {-gap:.3g} m above the ceiling of {scenario.max_height:.4g} m above ground"
     shape = scenario.obstacles[obstacle]
     what = " ".join(word for word in (shape.kind or "obstacle", shape.name) if word)
     if shape.kind == "fence":
-        return what, f"is {-gap:.3g} m outside of the fence" if gap < 0 else f"comes within {gap:.3g} m of the fence"
-    near = f"is {-gap:.3g} m inside" if gap < 0 else f"comes within {gap:.3g} m of"
+        return (
+            what,
+            f"may be {-gap:.3g} m outside of the fence" if gap < 0 else f"may come within {gap:.3g} m of the fence",
+        )
+    near = f"may be {-gap:.3g} m inside" if gap < 0 else f"may come within {gap:.3g} m of"
     return what, f"{near} {what}, of which {required:.3g} m must be kept"
 
 
@@ -435,7 +441,7 @@ def _of_way_home(flown: FlownMission, scenario: Scenario, back: WayHome | None) 
         first, last = (int(np.searchsorted(arrivals, at)) for at in (gap.begin, gap.end))
         legs = range(first, min(last, len(flown.visits) - 1) + 1)
         items = tuple(dict.fromkeys(number for k in legs for number in flown.numbers(k)))
-        when = f"from {gap.begin:.0f} to {gap.end:.0f} s of the flight"
+        when = f"from {told_clock(gap.begin)} to {told_clock(gap.end)} min of the flight"
         said = f"no return at {back.altitude:.4g} m above home is proven {when}: {gap.why}"
         subject = Subject.END if ends and gap is back.gaps[-1] else Subject.WAY_HOME
         yield MissionFinding(subject, items, said, _globe(scenario, gap.place), gap.why)

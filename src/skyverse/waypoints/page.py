@@ -1,65 +1,83 @@
 """Judged missions as a web page: flights over the terrain, and what is wrong with them on map and profile."""
 
-from dataclasses import replace
+from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 
-from skyverse.draw import page, scene
+from skyverse.draw import NumberedPlace, SceneFinding, judged_page, judged_scene
+from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_local
-from skyverse.model.mission import Mission
-from skyverse.model.quantities import derived
-from skyverse.model.result import NO_STOP, Provenance
-from skyverse.model.scenario import Scenario, Target
-from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
-from skyverse.waypoints.check import CheckedMission, MissionFinding, Subject
+from skyverse.model.short_lines import counted, told_clock, told_metres
+from skyverse.waypoints.check import MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
-from skyverse.waypoints.report import assumptions, check_table, finding_line, landing_places
+from skyverse.waypoints.report import assumptions, check_table, finding_line, landing_places, subject_and_words
 
 INSTANTS = 4000
 """Instants of a flight among which the one is sought at which it is where something is wrong."""
-_FAULTS = {Subject.APART: Fault.SEPARATION, Subject.LIMITS: Fault.SPEED}
 
 
 def check_page(fleet: CheckedFleet) -> str:
     """Return the page of judged missions."""
-    targets = [
-        Target(name=f"end of {uav.name}", position=tuple(mission.flown.plan.waypoints[-1].tolist()))
-        for uav, mission in zip(fleet.scenario.uavs, fleet.missions, strict=True)
-    ]
-    scenario = derived(fleet.scenario, targets=tuple(targets), name=", ".join(uav.name for uav in fleet.scenario.uavs))
-    count = len(fleet.missions)
-    shown = Mission(
-        scenario,
-        tuple(range(count)),
-        (None,) * count,
-        tuple(mission.flown.plan.predicted() for mission in fleet.missions),
-        tuple(
-            _violation(scenario, number, mission, finding)
-            for number, mission in enumerate(fleet.missions)
-            for finding in mission.findings
-            if finding.wrong
-        ),
-        Provenance("", "skyverse check", NO_STOP, None, ""),
-        apart=Certificate(Verdict.PROVEN if fleet.is_proven else Verdict.REFUTED, ""),
-    )
-    tables = [dict(check_table(fleet, number)) for number in range(count)]
+    numbers = range(len(fleet.missions))
+    tables = [dict(check_table(fleet, number)) for number in numbers]
     names = dict.fromkeys(name for one in tables for name in one)
-    head = ("", *(mission.flown.waypoints.name for mission in fleet.missions))
-    rows = [(name, *(one.get(name, "") for one in tables)) for name in names]
-    notes = [said for number in range(count) for said in assumptions(fleet, number)]
-    told = replace(
-        scene(shown), landings=landing_places(fleet), export_notes=tuple(notes), export_verdicts=(head, *rows)
+    told = [(number, one) for number, mission in enumerate(fleet.missions) for one in mission.findings]
+    begins = f"{Caution.WARNING}: "
+    files = ((one.file, said.removeprefix(begins)) for one in fleet.scenario.sources for said in one.cautions)
+    scene = judged_scene(
+        fleet.scenario,
+        [mission.flown.plan.predicted() for mission in fleet.missions],
+        [_drawn(fleet, number, one) for number, one in told if one.wrong],
+        list(_places(fleet)),
+        landing_places(fleet),
+        verdicts=(
+            ("", *(mission.flown.waypoints.name for mission in fleet.missions)),
+            *((name, *(one.get(name, "") for one in tables)) for name in names),
+        ),
+        cautions=(
+            *(f"{begins}{file}: {said}" for file, said in files),
+            *(finding_line(fleet, number, one) for number, one in told if not one.wrong),
+        ),
+        notes=tuple(said for number in numbers for said in assumptions(fleet, number)),
+        figures=tuple(_figures(fleet)),
     )
-    return page(replace(told, export_title="What is judged of the missions."))
+    return judged_page(scene)
 
 
-def _violation(scenario: Scenario, number: int, mission: CheckedMission, finding: MissionFinding) -> Violation:
-    """Return a finding as the referee tells what is wrong, with the instant at which the flight is nearest to it."""
-    kind, said = _FAULTS.get(finding.subject, Fault.TRAJECTORY_CLEARANCE), finding_line(finding)
-    if finding.place is None or scenario.frame.origin is None:
-        return Violation(kind, (number,), said)
-    x, y, z = to_local(scenario.frame.origin, [finding.place])[0].tolist()
+def _figures(fleet: CheckedFleet) -> Iterator[tuple[str, str, str]]:
+    wrong = sum(one.wrong for mission in fleet.missions for one in mission.findings)
+    yield "Verdict", counted(wrong, "fault") if wrong else "proven", counted(len(fleet.missions), "mission")
+    summaries = [mission.summary for mission in fleet.missions]
+    yield "Flown", told_metres(sum(one.length for one in summaries)), "all missions together"
+    yield "Time", f"{told_clock(max(one.time for one in summaries))} min", "of the longest"
+    low = [mission.lowest.metres for mission in fleet.missions if mission.lowest is not None]
+    high = [mission.highest.metres for mission in fleet.missions if mission.highest is not None]
+    if low and high:
+        yield "Above ground", f"{min(low):.1f} to {max(high):.1f} m", "after the take-off"
+
+
+def _places(fleet: CheckedFleet) -> Iterator[NumberedPlace]:
+    for uav, mission in enumerate(fleet.missions):
+        plan, shown = mission.flown.plan, set[int]()
+        wrong = {number for one in mission.findings if one.part is not None for number in one.items}
+        for visit, time in zip(mission.flown.visits, plan.arrivals, strict=False):
+            if visit.order.number not in shown:
+                shown.add(visit.order.number)
+                x, y, z = visit.at.tolist()
+                yield NumberedPlace(uav, visit.order.number, (x, y, z), float(time), visit.order.number in wrong)
+
+
+def _drawn(fleet: CheckedFleet, number: int, finding: MissionFinding) -> SceneFinding:
+    """Return a finding as it is drawn, with the instant at which the flight is nearest to it."""
+    origin, mission = fleet.scenario.frame.origin, fleet.missions[number]
+    subject, said = subject_and_words(fleet, number, finding)
+    whose = (fleet.scenario.uavs[number].name,) if len(fleet.missions) > 1 else ()
+    severity: Literal["warning", "error"] = "warning" if finding.subject is Subject.APART else "error"
+    if finding.place is None or origin is None:
+        return SceneFinding(severity, subject, whose, said, None, None)
+    x, y, z = to_local(origin, [finding.place])[0].tolist()
     flight = mission.flown.plan.predicted()
     instants = np.linspace(flight.start, flight.end, INSTANTS)
     away = np.linalg.norm(flight.at(instants).position - [x, y, z], axis=1)
-    return Violation(kind, (number,), said, float(instants[away.argmin()]), (x, y, z))
+    return SceneFinding(severity, subject, whose, said, float(instants[away.argmin()]), (x, y, z))

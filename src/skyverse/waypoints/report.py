@@ -10,14 +10,22 @@ from skyverse.draw import LandingPlace
 from skyverse.exports.separation import Apart
 from skyverse.model.caution import Caution
 from skyverse.model.flight_table import told_energy
-from skyverse.model.short_lines import counted, told_metres, told_seconds
+from skyverse.model.short_lines import counted, told_clock, told_metres
 from skyverse.waypoints.check import CheckedMission, Height, MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
 
 PROVEN, NOT = "proven", f"{Caution.NOT} proven"
 KEPT = {Apart.SPACE: "in space", Apart.TIMING: "by timing", Apart.SCHEDULE: f"{Caution.ONLY} on schedule"}
-MAX_RANGE = 3
-"""Numbers of items that are told one by one; of more the first and the last."""
+MOST_LISTED = 12
+"""Numbers of items that are told one by one."""
+_NOUNS = {
+    Subject.LEGS: "leg",
+    Subject.CORNERS: "corner",
+    Subject.APART: "leg",
+    Subject.WAY_HOME: "way home from",
+    Subject.LIMITS: "item",
+}
+"""What the numbers of a finding are, where its subject alone does not say it."""
 
 
 def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
@@ -29,21 +37,21 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
         ("take-off", _verdict(mission, Subject.TAKEOFF, 1)),
         ("legs", _verdict(mission, Subject.LEGS, legs)),
         ("corners", _verdict(mission, Subject.CORNERS, corners) + _radii(route.waypoint_radii)),
-        ("end", f"{_end(mission)}: {NOT if mission.of(Subject.END) else PROVEN}"),
+        ("end", f"{NOT if mission.of(Subject.END) else PROVEN}: {_end(mission)}"),
         ("way home", _way_home(mission)),
     ]
     if mission.lowest is not None and mission.highest is not None:
-        heights = f"{_height(mission.lowest)} at least, {_height(mission.highest)} at most"
+        heights = f"least {_height(mission.lowest)}, most {_height(mission.highest)}"
         rows.append(("height above ground", heights))
     met = [finding.what for finding in mission.findings if finding.wrong]
     if scenario.max_height is not None:
-        rows.append(("ceiling", f"{scenario.max_height:g} m above ground: {_kept(met.count('ceiling'))}"))
+        rows.append(("ceiling", f"{_kept(met.count('ceiling'))}: {scenario.max_height:g} m above ground"))
     zones = sum(what not in ("ground", "ceiling", "bounds", "") for what in met if not what.startswith("building"))
     rows.append(("fence and zones", _kept(zones) if flown.waypoints.fence or scenario.obstacles else "none"))
     rows.append(("bounds", _kept(met.count("bounds"))))
     summary = mission.summary
     energy = "" if summary.energy is None else f", about {told_energy(summary.energy)}"
-    rows.append(("flight", f"{told_seconds(summary.time)}, {told_metres(summary.length)}{energy}"))
+    rows.append(("flight", f"{told_clock(summary.time)} min, {told_metres(summary.length)}{energy}"))
     if mission.photos is not None:
         rows.append(("photos", f"{mission.photos:,} by distance"))
     rows.append(("limits", "kept" if not mission.of(Subject.LIMITS) else f"{Caution.NOT} kept"))
@@ -54,15 +62,31 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     return rows
 
 
-def finding_line(finding: MissionFinding) -> str:
-    """Return a finding in one line: the items, what is wrong, and where."""
-    items = f"{_items(finding.items)}: " if finding.items else ""
-    where = ""
+def finding_line(fleet: CheckedFleet, number: int, finding: MissionFinding) -> str:
+    """Return a finding of a mission in one line: the items, what is wrong, where, and what would be clear."""
+    subject, said = subject_and_words(fleet, number, finding)
+    return f"{subject}{': ' if finding.part is None else ' '}{said}"
+
+
+def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding) -> tuple[str, str]:
+    """Return what a finding of a mission is about, with the numbers of items, and what is wrong with that."""
+    several = finding.part is None and finding.subject in (Subject.LEGS, Subject.LIMITS)
+    subject, items = _NOUNS.get(finding.subject, finding.subject.value), (_listed if several else _span)(finding.items)
+    said = finding.said
     if finding.place is not None:
         latitude, longitude, sea = finding.place
-        where = f"; at {latitude:.5f}, {longitude:.5f}, {sea:.1f} m amsl"
-    clear = "" if finding.clear_at is None else f"; clear from {finding.clear_at:.1f} m amsl"
-    return f"{finding.subject.value} {items}{finding.said}{where}{clear}"
+        said += f"; at {latitude:.5f}, {longitude:.5f}, {_above_home(fleet, number, sea)}"
+    if finding.clear_at is not None:
+        said += f"; clear from {_above_home(fleet, number, finding.clear_at)}, {finding.clear_at:.1f} m amsl"
+    return f"{subject} {items}".rstrip(), said
+
+
+def _above_home(fleet: CheckedFleet, number: int, sea: float) -> str:
+    """Return in words how far a height, metres above mean sea level, is above home."""
+    origin = fleet.scenario.frame.origin
+    assert origin is not None
+    above = sea - origin.altitude - float(fleet.missions[number].flown.plan.home[2])
+    return f"{abs(above):.1f} m {'above' if above >= 0 else 'below'} home"
 
 
 def assumptions(fleet: CheckedFleet, number: int) -> Iterator[str]:
@@ -70,7 +94,7 @@ def assumptions(fleet: CheckedFleet, number: int) -> Iterator[str]:
     mission = fleet.missions[number]
     yield from (f"Taken as usual: {said}." for said in (*fleet.assumed, *mission.flown.assumed))
     for name, items in mission.flown.waypoints.passed_on.items():
-        yield f"Not understood, passed on: {name} ({_items(tuple(items))})."
+        yield f"Not understood, passed on: {name} (item {_listed(items)})."
 
 
 def as_data(fleet: CheckedFleet) -> list[dict[str, Any]]:
@@ -106,7 +130,7 @@ def _verdict(mission: CheckedMission, subject: Subject, count: int) -> str:
     wrong = mission.of(subject)
     if not wrong:
         return f"{count:,} {PROVEN}" if count != 1 else PROVEN
-    return NOT if count == 1 else f"{len(wrong):,} of {count:,} {NOT}"
+    return NOT if count == 1 else f"{NOT}: {len(wrong):,} of {count:,}"
 
 
 def _radii(radii: np.ndarray[Any, Any]) -> str:
@@ -127,21 +151,25 @@ def _way_home(mission: CheckedMission) -> str:
     back = mission.back
     if back is None:
         return "not judged"
-    gaps = (
-        "at every instant" if back.everywhere else f"{Caution.NOT} from {counted(len(back.gaps), 'part')} of the flight"
+    where = (
+        f"{PROVEN} at every instant" if back.everywhere else f"{NOT} in {counted(len(back.gaps), 'part')} of the flight"
     )
-    return f"{gaps}, {back.altitude:.4g} m above home"
+    return f"{where}, at {back.altitude:.4g} m above home"
 
 
 def _height(height: Height) -> str:
-    return f"{height.metres:.1f} m ({_items(height.items)})"
+    return f"{height.metres:.1f} m ({_span(height.items)})"
 
 
-def _items(items: Sequence[int]) -> str:
-    """Return numbers as ground stations show them: ``3``, ``3-4``."""
-    if len(items) > MAX_RANGE or (len(items) > 1 and list(items) == list(range(items[0], items[-1] + 1))):
-        return f"{items[0]}-{items[-1]}"
-    return ", ".join(map(str, items))
+def _span(items: Sequence[int]) -> str:
+    """Return from which item to which, as of a leg: ``3``, ``3-4``; between them there may be actions."""
+    return "-".join(map(str, dict.fromkeys((items[0], items[-1])))) if items else ""
+
+
+def _listed(items: Sequence[int]) -> str:
+    """Return items one by one, the first of many: ``3, 7``."""
+    more = f" and {len(items) - MOST_LISTED} more" if len(items) > MOST_LISTED else ""
+    return ", ".join(map(str, items[:MOST_LISTED])) + more
 
 
 def landing_places(fleet: CheckedFleet) -> tuple[LandingPlace, ...]:

@@ -1,0 +1,103 @@
+"""Missions of autopilots that were judged, as one web page: what is wrong, where, and what was judged."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from skyverse._version import __version__
+from skyverse.draw.margin_traces import told
+from skyverse.draw.mission_page import listed_sentences
+from skyverse.draw.scenes import LandingPlace, NumberedPlace, Scene, SceneFinding
+from skyverse.draw.template import MAX_SHOWN_FINDINGS, card, facts_list, filled, finding_line, scene_data, table, tiles
+from skyverse.draw.track import track
+from skyverse.model.caution import stands_out
+from skyverse.model.mission import PlannedFlight
+from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
+from skyverse.model.trajectory import Trajectory
+
+_SQUARES = "Squares: where it lands when it returns."
+_WORDS = {"layers": {"trajectories": "Flights"}, "iterations": "", "value": "", "log": False}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JudgedScene(Scene):
+    """All that a picture of judged missions shows.
+
+    The `verdicts` are the heads and rows of the table of what was judged, a column for each mission. The `cautions` are
+    what a pilot must heed; the `notes` are what was taken for granted. The `figures` are a name, a value and what it is
+    about each.
+    """
+
+    verdicts: tuple[tuple[str, ...], ...]
+    cautions: tuple[str, ...]
+    notes: tuple[str, ...]
+    figures: tuple[tuple[str, str, str], ...]
+
+
+def judged_scene(
+    scenario: Scenario,
+    flights: Sequence[Trajectory],
+    findings: Sequence[SceneFinding],
+    places: Sequence[NumberedPlace],
+    landings: Sequence[LandingPlace],
+    **words: tuple[tuple[str, ...], ...] | tuple[str, ...],
+) -> JudgedScene:
+    """Return the scene of flights, one for each UAV of a scenario; the `words` are those of `JudgedScene`."""
+    flown = zip(scenario.uavs, flights, strict=True)
+    return JudgedScene(
+        scenario=scenario,
+        tracks=tuple(
+            track(PlannedFlight(uav=uav, trajectory=flight), number, scenario.bounds)
+            for number, (uav, flight) in enumerate(flown)
+        ),
+        spare_targets=(),
+        findings=tuple(findings),
+        places=tuple(places),
+        landings=tuple(landings),
+        **words,  # type: ignore[arg-type]
+    )
+
+
+def judged_page(scene: JudgedScene) -> str:
+    """Return the page of judged missions, in which every string that a user gave is escaped."""
+    _, *rows = scene.verdicts
+    body = [f'<tr><th scope="row">{escape(name)}</th>{"".join(map(_cell, cells))}</tr>' for name, *cells in rows]
+    heads = [(escape(head), "") for head in scene.verdicts[0]]
+    names = ", ".join(track.name for track in scene.tracks)
+    parts = {
+        "title": escape(names),
+        "description": "Judged as its autopilot flies it."
+        if len(scene.tracks) == 1
+        else "Judged as autopilots fly them.",
+        "tiles": tiles((escape(name), escape(value), escape(note)) for name, value, note in scene.figures),
+        "banner": _banner(scene),
+        "space": "Flight",
+        "ends": "● home.",
+        "lines": f"Numbers: items, as ground stations count them; rings: what is wrong. {_SQUARES} {told(scene)}",
+        "numbers": "What was judged",
+        "table": table("", heads, body, text_columns=len(heads)),
+        "footer": facts_list({"skyverse": __version__}),
+    }
+    return filled(parts, scene_data(scene) | {"search": [], "words": _WORDS})
+
+
+def _cell(said: str) -> str:
+    return f'<td class="text{" doubt" if stands_out(said) else ""}">{escape(said)}</td>'
+
+
+def _banner(scene: JudgedScene) -> str:
+    found = scene.findings
+    if found:
+        lines = "".join(map(finding_line, found[:MAX_SHOWN_FINDINGS]))
+        more = f"<p>… and {len(found) - MAX_SHOWN_FINDINGS:,} more.</p>" if len(found) > MAX_SHOWN_FINDINGS else ""
+        said = f"{counted(len(found), 'thing')} {'is' if len(found) == 1 else 'are'} wrong."
+        verdict = card("bad", "✕", said, f"<ul>{lines}</ul>{more}")
+    else:
+        said = "<p>All that the table below names is proven, at every place between waypoints.</p>"
+        verdict = card("good", "✓", "Proven.", said)
+    if scene.cautions:
+        verdict += card("warn", "!", "What a pilot must heed.", listed_sentences(scene.cautions))
+    if scene.notes:
+        verdict += card("note", "i", "What the files do not say.", listed_sentences(scene.notes))
+    return verdict
