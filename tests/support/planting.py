@@ -309,16 +309,21 @@ def _missed_plant(case: Case, found: list[list[Found]]) -> list[str]:
     return []
 
 
+def options_and_settings(case: Case, folder: Path) -> tuple[sky.BuildOptions, sky.FlightSettings]:
+    """Return where the missions of a case are flown, with its maps written to a folder, and how."""
+    flight, maps = case.flights[0], case.world.write(folder)
+    level = flight.level - float(case.world.ground(*flight.home))
+    settings = sky.FlightSettings(autopilot=flight.autopilot, return_altitude=round(level, 3))
+    most = sky.AboveGround(case.world.max_height)
+    limits: dict[str, Any] = {"clearance": 2.0, "ground_clearance": 2.0, "vehicle": "camera", "max_height": most}
+    return sky.BuildOptions("planted", **limits, **maps), settings
+
+
 def judged(case: Case) -> list[list[Found]]:
     """Return what skyverse finds wrong with each mission of a case, read from files."""
     with tempfile.TemporaryDirectory() as folder:
-        flight, maps = case.flights[0], case.world.write(Path(folder))
         files = [one.write(case.world, Path(folder), f"m{k}") for k, one in enumerate(case.flights, 1)]
-        level = flight.level - float(case.world.ground(*flight.home))
-        settings = sky.FlightSettings(autopilot=flight.autopilot, return_altitude=round(level, 3))
-        most = sky.AboveGround(case.world.max_height)
-        limits: dict[str, Any] = {"clearance": 2.0, "ground_clearance": 2.0, "vehicle": "camera", "max_height": most}
-        where = sky.BuildOptions("planted", **limits, **maps)
+        where, settings = options_and_settings(case, Path(folder))
         fleet = sky.check_waypoints([sky.read_waypoints(file) for file in files], where, settings)
     wrong = ([one for one in mission.findings if one.wrong] for mission in fleet.missions)
     return [[Found(one.subject.value, one.items, one.what) for one in some] for some in wrong]

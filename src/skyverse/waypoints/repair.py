@@ -15,7 +15,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.leg_space import grown
-from skyverse.exports.separation import Apart, fleet_apart
+from skyverse.exports.separation import Apart, fleet_apart, kept_distance
 from skyverse.exports.way_home import WAYS, WayHome, ways_home
 from skyverse.maps.assembly.options import BuildOptions
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
@@ -52,9 +52,14 @@ FARTHEST = 500.0
 """Metres by which a place is moved to the side at most."""
 AROUND = 150.0
 """Metres about a leg in which a way around is sought at least."""
-DELAY_STEP = 5.0
-"""Seconds by which the start of a vehicle is delayed more and more, until it keeps apart from another."""
-STEPS_OF_DELAY = 60
+DELAYS = np.r_[5:60:5, 60:600:15, 600:3601:60].astype(np.float64)
+"""Seconds by which the start of a vehicle is delayed, until it keeps apart from another."""
+LONG_WAIT = 300.0
+"""Seconds of a delay from which any that keeps vehicles apart is taken."""
+MOST_CUT = 3.0
+"""Metres of cut corners that are counted where there shall be room for a return."""
+SLACK = 1.0
+"""Metres that ways around are sought farther off than they must be, so that they can have fewer bends."""
 T = TypeVar("T")
 
 
@@ -107,6 +112,9 @@ def repair_waypoints(
         As of `check_waypoints`.
     """
     settings = settings or FlightSettings()
+    if settings.return_altitude is not None:  # each mission may come to have another
+        missions = [replace(one, return_altitude=settings.return_altitude) for one in missions]
+        settings = replace(settings, return_altitude=None)
     built = isinstance(where, BuildOptions)
     if isinstance(where, BuildOptions):
         site = built_site(missions, where, settings)
@@ -122,7 +130,7 @@ def repair_waypoints(
             if mender.run():
                 made[k], mended = mender.waypoints, True
                 changes[k] += [one for one in mender.told if one.items]
-        if not mended and settings.return_altitude is None:
+        if not mended:
             mended = _with_better_returns(made, changes, checked)
         if not mended and not lift_only:
             mended = _delayed(made, changes, checked)
@@ -163,14 +171,22 @@ def _lost(back: WayHome) -> float:
 def _delayed(made: list[Waypoints], changes: list[list[Change]], checked: CheckedFleet) -> bool:
     """Delay a mission that comes too close to another until it keeps apart, by timing if it can, and tell whether."""
     plans = [one.flown.plan for one in checked.missions]
-    for _, late in checked.apart.of(Apart.CLOSE):
+    for first, late in checked.apart.of(Apart.CLOSE):
         found: dict[Apart, float] = {}
-        for seconds in DELAY_STEP * np.arange(1, STEPS_OF_DELAY):
-            delayed = replace(plans[late], delay=plans[late].delay + float(seconds))
+        for seconds in DELAYS.tolist():
+            delayed = replace(plans[late], delay=plans[late].delay + seconds)
             apart = fleet_apart(checked.scenario, [*plans[:late], delayed, *plans[late + 1 :]])
             kinds = [kind for pair, kind in apart.pairs.items() if late in pair]
-            found.setdefault(max(kinds, key=list(Apart).index), float(seconds))
+            found.setdefault(max(kinds, key=list(Apart).index), seconds)
+            if seconds > LONG_WAIT and min(found, key=list(Apart).index) is not Apart.CLOSE:
+                break
         best = min(found, key=list(Apart).index)
+        if best is Apart.CLOSE and not any(one.said.startswith("flies") for one in changes[late]):
+            keep = kept_distance(checked.scenario, first, late)
+            up = keep.above + keep.error_above + 1.0
+            made[late] = replace(made[late], orders=tuple(_higher(order, up) for order in made[late].orders))
+            changes[late].append(Change((), f"flies {up:.3g} m higher, to keep apart"))
+            return True
         if best is not Apart.CLOSE:
             wait = Order(0, OrderKind.DELAY, "NAV_DELAY", seconds=found[best])
             waits = replace(made[late], orders=renumbered((wait, *made[late].orders)))
@@ -180,6 +196,14 @@ def _delayed(made: list[Waypoints], changes: list[list[Change]], checked: Checke
             changes[late].append(Change((), f"starts {found[best]:g} s later, to keep apart"))
             return True
     return False
+
+
+def _higher(order: Order, up: float) -> Order:
+    """Return an order with its place so many metres higher, unless it is a landing or no place of the flight."""
+    if order.place is None or order.kind not in (OrderKind.TAKEOFF, OrderKind.WAYPOINT, OrderKind.LOITER):
+        return order
+    latitude, longitude, altitude = order.place
+    return replace(order, place=(latitude, longitude, type(altitude)(round(altitude.metres + up, 2))))
 
 
 def renumbered(orders: Sequence[Order]) -> tuple[Order, ...]:
@@ -205,9 +229,12 @@ class _Mender:
         self.error = scenario.uavs[self.flown.plan.route.uav].tracking_error
         self.places = [visit.at.copy() for visit in self.flown.visits]
         self.world = World(grown(scenario, SPARE), self.error)
-        # from where it may stray twice its error a return can begin, too
-        twice = TrackingError(horizontal=2 * self.error.horizontal, vertical=2 * self.error.vertical)
-        self.wide = World(grown(scenario, SPARE), twice)
+        # a return can begin where it may stray twice its error, as far from a corner as that is cut
+        cut = max((visit.radius for visit in self.flown.visits), default=0.0) + 5 * SPARE
+        error = TrackingError(
+            horizontal=2 * self.error.horizontal + min(cut, MOST_CUT), vertical=2 * self.error.vertical
+        )
+        self.wide = World(grown(scenario, SPARE), error)
         self.added: dict[int, list[Floats]] = {}
         self.orders = {id(order): order for order in self.waypoints.orders}
         self.told: list[Change] = []
@@ -216,12 +243,15 @@ class _Mender:
     def run(self) -> bool:
         """Change what helps, and tell whether something did; the mission is then `waypoints`."""
         wrong = [one for one in self.mission.findings if one.wrong and one.part is not None]
-        legs = sorted({one.part for one in wrong if one.subject is not Subject.CORNERS and one.part is not None})
-        moved = {k for leg in legs for k in (leg - 1, leg) if k >= 0 and self._move(k)}
-        for leg in legs:
-            if leg >= 1 and not {leg - 1, leg} & moved:
-                self._lead(leg)
-            elif leg == 0 and not moved:
+        legs: dict[tuple[int, int], MissionFinding] = {}
+        for one in wrong:
+            if one.subject is not Subject.CORNERS and one.part is not None:
+                legs.setdefault(self.flown.ends(one.part), one)
+        moved = {k for leg in legs for k in leg if k >= 0 and self._move(k)}
+        for leg, found in legs.items():
+            if leg[0] >= 0 and not set(leg) & moved:
+                self._lead(leg, found)
+            elif leg[0] < 0 and not moved:
                 self._raise(0)
         for one in wrong:
             if one.subject is Subject.CORNERS and one.part is not None and one.part not in moved:
@@ -247,9 +277,20 @@ class _Mender:
 
     def _moves_alone(self, k: int) -> bool:
         """Tell whether a visit is where its order says, and not a part of a climb or circle."""
+        order = self.flown.visits[k].order
+        apart = [np.abs(self.flown.visits[j].at - self.flown.visits[k].at).max() for j in self._same(k)]
+        return order.place is not None and not self.flown.is_part(k) and max(apart) <= SAME_PLACE
+
+    def _same(self, k: int) -> list[int]:
+        """Return the visits that the order of one asks for: more than one where jumps lead there again."""
         visits, order = self.flown.visits, self.flown.visits[k].order
-        whole = [j for j, one in enumerate(visits) if one.order is order and not self.flown.is_part(j)]
-        return order.place is not None and whole == [k]
+        return [j for j, one in enumerate(visits) if one.order is order and not self.flown.is_part(j)]
+
+    def _place(self, k: int, to: Floats) -> None:
+        """Put a place of the flight elsewhere, also where it is visited again, and tell it."""
+        self._tell(f"moved {_way(self.places[k], to)}", self.flown.visits[k].order)
+        for j in self._same(k) if self._moves_alone(k) else [k]:
+            self.places[j] = to
 
     def _move(self, k: int) -> bool:
         """Move a place that is not safe to the nearest one that is, and tell whether it was."""
@@ -264,8 +305,7 @@ class _Mender:
         if not found:
             return False
         nearest = min(found, key=lambda one: math.dist(one, place))
-        self._tell(f"moved {_way(place, nearest)}", order)
-        self.places[k] = nearest
+        self._place(k, nearest)
         return True
 
     def _both(self, way: Callable[[World, Any], T], given: Any) -> Iterator[T]:
@@ -323,34 +363,33 @@ class _Mender:
         if order.kind is OrderKind.TAKEOFF and lift is not None:
             top = self.places[k].copy()
             top[2] += next(one.deep or 0.0 for one in self.mission.findings if one.part == 0) + SPARE
-            self._tell(f"moved {_way(self.places[k], top)}", order)
-            self.places[k] = top
+            self._place(k, top)
 
-    def _lead(self, leg: int) -> None:
-        """Lead a leg over or around what it meets."""
-        a, b = self.places[leg - 1], self.places[leg]
-        if self.flown.visits[leg].follows or self.lift_only:
-            self._lift_ends(leg)
+    def _lead(self, leg: tuple[int, int], found: MissionFinding) -> None:
+        """Lead a leg over or around what it meets, or lift its ends."""
+        a, b = (self.places[k] for k in leg)
+        follows, can_add = self.flown.visits[leg[1]].follows, self._can_add(leg)
+        if self.lift_only or (found.what == "ground" and (follows or not can_add)):
+            for k in leg:
+                self._lift(k, found)
             return
-        if not self._can_add(leg):
+        if not can_add:
             return
-        over = next((way for way in self._both(self._over, leg) if way is not None), None)
+        over = None if follows else next((way for way in self._both(self._over, leg) if way is not None), None)
         ways = [way for way in (over, self._around(a, b)) if way is not None]
         if not ways:
             return
         best = min(ways, key=_length)
-        self.added[leg] = list(best[1:-1])
+        self.added[leg[1]] = list(best[1:-1])
         (x, y), aside = (b - a)[:2], (best - a)[:, :2]
         kind = "over" if np.abs(aside[:, 0] * y - aside[:, 1] * x).max() <= SAME_PLACE * math.hypot(x, y) else "around"
         count = counted(len(best) - 2, "more waypoint")
         more = max(_length(best) - math.dist(a, b), 0.0)
-        self._tell(
-            f"led {kind} by {count}, {told_metres(more)} longer", *(self.flown.visits[k].order for k in (leg - 1, leg))
-        )
+        self._tell(f"led {kind} by {count}, {told_metres(more)} longer", *(self.flown.visits[k].order for k in leg))
 
-    def _can_add(self, leg: int) -> bool:
+    def _can_add(self, leg: tuple[int, int]) -> bool:
         """Tell whether a waypoint may be added on a leg: one that jumps or circles do not make."""
-        before, after = (self.flown.visits[k].order for k in (leg - 1, leg))
+        before, after = (self.flown.visits[k].order for k in leg)
         orders = self.waypoints.orders
         between = orders[orders.index(before) + 1 : orders.index(after)]
         return (
@@ -359,25 +398,17 @@ class _Mender:
             and not any(one.kind is OrderKind.JUMP for one in between)
         )
 
-    def _lift_ends(self, leg: int) -> None:
-        """Raise both ends of a leg until it is clear."""
-        found = next((one for one in self.mission.findings if one.part == leg and one.wrong), None)
-        for k in self.flown.ends(leg):
-            if found is not None:
-                self._lift(k, found)
-
     def _lift(self, k: int, found: MissionFinding) -> None:
         """Raise a place by as much as it is too low, unless that was done."""
         if found.deep is None or found.what == "ceiling" or self.places[k][2] > self.flown.visits[k].at[2]:
             return
         if self._moves_alone(k):
             lifted = self.places[k] + np.array([0.0, 0.0, found.deep + SPARE])
-            self._tell(f"moved {_way(self.places[k], lifted)}", self.flown.visits[k].order)
-            self.places[k] = lifted
+            self._place(k, lifted)
 
-    def _over(self, world: World, leg: int) -> Floats | None:
+    def _over(self, world: World, leg: tuple[int, int]) -> Floats | None:
         """Return the shortest safe way from end to end of a leg, (n, 3) metres, that is straight as seen from above."""
-        a, b = self.places[leg - 1], self.places[leg]
+        a, b = (self.places[k] for k in leg)
         length = float(math.dist(a[:2], b[:2]))
         count = min(max(math.ceil(length / SAMPLE), 2), MAX_SAMPLES)
         shares = np.linspace(0.0, 1.0, count + 1)
@@ -393,7 +424,7 @@ class _Mender:
         if self.scenario.max_height is not None and self.scenario.terrain is not None:
             ceiling = self.scenario.terrain.lowest_ground.height(places[:, :2]) + self.scenario.max_height
             high = np.minimum(high, ceiling - self.error.vertical - 2 * SPARE)
-        radius = min(self.flown.visits[k].radius for k in (leg - 1, leg))
+        radius = min(self.flown.visits[k].radius for k in leg)
         low[1:-1] += SPARE + CUT * radius  # between two places the ground may be higher, and corners are cut
         low[0], low[-1] = min(low[0], a[2]), min(low[-1], b[2])
         high[0], high[-1] = max(high[0], a[2]), max(high[-1], b[2])
@@ -419,7 +450,7 @@ class _Mender:
         rooms = [(self.wide.error, radius), *((self.error, share * radius) for share in (1.0, 0.5, 0.0))]
         for error, room in rooms:
             inside = derived(
-                grown(self.scenario, room + 2 * SPARE),
+                grown(self.scenario, room + 2 * SPARE + SLACK),
                 bounds=Bounds(min=tuple(low.tolist()), max=tuple(high.tolist())),
                 uavs=(derived(vehicle, start=tuple(a.tolist()), home=None, tracking_error=error),),
                 targets=(Target(name="end", position=tuple(b.tolist())),),
@@ -430,8 +461,7 @@ class _Mender:
             if result.status.reached and len(result.path) >= 2:
                 way = np.asarray(result.path, dtype=np.float64).copy()
                 way[0], way[-1] = a, b
-                apart = np.linalg.norm(np.diff(way, axis=0), axis=1) > SPARE
-                return way[np.r_[True, apart[:-1], True]] if len(way) > 2 else way
+                return _straightened(World(grown(self.scenario, room + 2 * SPARE), error), way)
         return None
 
     def _cut_less(self, k: int) -> None:
@@ -510,6 +540,16 @@ class _Mender:
             longitude if same else round(longitude, 7),
             kind(round(metres + 0.004, 2)),
         )
+
+
+def _straightened(world: World, way: Floats) -> Floats:
+    """Return a way, (n, 3) metres, with as few of its bends as a greedy search leaves in a world."""
+    kept = [0]
+    while kept[-1] < len(way) - 1:
+        ahead = np.arange(kept[-1] + 1, len(way))
+        seen = world.segments_free(np.repeat(way[kept[-1]][None], len(ahead), axis=0), way[ahead])
+        kept.append(int(ahead[seen][-1]) if seen.any() else kept[-1] + 1)
+    return way[kept]
 
 
 def _length(way: Floats) -> float:
