@@ -183,9 +183,11 @@ def _delayed(made: list[Waypoints], changes: list[list[Change]], checked: Checke
         best = min(found, key=list(Apart).index)
         if best is Apart.CLOSE and not any(one.said.startswith("flies") for one in changes[late]):
             keep = kept_distance(checked.scenario, first, late)
-            up = keep.above + keep.error_above + 1.0
+            below, above = (plans[k].waypoints[:, 2] for k in (first, late))
+            up = keep.above + keep.error_above + 1.0 + float(below.max() - above.min())
+            items = tuple(order.number for order in made[late].orders if _higher(order, up) is not order)
             made[late] = replace(made[late], orders=tuple(_higher(order, up) for order in made[late].orders))
-            changes[late].append(Change((), f"flies {up:.3g} m higher, to keep apart"))
+            changes[late].append(Change(items, f"flies {up:.3g} m higher, to keep apart"))
             return True
         if best is not Apart.CLOSE:
             wait = Order(0, OrderKind.DELAY, "NAV_DELAY", seconds=found[best])
