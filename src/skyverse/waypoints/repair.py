@@ -249,7 +249,7 @@ class _Mender:
         for one in wrong:
             if one.subject is not Subject.CORNERS and one.part is not None:
                 legs.setdefault(self.flown.ends(one.part), one)
-        moved = {k for leg in legs for k in leg if k >= 0 and self._move(k)}
+        moved = {k for leg in legs for k in leg if k >= 0 and self._move(k, self.world)}
         for leg, found in legs.items():
             if leg[0] >= 0 and not set(leg) & moved:
                 self._lead(leg, found)
@@ -265,7 +265,7 @@ class _Mender:
         for one in self.mission.findings:
             if one.what == WAYS[0] and flies_well:  # a return cannot begin where what is beside is as high
                 for k, visit in enumerate(self.flown.visits):
-                    if visit.order.number in one.items:
+                    if visit.order.number in one.items and not self._move(k, self.wide):
                         self._lift(k, replace(one, deep=max(self.error.vertical, 1.0)))
         self._mend_home()
         if self.told:
@@ -294,10 +294,10 @@ class _Mender:
         for j in self._same(k) if self._moves_alone(k) else [k]:
             self.places[j] = to
 
-    def _move(self, k: int) -> bool:
-        """Move a place that is not safe to the nearest one that is, and tell whether it was."""
+    def _move(self, k: int, world: World) -> bool:
+        """Move a place that is not safe in a world to the nearest one that is, and tell whether it was."""
         place, order = self.places[k], self.flown.visits[k].order
-        if self.world.free(place)[0] or not (self._moves_alone(k) or order.kind is OrderKind.TAKEOFF):
+        if world.free(place)[0] or not (self._moves_alone(k) or order.kind is OrderKind.TAKEOFF):
             return False
         upwards = next((one for one in self._both(self._above, place) if one is not None), None)
         found = [one for one in (upwards, self._below(place)) if one is not None]
@@ -371,6 +371,10 @@ class _Mender:
         """Lead a leg over or around what it meets, or lift its ends."""
         a, b = (self.places[k] for k in leg)
         follows, can_add = self.flown.visits[leg[1]].follows, self._can_add(leg)
+        if follows and found.what == "ceiling":
+            for k in leg:
+                self._place(k, self.places[k] - np.array([0.0, 0.0, (found.deep or 1.0) + SPARE]))
+            return
         if self.lift_only or (found.what == "ground" and (follows or not can_add)):
             for k in leg:
                 self._lift(k, found)
