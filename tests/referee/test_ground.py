@@ -1,10 +1,10 @@
-"""How steep the referee takes ground to be, which bounds how a depth changes from place to place."""
+"""The ground: how steep the referee takes it to be, and that no peak and no lowest instant escapes it."""
 
 import numpy as np
 import pytest
 
 import skyverse as sky
-from judged_clearance import world
+from judged_clearance import judged, legs, of, verdict, world
 from skyverse.model.quantities import derived
 from skyverse.referee.ground import ceiling_above_ground, grown_ground
 
@@ -84,3 +84,25 @@ def test_a_ceiling_asks_for_no_clearance():
     ceiling = ceiling_above_ground(world(terrain=terrain, clearance=2.0).model_copy(update={"max_height": 7.0}))
     assert ceiling.clearance == 0.0
     assert ceiling.depth(np.array([[[4.0, 4.0, 7.5]]]), np.array([0]))[0] == pytest.approx(0.5, abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_peak_below_a_leg_escapes_however_many_cells_it_crosses(seed):
+    """Legs that keep, or miss by a centimetre, what must be kept above the highest of many samples."""
+    rng = np.random.default_rng(seed)
+    terrain = sky.Terrain(origin=(0, 0), step=(1, 1), heights=3.0 * (rng.random((11, 11)) < 0.2), clearance=0.1)
+    scenario = world(terrain=terrain)
+    for a in rng.uniform(0, 10, (12, 2)):
+        b = np.clip(a + rng.uniform(-2.5, 2.5, 2), 0, 10)
+        highest = terrain.height(np.linspace(a, b, 2001)).max()
+        for above, expected in ((0.09, "refuted"), (0.11, "proven")):
+            z = highest + above
+            assert verdict(legs(scenario, (*a, z), (*b, z))) == expected
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_lowest_instant_is_found_to_a_nanometre(seed):
+    when, bend = np.random.default_rng(seed).uniform((0.1, 1), (0.9, 40))
+    flat = world(terrain=sky.Terrain(origin=(0, 0), step=(10, 10), heights=np.zeros((2, 2)), clearance=0.5))
+    dips = of([0, 1], [[(1, 1, 0.1 + bend * when**2), (7, 5, -2 * bend * when), (0, 0, bend)]])
+    assert 0 <= judged(flat, dips).incursion.gap - 0.1 <= 1.1e-9
