@@ -64,6 +64,8 @@ def main() -> int:
         for fault in (True, False):
             for one in pool.map(partial(outcome, fault=fault), seeds):
                 made.append(one)
+                if len(made) % 50 == 0:
+                    print(f"  {len(made)} of {2 * options.count} missions", file=sys.stderr, flush=True)
                 for what, said in (("missed", one.missed), ("false alarm", one.false)):
                     for line in said[:3]:
                         print(f"seed {one.seed}, fault {one.kind}: {what}: {line}", flush=True)

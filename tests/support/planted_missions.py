@@ -307,7 +307,7 @@ def furnish(rng: np.random.Generator, case: Case, radius: float) -> None:
         if flight.autopilot == "px4" and rng.uniform() < 0.4:
             own = np.concatenate([line.points for line in flight.lines(world)])[:, :2]
             hull = MultiPoint([*own, flight.home]).convex_hull
-            flight.fence = hull.buffer(float(rng.uniform(15, 60)), quad_segs=4)
+            flight.fence = hull.buffer(float(rng.uniform(15, 60)), quad_segs=4).simplify(0.05)
 
 
 def unharmed(rng: np.random.Generator, *, plain: bool = False, two: bool = False) -> Case:

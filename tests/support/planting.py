@@ -86,6 +86,8 @@ def _ridge(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
     above = float(place[2] - world.ground(*place[:2]))
     wide = max(rng.uniform(15, 50), 2.5 * world.cell)
     before = float(world.ground(*case.flights[0].home))
+    far = Point(place[:2]).buffer(8 * wide)  # buildings stand on the ground, and would rise with it
+    world.solids = [one for one in world.solids if one.kind == "zone" or not one.outline.intersects(far)]
     world.raise_around(place[0], place[1], above + rng.uniform(6, 20), (-way[1], way[0]), (3 * wide, wide))
     if abs(float(world.ground(*case.flights[0].home)) - before) > 0.05:
         raise Retry

@@ -224,3 +224,12 @@ def test_two_missions_head_on_come_too_close_and_apart_in_height_do_not(tmp_path
         fleet = checked(tmp_path, plan(tour(*east)), json.dumps(other))
         found[up] = [one for one in wrong(fleet) if one[0] == "separation"]
     assert found[0]
+
+
+@pytest.mark.parametrize("vehicle", ["camera", "mapping"])
+def test_what_is_not_proven_of_aeroplanes_is_said(tmp_path, vehicle):
+    text = json.loads(plan(tour((4 * NORTH, 0, 60), (4 * NORTH, 4 * NORTH, 60))))
+    text["mission"]["vehicleType"] = 1
+    (mission,) = checked(tmp_path, json.dumps(text), vehicle=vehicle).missions
+    heeded = {one.subject.value for one in mission.findings if not one.wrong}
+    assert ("corners" in heeded, "limits" in heeded) == (vehicle == "mapping", vehicle == "camera")

@@ -298,6 +298,12 @@ def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
     if curved:
         said = "the curves that these orders ask for are not published, so nothing is proven of them: fly straight legs"
         yield MissionFinding(Subject.LEGS, curved, said)
+    if not flown.plan.corners_proven:
+        said = f"{autopilot.title} turns an aeroplane at a distance of its own: legs are proven, and corners are not"
+        yield MissionFinding(Subject.CORNERS, (), said, wrong=False)
+    if flown.waypoints.aeroplane and math.isfinite(flown.plan.rates.climb):
+        said = "the file is for an aeroplane, and is judged as flown by a vehicle that can stop"
+        yield MissionFinding(Subject.LIMITS, (), said, wrong=False)
     if autopilot.name == "px4":
         follow = tuple(dict.fromkeys(visit.order.number for visit in flown.visits if visit.follows))
         circles = tuple(order.number for order in orders if order.turns)

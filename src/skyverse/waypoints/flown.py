@@ -191,16 +191,18 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
         raise InputError(f"{waypoints.name}: expected a place to fly to after the take-off, found none")
     lifts = tuple(_lifts(scenario, uav, [base_over(scenario, place) for place in (home, *unrolled.landings)]))
     base, places = lifts[0][0], np.array([visit.at for visit in visits])
-    takeoff = max(float(places[0, 2] - base[2]), 0.0)
+    vehicle = scenario.uavs[uav]
+    rises = vehicle.fixed_wing is None  # straight up, which no aeroplane does
+    takeoff = max(float(places[0, 2] - base[2]), 0.0) if rises else 0.0
     points = np.array([base, *places]) if takeoff else places
     more = len(points) - len(places)
     radii, holds = (np.r_[np.zeros(more), [getattr(one, name) for one in visits]] for name in ("radius", "hold"))
     off = _deviations(scenario, visits)
     route = Route(uav, points, np.zeros(len(points)), radii, takeoff, points[:more], 0.0, holds, off, lifts)
-    vehicle = scenario.uavs[uav]
     speeds = np.array([one.speed for one in visits[1:]])
     rates = rates_of(vehicle, autopilot)
-    plan = FlightPlan(route, autopilot, rates, home, unrolled.delay, 0.0, speeds, max(unrolled.first_speed, MIN_SPEED))
+    begin, first = home if rises else places[0], max(unrolled.first_speed, MIN_SPEED)
+    plan = FlightPlan(route, autopilot, rates, begin, unrolled.delay, 0.0, speeds, first)
     if unrolled.end == "land":
         plan = replace(plan, ending=np.array(landing_places(scenario, [plan])))
     usual = USUAL_RETURN_ALTITUDES[autopilot.name]
