@@ -12,6 +12,7 @@ from skyverse.model.short_lines import counted, told_clock, told_metres
 from skyverse.waypoints.check import MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
 from skyverse.waypoints.report import assumptions, check_table, finding_line, landing_places, subject_and_words
+from skyverse.waypoints.site import with_fence
 
 INSTANTS = 4000
 """Instants of a flight among which the one is sought at which it is where something is wrong."""
@@ -25,8 +26,11 @@ def check_page(fleet: CheckedFleet) -> str:
     told = [(number, one) for number, mission in enumerate(fleet.missions) for one in mission.findings]
     begins = f"{Caution.WARNING}: "
     files = ((one.file, said.removeprefix(begins)) for one in fleet.scenario.sources for said in one.cautions)
+    shown = fleet.scenario
+    for mission in fleet.missions:
+        shown = with_fence(shown, mission.flown.waypoints, mission.flown.plan.autopilot.name)
     scene = judged_scene(
-        fleet.scenario,
+        shown,
         [mission.flown.plan.predicted() for mission in fleet.missions],
         [_drawn(fleet, number, one) for number, one in told if one.wrong],
         list(_places(fleet)),
@@ -39,7 +43,7 @@ def check_page(fleet: CheckedFleet) -> str:
             *(f"{begins}{file}: {said}" for file, said in files),
             *(finding_line(fleet, number, one) for number, one in told if not one.wrong),
         ),
-        notes=tuple(said for number in numbers for said in assumptions(fleet, number)),
+        notes=tuple(dict.fromkeys(said for number in numbers for said in assumptions(fleet, number))),
         figures=tuple(_figures(fleet)),
     )
     return judged_page(scene)

@@ -43,7 +43,7 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     if mission.lowest is not None and mission.highest is not None:
         heights = f"least {_height(mission.lowest)}, most {_height(mission.highest)}"
         rows.append(("height above ground", heights))
-    met = [finding.what for finding in mission.findings if finding.wrong]
+    met = [finding.what for finding in mission.findings if finding.wrong and finding.part is not None]
     if scenario.max_height is not None:
         rows.append(("ceiling", f"{_kept(met.count('ceiling'))}: {scenario.max_height:g} m above ground"))
     zones = sum(what not in ("ground", "ceiling", "bounds", "") for what in met if not what.startswith("building"))

@@ -1,0 +1,43 @@
+"""The page of judged missions shows the items' numbers, what is wrong, and the fences of files."""
+
+import json
+import re
+
+import skyverse as sky
+from skyverse.waypoints.page import check_page
+
+MISSION = """QGC WPL 110
+0\t1\t0\t16\t0\t0\t0\t0\t46.81\t9.85\t1560\t1
+1\t0\t3\t22\t0\t0\t0\t0\t46.81\t9.85\t40\t1
+2\t0\t3\t16\t0\t0\t0\t0\t46.812\t9.85\t{high}\t1
+3\t0\t3\t16\t0\t0\t0\t0\t46.812\t9.852\t40\t1
+4\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1
+"""
+
+
+def drawn(tmp_path, high):
+    """Return the data that the page of a mission over level ground draws, and its words."""
+    (tmp_path / "<b>.waypoints").write_text(MISSION.format(high=high))
+    where = sky.BuildOptions("flat", max_height=sky.AboveGround(120), clearance=2, ground_clearance=2)
+    page = check_page(sky.check_waypoints([sky.read_waypoints(tmp_path / "<b>.waypoints")], where))
+    return json.loads(re.search(r'id="mission">(.*?)</script>', page, re.DOTALL)[1]), page
+
+
+def numbers(traces, role):
+    return [text for one in traces if one["meta"]["role"] == role and one.get("mode") == "text" for text in one["text"]]
+
+
+def test_numbers_of_items_are_marked_where_something_is_wrong(tmp_path):
+    data, page = drawn(tmp_path, 200)
+    for traces in (data["map"]["traces"], data["profiles"][0]["traces"]):
+        assert numbers(traces, "finding") == ["<b>1</b>", "<b>2</b>", "<b>3</b>"]
+        assert sum(one.get("mode") == "markers" and one["meta"]["role"] == "finding" for one in traces) == 1
+    assert "Proven." not in page
+    assert "<b>.waypoints" not in page.partition("<script")[0]
+
+
+def test_a_proven_mission_has_no_mark(tmp_path):
+    data, page = drawn(tmp_path, 40)
+    assert numbers(data["map"]["traces"], "names") == ["1", "2", "3"]
+    assert numbers(data["map"]["traces"], "finding") == []
+    assert "Proven." in page
