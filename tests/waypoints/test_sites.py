@@ -6,6 +6,7 @@ import pytest
 from written_missions import NAN, item, plan
 
 import skyverse as sky
+from skyverse.model.waypoints import Order, OrderKind
 
 LEVEL = sky.BuildOptions("field", ground=sky.AboveSea(400.0), clearance=2.0, ground_clearance=2.0)
 
@@ -44,3 +45,20 @@ def test_a_mission_across_the_antimeridian_is_as_one_elsewhere(tmp_path):
         return found.summary.length
 
     assert lengths(179.999) == pytest.approx(lengths(100.0), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("mode", "up", "heights"),
+    [
+        ("safely", 50, [50, 50]),
+        ("safely", 10, [30, 30, 10]),
+        ("pointToPoint", 50, [30, 50]),
+        ("pointToPoint", 10, [30, 10]),
+    ],
+)
+def test_drones_of_dji_fly_to_their_first_waypoint_on_one_level_if_they_are_told_so(mode, up, heights):
+    takeoff = Order(0, OrderKind.TAKEOFF, mode, place=(float("nan"), float("nan"), sky.AboveHome(30.0)))
+    first = Order(1, OrderKind.WAYPOINT, "waypoint", place=(47.001, 8.0, sky.AboveHome(float(up))))
+    given = sky.Waypoints("m.kmz", (takeoff, first), (47.0, 8.0, 400.0), 5.0, "dji")
+    (found,) = sky.check_waypoints([given], LEVEL).missions
+    assert [visit.at[2] for visit in found.flown.visits] == pytest.approx(heights, abs=1e-6)

@@ -34,6 +34,8 @@ USUAL_CIRCLE = 10.0
 """Metres: CIRCLE_RADIUS of Copter."""
 ALTITUDE_RADII = {"px4": 0.8, "ardupilot": 0.0, "dji": 0.0}
 """Metres above or below a waypoint from which PX4 goes on: NAV_MC_ALT_RAD."""
+DJI_SAFELY = "safely"
+"""How DJI calls a take-off that climbs as high as the first waypoint, and flies there on one level."""
 OFF_CIRCLE = 0.02
 """Metres that the polygon which stands for a circle may be off it."""
 MAX_VISITS = 20_000
@@ -330,6 +332,12 @@ class _Unrolled:
             self.assumed.append("it has no take-off: it is taken to rise above home to the height of its first place")
             self._visit(order, np.array([*self.here[:2], to[2]]), 0.0, follows=False)
             self.flies = True
+        if len(self.visits) == 1 and self.visits[0].order.name == DJI_SAFELY:
+            level = max(float(self.here[2]), float(to[2]))
+            self.here = np.array([*self.here[:2], level])
+            self.visits[0] = self.visits[0]._replace(at=self.here)
+            if level > to[2]:
+                self._visit(order, np.array([*to[:2], level]), 0.0, follows=False)
         follows = isinstance(order.place[2], AboveGround)
         for place in self._circle(order, to) if order.turns else [to]:
             if follows:
