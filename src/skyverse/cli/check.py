@@ -12,7 +12,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import judging_scenario, without_way
-from skyverse.cli.option_names import for_command_line
+from skyverse.cli.option_names import as_in, for_command_line
 from skyverse.cli.option_types import SIGNED, AsJson, GivenMission, GivenScenario
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import numbers_of
@@ -214,8 +214,9 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
     for certificate in (*certificates.trajectories, apart):
         if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
             print(f"proven: {certificate.sentence}", file=aside)
-    for caution in mission_cautions(replace(judged, scenario=world)):
-        print(for_command_line(caution.sentence), file=aside)
+    with as_in("show"):  # a mission of skyverse takes none of the options of maps
+        for caution in mission_cautions(replace(judged, scenario=world)):
+            print(for_command_line(caution.sentence), file=aside)
     if any(result is not None and result.status is sky.Status.OPTIMAL for result in judged.results):
         print("Where a path is called optimal, it is so as claimed by the planner.", file=aside)
     if not judged.complete:

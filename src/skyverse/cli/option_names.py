@@ -65,6 +65,17 @@ def running(app: App, words: Sequence[str]) -> Iterator[None]:
         _running.reset(before)
 
 
+@contextmanager
+def as_in(verb: str) -> Iterator[None]:
+    """Let sentences name options as if another verb were run, whose options fit what they are about."""
+    run = _running.get()
+    before = _running.set(run if run is None else (run[0], (verb,)))
+    try:
+        yield
+    finally:
+        _running.reset(before)
+
+
 def option_of(field: str) -> str:
     """Return the option that stands for a parameter, as ``--terrain-crs`` for ``Raster.crs``."""
     name = field.rpartition(".")[2]

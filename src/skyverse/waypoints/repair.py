@@ -290,7 +290,11 @@ class _Mender:
 
     def _place(self, k: int, to: Floats) -> None:
         """Put a place of the flight elsewhere, also where it is visited again, and tell it."""
-        self._tell(f"moved {_way(self.places[k], to)}", self.flown.visits[k].order)
+        met = next((one.what for one in self.mission.findings if one.wrong and one.part in (k, k + 1) and one.what), "")
+        before, after = (float(place[2] - self.flown.plan.home[2]) for place in (self.places[k], to))
+        heights = f"from {before:.1f} to {after:.1f} m above home" if abs(after - before) > SAME_PLACE else ""
+        told = [f"moved {_way(self.places[k], to)}", heights, f"off the {met}" if met else ""]
+        self._tell(", ".join(filter(None, told)), self.flown.visits[k].order)
         for j in self._same(k) if self._moves_alone(k) else [k]:
             self.places[j] = to
 
