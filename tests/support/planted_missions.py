@@ -67,6 +67,8 @@ class Flight:
                 done.add(at)
                 at = int(item.numbers[0]) - 1
                 continue
+            if item.command == DELAY:  # it stops there
+                radii[-1] = 0.0
             if item.command == LAND and item.place is not None:  # at the height that it has
                 here = np.array([*item.place[:2], here[2]])
             elif item.place is None:
