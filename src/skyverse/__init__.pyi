@@ -168,6 +168,6 @@ from .waypoints.files import write_waypoints as write_waypoints
 from .waypoints.fleet import CheckedFleet as CheckedFleet
 from .waypoints.fleet import check_waypoints as check_waypoints
 from .waypoints.flown import FlightSettings as FlightSettings
-from .waypoints.repair import Change as Change
+from .waypoints.mender import Change as Change
 from .waypoints.repair import RepairedFleet as RepairedFleet
 from .waypoints.repair import repair_waypoints as repair_waypoints

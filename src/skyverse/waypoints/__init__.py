@@ -4,7 +4,8 @@ from skyverse.waypoints.check import CheckedMission, MissionFinding, Subject
 from skyverse.waypoints.files import read_waypoints, write_waypoints
 from skyverse.waypoints.fleet import CheckedFleet, check_waypoints
 from skyverse.waypoints.flown import FlightSettings
-from skyverse.waypoints.repair import Change, RepairedFleet, repair_waypoints
+from skyverse.waypoints.mender import Change
+from skyverse.waypoints.repair import RepairedFleet, repair_waypoints
 
 __all__ = [
     "Change",

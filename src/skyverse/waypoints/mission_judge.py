@@ -1,0 +1,86 @@
+"""The legs and corners of a mission, searched by the planners' space and proven by the referee."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.exports.leg_space import Checked, LegSpace
+from skyverse.exports.legs import LegChecker, cut_corners, unproven
+from skyverse.model.quantities import derived
+from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
+from skyverse.waypoints.flown import FlownMission
+
+MOST_LIFTED = 1000.0
+"""Metres by which a part of a flight is lifted at most to find where it would be clear."""
+LIFT_STEP = 0.5
+"""Metres to which that is found."""
+
+
+class Part(NamedTuple):
+    """A leg, (2, 3), or a corner, (4, 3) metres, that is cut within a radius, what checks it, and what that found."""
+
+    k: int
+    points: Floats
+    radius: tuple[float, ...]
+    checker: LegChecker
+    checked: Checked
+    key: bytes
+
+
+class MissionJudge:
+    """Judges the parts of missions of one UAV in one scenario."""
+
+    def __init__(self, scenario: Scenario, error: TrackingError, lifts: tuple[tuple[Floats, Floats], ...]) -> None:
+        self.scenario, self.error, self.lifts = scenario, error, lifts
+        self._checkers: dict[tuple[bool, float], LegChecker] = {}
+        self._spaces = {follows: LegSpace(scenario, "agl" if follows else "amsl") for follows in (False, True)}
+
+    def checker(self, follows: bool, aside: float = 0.0) -> LegChecker:
+        """Return what checks legs that follow the ground, or do not, and may be flown `aside` metres beside."""
+        if (follows, aside) not in self._checkers:
+            error = derived(self.error, horizontal=self.error.horizontal + aside)
+            self._checkers[follows, aside] = LegChecker(self._spaces[follows], error, self.lifts)
+        return self._checkers[follows, aside]
+
+    def parts(self, flown: FlownMission) -> Iterator[Part]:
+        """Yield all legs and corners; leg 0 is the climb of the take-off, and each ends at the visit of its number."""
+        route, visits = flown.plan.route, flown.visits
+        points = np.concatenate([route.lead, route.waypoints])
+        first = len(points) - len(visits)
+        ways = [(False, 0.0)] * first + [(visit.follows, visit.aside) for visit in visits]
+        for k in range(1, len(points)):
+            checker = self.checker(*ways[k])
+            yield Part(k - first, points[k - 1 : k + 1], (), checker, *checker.part(points[k - 1 : k + 1]))
+        radii, stops = (np.r_[np.zeros(first), one] for one in (route.waypoint_radii, route.waypoint_holds))
+        for k, corner, radius in cut_corners(points, radii, stops):
+            if not ways[k + 1][0]:  # where it follows the ground, what is beside its parts is checked
+                checker = self.checker(False)
+                yield Part(k - first, corner, (radius,), checker, *checker.part(corner, radius))
+
+    def refuted(self, flown: FlownMission) -> list[Part]:
+        """Return the legs and corners that are not proven."""
+        parts = list(self.parts(flown))
+        unproven((k, one.checker, one.checked, one.key) for k, one in enumerate(parts) if one.checked.fault is None)
+        again = (one._replace(checked=one.checker.part(one.points, *one.radius)[0]) for one in parts)
+        return [one for one in again if one.checked.fault is not None]
+
+    def clear_lift(self, part: Part) -> float | None:
+        """Return how many metres higher a part would be clear; ``None`` where no height helps."""
+
+        def clear(metres: float) -> bool:
+            checker, lift = self.checker(False), np.array([0.0, 0.0, metres])
+            return checker.part(part.points + lift, *part.radius)[0].fault is None
+
+        high = LIFT_STEP
+        while not clear(high):
+            high *= 2
+            if high > MOST_LIFTED:
+                return None
+        low = high / 2
+        while high - low > LIFT_STEP:
+            middle = (low + high) / 2
+            low, high = (low, middle) if clear(middle) else (middle, high)
+        return high
