@@ -50,11 +50,11 @@ class FlownOptions:
     return_altitude
         Metres above home at which the vehicle returns; the file's, or else the autopilot's usual one, when left out.
     clearance
-        How far the vehicle must stay away from obstacles, metres, beyond its tracking error.
+        How far the vehicle must stay away from obstacles, metres, beyond its tracking error; 2 when left out.
     ground_clearance
-        How far it must stay above ground, metres, beyond its tracking error.
+        How far it must stay above ground, metres, beyond its tracking error; 2 when left out.
     max_height
-        How high above the ground below it may fly.
+        How high above the ground below it may fly; `120 m agl` when left out.
     """
 
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None
@@ -63,9 +63,9 @@ class FlownOptions:
     altitude: Literal["amsl", "home", "agl"] | None = None
     radius: float = 2.0
     return_altitude: float | None = None
-    clearance: float = 2.0
-    ground_clearance: float = 2.0
-    max_height: str = "120 m agl"
+    clearance: float | None = None
+    ground_clearance: float | None = None
+    max_height: str | None = None
 
 
 _FLOWN = FlownOptions()
@@ -151,8 +151,10 @@ def given_missions(
     """Yield missions that were read, and where they are flown: a scenario, or the maps that options name."""
     import skyverse as sky
 
-    if scenario is not None and given:
-        option = f"--{next(iter(given)).replace('_', '-')}"
+    usual = {"clearance": 2.0, "ground_clearance": 2.0, "max_height": "120 m agl"}
+    own = {name: getattr(how, name) for name in usual if getattr(how, name) is not None}
+    if scenario is not None and given | own:
+        option = f"--{next(iter(given | own)).replace('_', '-')}"
         raise InputError(f"{option}: expected it without --scenario, found both")
     world = None if scenario is None else sky.read_scenario(scenario)
     origin = None if world is None else world.frame.origin
@@ -162,9 +164,8 @@ def given_missions(
         yield read, world
         return
     notes: list[Note] = []
-    own = {"clearance": how.clearance, "ground_clearance": how.ground_clearance, "max_height": how.max_height}
     with watched(notes) as on_note:
-        yield read, build_options("check", given | own, on_note)
+        yield read, build_options("check", given | usual | own, on_note)
     for note in filter(must_be_heeded, notes):
         print(told(note), file=sys.stderr)
 

@@ -57,6 +57,7 @@ def repair(
         A web page to write: the mended missions over the terrain.
     """
     import skyverse as sky
+    from skyverse.waypoints.files import require_same_format
     from skyverse.waypoints.report import as_data
 
     if not missions:
@@ -64,10 +65,18 @@ def repair(
     sources = list(map(Path, missions))
     several = len(sources) > 1 or output.is_dir()
     files = [output / source.name for source in sources] if several else [output]
+    names = [file.name for file in files]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"expected missions of different names, found {twice!r} twice", field="missions")
     for file in files:
-        refuse_output(file, *map_files(given))
+        refuse_output(file, *sources, *map_files(given))
     if page is not None:
         refuse_output(page, *sources, *map_files(given))
+        if page.resolve() in (file.resolve() for file in files):
+            raise InputError("expected another file than the mended mission", field="page")
+    for source, file in zip(sources, files, strict=True):
+        require_same_format(source, file)
     with given_missions(missions, scenario, how, given) as (read, where):
         mended = sky.repair_waypoints(read, where, settings_of(how), lift_only=lift_only)
     if several:

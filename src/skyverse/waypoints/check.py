@@ -19,7 +19,7 @@ from skyverse.exports.landing import Descents, why_not_level
 from skyverse.exports.leg_geometry import greatest_on_legs
 from skyverse.exports.leg_space import Segments
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
-from skyverse.exports.way_home import WayHome, ways_home
+from skyverse.exports.way_home import WAYS, WayHome, ways_home
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived
@@ -208,13 +208,13 @@ def _globe(scenario: Scenario, place: Floats) -> tuple[float, float, float]:
 def _of_home(flown: FlownMission, ground: float | None) -> Iterator[MissionFinding]:
     """Yield what is wrong with the altitude of home that a file states."""
     home = flown.waypoints.home
-    if home is None or home[2] is None or ground is None or abs(home[2] - ground) <= OFF_HOME:
+    if home is None or not home[2] or ground is None or abs(home[2] - ground) <= OFF_HOME:  # 0 where nobody set it
         return
     said = (
         f"home is at {home[2]:.1f} m above the sea by the file, and the ground there at {ground:.1f} m by the terrain"
     )
     yield MissionFinding(
-        Subject.HOME, (0,), f"{said}: heights above home are off as much", (*home[:2], ground), "ground"
+        Subject.HOME, (0,), f"{said}: it was planned over another ground", (*home[:2], ground), "ground"
     )
 
 
@@ -304,10 +304,7 @@ def _met(scenario: Scenario, obstacle: int, gap: float, required: float) -> tupl
     shape = scenario.obstacles[obstacle]
     what = " ".join(word for word in (shape.kind or "obstacle", shape.name) if word)
     if shape.kind == "fence":
-        return (
-            what,
-            f"may be {-gap:.3g} m outside of the fence" if gap < 0 else f"may come within {gap:.3g} m of the fence",
-        )
+        return what, "may cross the fence" if gap < 0 else f"may come within {gap:.3g} m of the fence"
     near = f"may be {-gap:.3g} m inside" if gap < 0 else f"may come within {gap:.3g} m of"
     return what, f"{near} {what}, of which {required:.3g} m must be kept"
 
@@ -378,7 +375,7 @@ def _of_way_home(flown: FlownMission, scenario: Scenario, back: WayHome | None) 
         when = f"from {told_clock(gap.begin)} to {told_clock(gap.end)} min of the flight"
         said = f"no return at {back.altitude:.4g} m above home is proven {when}: {gap.why}"
         subject = Subject.END if ends and gap is back.gaps[-1] else Subject.WAY_HOME
-        yield MissionFinding(subject, items, said, _globe(scenario, gap.place), gap.why)
+        yield MissionFinding(subject, items, said, _globe(scenario, gap.place), gap.why, wrong=gap.why != WAYS[-1])
 
 
 def _heights(flown: FlownMission, scenario: Scenario) -> tuple[Height, Height]:

@@ -93,9 +93,7 @@ def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
     """
     require_kind(waypoints, Waypoints, "waypoints")
     path = path_of(path)
-    form = _format(path)
-    if form is not _format(Path(waypoints.name)):
-        raise InputError(f"{path}: expected a suffix as that of {waypoints.name}, since it is written as it was read")
+    form = require_same_format(Path(waypoints.name), path)
     before = form.read(waypoints.stored, waypoints.name, Given(*waypoints.told))
     same = (before.orders, before.home) == (waypoints.orders, waypoints.home)
     same &= waypoints.autopilot != "dji" or before.return_altitude == waypoints.return_altitude
@@ -109,6 +107,14 @@ def rewritten(waypoints: Waypoints) -> Waypoints:
     form, given = _format(Path(waypoints.name)), Given(*waypoints.told)
     content = form.content(waypoints, form.read(waypoints.stored, waypoints.name, given))
     return replace(form.read(content, waypoints.name, given), told=given, stored=content)
+
+
+def require_same_format(source: Path, path: Path) -> _Format:
+    """Return the format of a file, or raise `InputError` where it is not that of the file that was read."""
+    form = _format(path)
+    if form is not _format(source):
+        raise InputError(f"{path}: expected a suffix as that of {source}, since it is written as it was read")
+    return form
 
 
 def is_waypoint_file(path: str | Path) -> bool:

@@ -30,6 +30,8 @@ USUAL_SPEEDS = {"px4": 5.0, "ardupilot": 10.0, "dji": 5.0}
 """m/s: MPC_XY_CRUISE, WPNAV_SPEED; DJI's app asks for one."""
 USUAL_RETURN_ALTITUDES = {"px4": 30.0, "ardupilot": 15.0, "dji": 100.0}
 """Metres above home: RTL_RETURN_ALT of PX4's multirotors, RTL_ALT; DJI's usual setting."""
+CONES = {"px4": "RTL_CONE_ANG", "ardupilot": "RTL_CONE_SLOPE"}
+"""Parameters with which returns near home are lower than the return altitude; parameter files set them to 0."""
 USUAL_CIRCLE = 10.0
 """Metres: CIRCLE_RADIUS of Copter."""
 ALTITUDE_RADII = {"px4": 0.8, "ardupilot": 0.0, "dji": 0.0}
@@ -53,7 +55,8 @@ class FlightSettings:
     Attributes
     ----------
     autopilot
-        ``"px4"``, ``"ardupilot"`` or ``"dji"``; by default that of the file, or else PX4.
+        ``"px4"``, ``"ardupilot"`` or ``"dji"``; by default that of the file, or else ArduPilot for QGC WPL
+        files and PX4 for all others.
     home
         Latitude and longitude of the place of take-off, in place of the file's.
     speed
@@ -167,7 +170,8 @@ class FlownMission:
 
 def autopilot_of(waypoints: Waypoints, settings: FlightSettings) -> Autopilot:
     """Return what flies a mission, for which no file is too long."""
-    made = AUTOPILOTS[settings.autopilot or waypoints.autopilot or "px4"]
+    usual: AutopilotName = "ardupilot" if waypoints.name.lower().endswith((".waypoints", ".txt")) else "px4"
+    made = AUTOPILOTS[settings.autopilot or waypoints.autopilot or usual]
     return made._replace(stops=False, max_waypoints=MAX_VISITS + 1)
 
 
@@ -258,13 +262,17 @@ class _Unrolled:
     def __post_init__(self) -> None:
         self.autopilot = autopilot_of(self.waypoints, self.settings)
         if (self.settings.autopilot or self.waypoints.autopilot) is None:
-            self.assumed.append("it is flown by PX4")
+            self.assumed.append(f"it is flown by {self.autopilot.title}")
+        if self.autopilot.name in CONES:
+            self.assumed.append(f"it returns on one level, without a cone ({CONES[self.autopilot.name]} 0)")
         self.here, self.flies, self.aside = self.home.copy(), False, 0.0
         usual = USUAL_SPEEDS[self.autopilot.name]
         given = self.settings.speed if self.settings.speed is not None else self.waypoints.speed
         self.speed = self.first_speed = usual if given is None else given
         if given is None:
             self.assumed.append(f"it flies {usual:g} m/s where it says no speed, as {self.autopilot.title} does")
+        elif self.settings.speed is None:
+            self.assumed.append(f"it flies {given:g} m/s where it says no speed, as its file plans; set the vehicle so")
         fence = self.waypoints.fence
         if self.autopilot.name == "px4" and len(fence.inside) + len(fence.circles_inside) > 1:
             self.assumed.append("it stays in any area of its fence; from 2026 on, PX4 asks that it stays in all")
@@ -272,6 +280,7 @@ class _Unrolled:
     def run(self) -> None:
         """Follow all orders, to the first that ends the flight."""
         orders, jumped, at = self.waypoints.orders, Counter[int](), 0
+        since: dict[int, int] = {}
         last_of = max((k for k, one in enumerate(orders) if one.kind in _MOVES), default=-1)
         place_of = {order.number: k for k, order in enumerate(orders)}
         while at < len(orders):
@@ -281,6 +290,10 @@ class _Unrolled:
                 times = 1 if order.times < 0 else order.times  # a round for ever is proven once
                 if order.times < 0:
                     self.assumed.append(f"jump {order.number} never ends: what follows one round of it is judged")
+                if order.times < 0 and since.get(order.number) == len(self.visits):
+                    said = "expected a place between a jump for ever and where it leads to, found none"
+                    raise InputError(f"{self.waypoints.name}: item {order.number}: {said}")
+                since[order.number] = len(self.visits)
                 if jumped[order.number] < times:
                     jumped[order.number] += 1
                     at = place_of[order.to]  # type: ignore[index]

@@ -12,12 +12,13 @@ from skyverse._typing import Floats
 from skyverse.exports.leg_space import grown
 from skyverse.exports.way_home import WAYS
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
-from skyverse.model.geodesy import to_wgs84
+from skyverse.model.frame import Origin
+from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Lattice, Target
 from skyverse.model.short_lines import counted, told_metres
 from skyverse.model.uav import TrackingError
-from skyverse.model.waypoints import Order, OrderKind
+from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.planners.auto import Auto
 from skyverse.problem import Problem
@@ -35,6 +36,7 @@ LONGER = 0.005
 CUT = 0.15
 """Metres that a bend of some 17 degrees is cut lower for each metre of its radius."""
 DIRECTIONS = 72
+MOVED = "moved"
 FARTHEST = 500.0
 """Metres by which a place is moved to the side at most."""
 AROUND = 150.0
@@ -137,10 +139,7 @@ class Mender:
     def _place(self, k: int, to: Floats) -> None:
         """Put a place of the flight elsewhere, also where it is visited again, and tell it."""
         met = next((one.what for one in self.mission.findings if one.wrong and one.part in (k, k + 1) and one.what), "")
-        before, after = (float(place[2] - self.flown.plan.home[2]) for place in (self.places[k], to))
-        heights = f"from {before:.1f} to {after:.1f} m above home" if abs(after - before) > SAME_PLACE else ""
-        told = [f"moved {_way(self.places[k], to)}", heights, f"off the {met}" if met else ""]
-        self._tell(", ".join(filter(None, told)), self.flown.visits[k].order)
+        self._tell(f"{MOVED}, off the {met}" if met else MOVED, self.flown.visits[k].order)
         for j in self._same(k) if self._moves_alone(k) else [k]:
             self.places[j] = to
 
@@ -211,20 +210,23 @@ class Mender:
     def _raise(self, k: int) -> None:
         """Raise the end of the take-off as far as its climb, and what is around it, ask for."""
         order = self.flown.visits[k].order
-        lift = next((one.clear_at for one in self.mission.findings if one.part == 0 and one.clear_at is not None), None)
-        if order.kind is OrderKind.TAKEOFF and lift is not None:
-            top = self.places[k].copy()
-            top[2] += next(one.deep or 0.0 for one in self.mission.findings if one.part == 0) + SPARE
-            self._place(k, top)
+        of_climb = (one for one in self.mission.findings if one.part == 0 and one.clear_at is not None)
+        found = next(of_climb, None)
+        if order.kind is OrderKind.TAKEOFF and found is not None:
+            self._place(k, self.places[k] + np.array([0.0, 0.0, (found.deep or 0.0) + SPARE]))
 
     def _lead(self, leg: tuple[int, int], found: MissionFinding) -> None:
         """Lead a leg over or around what it meets, or lift its ends."""
         a, b = (self.places[k] for k in leg)
         follows, can_add = self.flown.visits[leg[1]].follows, self._can_add(leg)
-        if follows and found.what == "ceiling":
-            for k in leg:
-                self._place(k, self.places[k] - np.array([0.0, 0.0, (found.deep or 1.0) + SPARE]))
-            return
+        if found.what == "ceiling":
+            down = np.array([0.0, 0.0, (found.deep or 1.0) + SPARE])
+            clear = self.world.segments_free(a - down, b - down)[0]
+            if follows or self.lift_only or (clear and all(map(self._moves_alone, leg))):
+                for k in leg:
+                    if self.places[k][2] >= self.flown.visits[k].at[2]:
+                        self._place(k, self.places[k] - down)
+                return
         if self.lift_only or (found.what == "ground" and (follows or not can_add)):
             for k in leg:
                 self._lift(k, found)
@@ -236,6 +238,8 @@ class Mender:
         if not ways:
             return
         best = min(ways, key=_length)
+        if len(best) == 2:
+            return
         self.added[leg[1]] = list(best[1:-1])
         (x, y), aside = (b - a)[:2], (best - a)[:, :2]
         kind = "over" if np.abs(aside[:, 0] * y - aside[:, 1] * x).max() <= SAME_PLACE * math.hypot(x, y) else "around"
@@ -412,9 +416,30 @@ def _length(way: Floats) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(way))
 
 
-def _way(place: Floats, to: Floats) -> str:
-    """Say how far and where a place was moved."""
-    up, aside = float(to[2] - place[2]), math.dist(place[:2], to[:2])
-    told = [f"{told_metres(aside)} aside"] if aside > SAME_PLACE else []
-    told += [f"{told_metres(abs(up))} {'up' if up > 0 else 'down'}"] if abs(up) > SAME_PLACE else []
-    return " and ".join(told)
+def net_changes(before: Waypoints, after: Waypoints, changes: Sequence[Change]) -> Iterator[Change]:
+    """Yield what was changed in all, each thing once, and of places that were moved from where to where."""
+    was, now = ({order.number: order for order in before.orders}, {order.item: order for order in after.orders})
+    last = {(change.items, change.said.split()[0]): change for change in changes}
+    for (items, _), change in last.items():
+        if not change.said.startswith(MOVED):
+            yield change
+            continue
+        old = was[items[0]]
+        told = _moved(old, now[old.item])
+        if told:
+            yield Change(items, told + change.said.removeprefix(MOVED))
+
+
+def _moved(old: Order, new: Order) -> str:
+    """Say how far an order's place was moved, and from which height to which."""
+    if old.place is None or new.place is None:
+        return ""
+    (latitude, longitude, low), (north, east, high) = old.place, new.place
+    origin = Origin(latitude=latitude, longitude=longitude, altitude=0.0) if math.isfinite(latitude) else None
+    aside = 0.0 if origin is None else math.hypot(*to_local(origin, [[north, east, 0.0]])[0, :2])
+    up = high.metres - low.metres
+    told = [f"{told_metres(aside)} aside"] if aside > SPARE / 10 else []
+    told += [f"{told_metres(abs(up))} {'up' if up > 0 else 'down'}"] if up else []
+    counted_from = {AboveHome: "home", AboveGround: "ground"}.get(type(low), "the sea")
+    heights = f", from {low.metres:.1f} to {high.metres:.1f} m above {counted_from}" if up else ""
+    return f"{MOVED} {' and '.join(told)}{heights}" if told else ""

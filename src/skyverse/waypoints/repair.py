@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from skyverse.errors import InputError
 from skyverse.exports.separation import Apart, fleet_apart, kept_distance
 from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.maps.assembly.options import BuildOptions
@@ -19,9 +20,11 @@ from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.waypoints.files import rewritten
 from skyverse.waypoints.fleet import CheckedFleet, check_at
 from skyverse.waypoints.flown import FlightSettings
-from skyverse.waypoints.mender import Change, Mender, renumbered
-from skyverse.waypoints.site import built_site, given_site
+from skyverse.waypoints.mender import Change, Mender, net_changes, renumbered
+from skyverse.waypoints.site import Site, built_site, given_site
 
+ROOM = 200.0
+"""Metres that maps are read around missions that are mended."""
 ROUNDS = 8
 """How often missions are mended and judged again."""
 DELAYS = np.r_[5:60:5, 60:600:15, 600:3601:60].astype(np.float64)
@@ -75,13 +78,12 @@ def repair_waypoints(
         missions = [replace(one, return_altitude=settings.return_altitude) for one in missions]
         settings = replace(settings, return_altitude=None)
     built = isinstance(where, BuildOptions)
-    if isinstance(where, BuildOptions):
-        site = built_site(missions, where, settings)
-    else:
-        site = given_site(missions, where, settings)
+    site = _site(missions, where, settings)
     made, changes = list(missions), [list[Change]() for _ in missions]
     checked = check_at(made, site, settings, lower=built)
+    tries = []
     for _ in range(ROUNDS):
+        tries.append((_faults(checked), tuple(made), [list(one) for one in changes], checked))
         mended = False
         for k, mission in enumerate(checked.missions):
             former = {one.item: one.number for one in missions[k].orders if one.item is not None}
@@ -96,10 +98,28 @@ def repair_waypoints(
         if not mended:
             break
         checked = check_at(made, site, settings, lower=built)
+    tries.append((_faults(checked), tuple(made), changes, checked))
+    _, best, changes, checked = min(tries, key=lambda one: one[0])  # the first, where later ones are no better
+    made = list(best)
     written = [rewritten(one) for one in made]
     if any(told(one) != told(other) for one, other in zip(made, written, strict=True)):  # not all could be written
         checked = check_at(written, site, settings, lower=built)
-    return RepairedFleet(tuple(made), tuple(map(tuple, changes)), checked)
+    told_of = (tuple(net_changes(*each)) for each in zip(missions, made, changes, strict=True))
+    return RepairedFleet(tuple(made), tuple(told_of), checked)
+
+
+def _site(missions: Sequence[Waypoints], where: Scenario | BuildOptions, settings: FlightSettings) -> Site:
+    """Return where missions are flown, with room for ways around if maps reach that far."""
+    if isinstance(where, Scenario):
+        return given_site(missions, where, settings)
+    try:
+        return built_site(missions, where, settings, ROOM)
+    except InputError:
+        return built_site(missions, where, settings)
+
+
+def _faults(checked: CheckedFleet) -> int:
+    return sum(one.wrong for mission in checked.missions for one in mission.findings)
 
 
 def told(waypoints: Waypoints) -> list[str]:

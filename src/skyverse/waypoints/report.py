@@ -36,7 +36,7 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     rows = [
         ("take-off", _verdict(mission, Subject.TAKEOFF, 1)),
         ("legs", _verdict(mission, Subject.LEGS, legs)),
-        ("corners", _verdict(mission, Subject.CORNERS, corners) + _radii(route.waypoint_radii)),
+        ("corners", _verdict(mission, Subject.CORNERS, corners) + _radii(route.waypoint_radii) if corners else "none"),
         ("end", f"{NOT if mission.of(Subject.END) else PROVEN}: {_end(mission)}"),
         ("way home", _way_home(mission)),
     ]

@@ -62,8 +62,10 @@ class Site:
     assumed: tuple[str, ...]
 
 
-def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: FlightSettings) -> Site:
-    """Return the site of missions, made of maps; without an area, it is what lies about their places."""
+def built_site(
+    missions: Sequence[Waypoints], options: BuildOptions, settings: FlightSettings, margin: float = AROUND
+) -> Site:
+    """Return the site of missions, made of maps; without an area, it is what lies within a margin of their places."""
     homes = [home_of(one, settings)[0] for one in missions]
     for mission, home in zip(missions, homes, strict=True):
         _require_near(mission, home)
@@ -80,7 +82,7 @@ def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: F
         options = replace(options, ground=AboveSea(level))
         assumed.append(f"without a terrain, the ground is taken to be level, {level:.1f} m above the sea as home")
     if options.area is None:
-        options = replace(options, area=_area(missions, homes))
+        options = replace(options, area=_area(missions, homes, margin))
     kept = options.ceiling
     scenario = build_scenario(replace(options, ceiling=kept or AboveSea(TALL), uavs=(), targets=()))
     origin = scenario.frame.origin
