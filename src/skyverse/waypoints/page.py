@@ -11,7 +11,7 @@ from skyverse.model.geodesy import to_local
 from skyverse.model.short_lines import counted, told_clock, told_metres
 from skyverse.waypoints.check import MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
-from skyverse.waypoints.report import assumptions, check_table, finding_line, landing_places, subject_and_words
+from skyverse.waypoints.report import assumptions, check_table, finding_line, homes_marked, subject_and_words
 from skyverse.waypoints.site import with_fence
 
 INSTANTS = 4000
@@ -34,7 +34,7 @@ def check_page(fleet: CheckedFleet) -> str:
         [mission.flown.plan.predicted() for mission in fleet.missions],
         [_drawn(fleet, number, one) for number, one in told if one.wrong],
         list(_places(fleet)),
-        landing_places(fleet),
+        homes_marked(fleet),
         verdicts=(
             ("", *(mission.flown.waypoints.name for mission in fleet.missions)),
             *((name, *(one.get(name, "") for one in tables)) for name in names),

@@ -102,7 +102,9 @@ def repair_waypoints(
     _, best, changes, checked = min(tries, key=lambda one: one[0])  # the first, where later ones are no better
     made = list(best)
     written = [rewritten(one) for one in made]
-    if any(told(one) != told(other) for one, other in zip(made, written, strict=True)):  # not all could be written
+    if any(
+        _orders(one) != _orders(other) for one, other in zip(made, written, strict=True)
+    ):  # not all could be written
         checked = check_at(written, site, settings, lower=built)
     told_of = (tuple(net_changes(*each)) for each in zip(missions, made, changes, strict=True))
     return RepairedFleet(tuple(made), tuple(told_of), checked)
@@ -122,7 +124,7 @@ def _faults(checked: CheckedFleet) -> int:
     return sum(one.wrong for mission in checked.missions for one in mission.findings)
 
 
-def told(waypoints: Waypoints) -> list[str]:
+def _orders(waypoints: Waypoints) -> list[str]:
     """Return what a mission is but for numbers of orders, to compare it with another; NaN is NaN here."""
     return [repr(replace(order, number=0, item=None, to=None, name="")) for order in waypoints.orders]
 

@@ -172,7 +172,7 @@ def _listed(items: Sequence[int]) -> str:
     return ", ".join(map(str, items[:MOST_LISTED])) + more
 
 
-def landing_places(fleet: CheckedFleet) -> tuple[LandingPlace, ...]:
+def homes_marked(fleet: CheckedFleet) -> tuple[LandingPlace, ...]:
     """Return the homes to which vehicles return, as a page marks them."""
     made = []
     for number, mission in enumerate(fleet.missions):
