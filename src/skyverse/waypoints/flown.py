@@ -266,11 +266,11 @@ class _Unrolled:
         if self.autopilot.name in CONES:
             self.assumed.append(f"it returns on one level, without a cone ({CONES[self.autopilot.name]} 0)")
         self.here, self.flies, self.aside = self.home.copy(), False, 0.0
-        usual = USUAL_SPEEDS[self.autopilot.name]
+        usual = min(USUAL_SPEEDS[self.autopilot.name], self.scenario.uavs[self.uav].max_speed)
         given = self.settings.speed if self.settings.speed is not None else self.waypoints.speed
         self.speed = self.first_speed = usual if given is None else given
         if given is None:
-            self.assumed.append(f"it flies {usual:g} m/s where it says no speed, as {self.autopilot.title} does")
+            self.assumed.append(f"it flies {usual:g} m/s where it says no speed")
         elif self.settings.speed is None:
             self.assumed.append(f"it flies {given:g} m/s where it says no speed, as its file plans; set the vehicle so")
         fence = self.waypoints.fence
