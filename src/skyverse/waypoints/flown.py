@@ -190,7 +190,7 @@ def home_of(waypoints: Waypoints, settings: FlightSettings) -> tuple[tuple[float
 
 def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, settings: FlightSettings) -> FlownMission:
     """Return how a mission is flown by a UAV of a scenario that stands at its `home`, (3,) metres."""
-    unrolled = _Unrolled(waypoints, scenario, home, settings)
+    unrolled = _Unrolled(waypoints, scenario, home, settings, scenario.uavs[uav].max_speed)
     unrolled.run()
     visits, autopilot = unrolled.visits, unrolled.autopilot
     if len(visits) < 2:
@@ -253,6 +253,7 @@ class _Unrolled:
     scenario: Scenario
     home: Floats
     settings: FlightSettings
+    max_speed: float
     visits: list[Visit] = field(default_factory=list)
     landings: list[Floats] = field(default_factory=list)
     assumed: list[str] = field(default_factory=list)
@@ -266,7 +267,7 @@ class _Unrolled:
         if self.autopilot.name in CONES:
             self.assumed.append(f"it returns on one level, without a cone ({CONES[self.autopilot.name]} 0)")
         self.here, self.flies, self.aside = self.home.copy(), False, 0.0
-        usual = min(USUAL_SPEEDS[self.autopilot.name], self.scenario.uavs[self.uav].max_speed)
+        usual = min(USUAL_SPEEDS[self.autopilot.name], self.max_speed)
         given = self.settings.speed if self.settings.speed is not None else self.waypoints.speed
         self.speed = self.first_speed = usual if given is None else given
         if given is None:
