@@ -12,6 +12,8 @@ from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
 from skyverse.waypoints.flown import FlightSettings, FlownMission, flown
 from skyverse.waypoints.site import Site, built_site, given_site, with_fence, with_height
 
+ROOM = 200.0
+"""Metres that maps are read around missions, where they reach that far."""
 HEADROOM = 50.0
 """Metres of space above the highest place of missions and returns."""
 
@@ -67,9 +69,17 @@ def check_waypoints(
     require_kind(where, (Scenario, BuildOptions), "where")
     if not missions:
         raise InputError("expected a mission or more, found none", field="missions")
-    if isinstance(where, BuildOptions):
-        return check_at(missions, built_site(missions, where, settings), settings, lower=True)
-    return check_at(missions, given_site(missions, where, settings), settings, lower=False)
+    return check_at(missions, site_of(missions, where, settings), settings, lower=isinstance(where, BuildOptions))
+
+
+def site_of(missions: Sequence[Waypoints], where: Scenario | BuildOptions, settings: FlightSettings) -> Site:
+    """Return where missions are flown, with room for ways around them if the maps reach that far."""
+    if isinstance(where, Scenario):
+        return given_site(missions, where, settings)
+    try:
+        return built_site(missions, where, settings, ROOM)
+    except InputError:
+        return built_site(missions, where, settings)
 
 
 def check_at(missions: Sequence[Waypoints], site: Site, settings: FlightSettings, *, lower: bool) -> CheckedFleet:

@@ -5,12 +5,12 @@ line that keeps above it and below the ceiling, or around it as the planners fin
 changed is judged again, until nothing is wrong or nothing helps.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from skyverse.errors import InputError
 from skyverse.exports.separation import Apart, fleet_apart, kept_distance
 from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.maps.assembly.options import BuildOptions
@@ -18,13 +18,12 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.waypoints.files import rewritten
-from skyverse.waypoints.fleet import CheckedFleet, check_at
+from skyverse.waypoints.fleet import CheckedFleet, check_at, site_of
 from skyverse.waypoints.flown import FlightSettings
 from skyverse.waypoints.mender import Change, Mender, net_changes, renumbered
-from skyverse.waypoints.site import Site, built_site, given_site
 
-ROOM = 200.0
-"""Metres that maps are read around missions that are mended."""
+SITES = 3
+"""How often missions are mended, each time at the site that they have then."""
 ROUNDS = 8
 """How often missions are mended and judged again."""
 DELAYS = np.r_[5:60:5, 60:600:15, 600:3601:60].astype(np.float64)
@@ -78,12 +77,31 @@ def repair_waypoints(
         missions = [replace(one, return_altitude=settings.return_altitude) for one in missions]
         settings = replace(settings, return_altitude=None)
     built = isinstance(where, BuildOptions)
-    site = _site(missions, where, settings)
     made, changes = list(missions), [list[Change]() for _ in missions]
-    checked = check_at(made, site, settings, lower=built)
+    for _ in range(SITES):  # where waypoints are added, the maps are read a little otherwise
+        site, before = site_of(made, where, settings), tuple(made)
+        _mended(missions, made, changes, partial(check_at, site=site, settings=settings, lower=built), lift_only)
+        # not all can be written; return altitudes stand in files of parameters
+        again = [replace(rewritten(one), return_altitude=one.return_altitude) for one in made]
+        checked = check_at(again, site_of(again, where, settings), settings, lower=built)
+        if checked.is_proven or tuple(made) == before:
+            break
+    told_of = (tuple(net_changes(*each)) for each in zip(missions, made, changes, strict=True))
+    return RepairedFleet(tuple(made), tuple(told_of), checked)
+
+
+def _mended(
+    missions: Sequence[Waypoints],
+    made: list[Waypoints],
+    changes: list[list[Change]],
+    check: Callable[[Sequence[Waypoints]], CheckedFleet],
+    lift_only: bool,
+) -> None:
+    """Mend missions at one site, round by round, and keep what has the fewest faults, the first of it."""
+    checked = check(made)
     tries = []
     for _ in range(ROUNDS):
-        tries.append((_faults(checked), tuple(made), [list(one) for one in changes], checked))
+        tries.append((_faults(checked), tuple(made), [list(one) for one in changes]))
         mended = False
         for k, mission in enumerate(checked.missions):
             former = {one.item: one.number for one in missions[k].orders if one.item is not None}
@@ -97,36 +115,13 @@ def repair_waypoints(
             mended = _delayed(made, changes, checked)
         if not mended:
             break
-        checked = check_at(made, site, settings, lower=built)
-    tries.append((_faults(checked), tuple(made), changes, checked))
-    _, best, changes, checked = min(tries, key=lambda one: one[0])  # the first, where later ones are no better
-    made = list(best)
-    written = [rewritten(one) for one in made]
-    if any(
-        _orders(one) != _orders(other) for one, other in zip(made, written, strict=True)
-    ):  # not all could be written
-        checked = check_at(written, site, settings, lower=built)
-    told_of = (tuple(net_changes(*each)) for each in zip(missions, made, changes, strict=True))
-    return RepairedFleet(tuple(made), tuple(told_of), checked)
-
-
-def _site(missions: Sequence[Waypoints], where: Scenario | BuildOptions, settings: FlightSettings) -> Site:
-    """Return where missions are flown, with room for ways around if maps reach that far."""
-    if isinstance(where, Scenario):
-        return given_site(missions, where, settings)
-    try:
-        return built_site(missions, where, settings, ROOM)
-    except InputError:
-        return built_site(missions, where, settings)
+        checked = check(made)
+    tries.append((_faults(checked), tuple(made), list(changes)))
+    _, made[:], changes[:] = min(tries, key=lambda one: one[0])
 
 
 def _faults(checked: CheckedFleet) -> int:
     return sum(one.wrong for mission in checked.missions for one in mission.findings)
-
-
-def _orders(waypoints: Waypoints) -> list[str]:
-    """Return what a mission is but for numbers of orders, to compare it with another; NaN is NaN here."""
-    return [repr(replace(order, number=0, item=None, to=None, name="")) for order in waypoints.orders]
 
 
 def _with_better_returns(made: list[Waypoints], changes: list[list[Change]], checked: CheckedFleet) -> bool:
