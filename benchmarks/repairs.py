@@ -69,8 +69,12 @@ def outcome(seed: int) -> Outcome:
         for one in mission.findings
         if one.wrong
     ]
-    flown = enumerate(mended.checked.missions)
-    longer = max(ratio(mission.flown.visits, mended.checked.scenario, k) for k, mission in flown)
+    longer = max(
+        ratio(
+            mission.flown, {j for j, order in enumerate(one.orders) if order.item is None}, mended.checked.scenario, k
+        )
+        for k, (mission, one) in enumerate(zip(mended.checked.missions, mended.missions, strict=True))
+    )
     returns = sum(said.startswith("way home") for said in wrong)
     return Outcome(fault, seed, wrong, returns, lost, longer, seconds)
 
@@ -97,9 +101,15 @@ def _without_number(item: Any) -> Any:
     return item[1:4] + item[5 if item[3] == str(JUMP) else 4 :]
 
 
-def ratio(visits: Any, scenario: sky.Scenario, uav: int) -> float:
-    """Return how long a flight with waypoints that were added is beside the shortest ways between all others."""
-    kept = [k for k, visit in enumerate(visits) if visit.order.item is not None]
+def added_to(mission: sky.Waypoints) -> set[int]:
+    """Return which orders of a mended mission were added."""
+    return {k for k, order in enumerate(mission.orders) if order.item is None}
+
+
+def ratio(flown: Any, added: set[int], scenario: sky.Scenario, uav: int) -> float:
+    """Return how long a flight with orders that were added is beside the shortest ways between all others."""
+    visits, place = flown.visits, {id(order): j for j, order in enumerate(flown.waypoints.orders)}
+    kept = [k for k, visit in enumerate(visits) if place[id(visit.order)] not in added]
     if len(kept) == len(visits):
         return 1.0
     flown = shortest = 0.0
