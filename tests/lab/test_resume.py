@@ -85,6 +85,12 @@ def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(s
         assert timeless(rows) == timeless(whole)
 
 
+SHORT = """
+scenarios: [map1]
+planners: [astar]
+seeds: 3
+"""
+
 FLIGHTS = """
 scenarios: [map2]
 movers: {kind: patrols, count: 2, speed: 0.3}
@@ -124,3 +130,20 @@ def test_ctrl_c_ends_with_130_and_says_how_to_go_on(started, tmp_path, workers):
     assert process.returncode == 130
     assert f"skyverse: interrupted; {len(kept(tmp_path))} of 2000 runs are kept in {tmp_path}" in err
     assert "Traceback" not in err
+
+
+def test_a_study_interrupted_after_a_row_was_written_tells_of_that_row_too(tmp_path, monkeypatch):
+    add, told = Rows.add, []
+
+    def add_and_interrupt(rows, row, key):
+        add(rows, row, key)
+        if len(rows) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Rows, "add", add_and_interrupt)
+    (tmp_path / "study.yaml").write_text(SHORT)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(
+            read_study(tmp_path / "study.yaml"), tmp_path / "rows.sqlite", on_run=lambda *counts: told.append(counts)
+        )
+    assert told == [(0, 3), (1, 3), (2, 3)]

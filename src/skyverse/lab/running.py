@@ -91,10 +91,14 @@ def run_jobs(
     note(before, total)
     if not pending:
         return
-    with closing(_finished(pending, workers, dask)) as finished:
-        for done, (job, row) in enumerate(finished, before + 1):
-            rows.add(row, job.key)
-            note(done, total)
+    try:
+        with closing(_finished(pending, workers, dask)) as finished:
+            for done, (job, row) in enumerate(finished, before + 1):
+                rows.add(row, job.key)
+                note(done, total)
+    except KeyboardInterrupt:  # it may have come between a row and its note
+        note(len(rows.done() & {job.key for job in wanted}), total)
+        raise
 
 
 def _finished(jobs: Sequence[Job], workers: int, dask: str | None) -> Generator[tuple[Job, Row]]:
