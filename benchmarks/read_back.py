@@ -53,7 +53,7 @@ def differences(seed: int) -> list[str]:
     found = []
     for number, (one, back) in enumerate(zip(fleet.missions, seen[-1].returns, strict=True)):
         found += [
-            f"UAV {number}: {each.subject.value} {each.items}: {each.said}"
+            f"UAV {number}: {each.subject.value} {each.items}: {each.what}"
             for each in one.findings
             if each.wrong and each.subject.value not in ("way home", "separation")
         ]

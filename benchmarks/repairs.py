@@ -64,7 +64,7 @@ def outcome(seed: int) -> Outcome:
         judged = sky.FlightSettings(autopilot=settings.autopilot, return_altitude=max(one or 0.0 for one in up) or None)
         fleet = sky.check_waypoints(again, where, judged)
     wrong = [
-        f"{one.subject.value} {one.items} {one.said}"
+        f"{one.subject.value} {one.items} {one.what}"
         for mission in fleet.missions
         for one in mission.findings
         if one.wrong

@@ -162,9 +162,9 @@ from .stop import Stop as Stop
 from .stop import TargetCost as TargetCost
 from .trajectory import fly_along as fly_along
 from .waypoints.check import CheckedMission as CheckedMission
-from .waypoints.check import MissionFinding as MissionFinding
 from .waypoints.files import read_waypoints as read_waypoints
 from .waypoints.files import write_waypoints as write_waypoints
+from .waypoints.findings import MissionFinding as MissionFinding
 from .waypoints.fleet import CheckedFleet as CheckedFleet
 from .waypoints.fleet import check_waypoints as check_waypoints
 from .waypoints.flown import FlightSettings as FlightSettings

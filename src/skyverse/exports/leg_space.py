@@ -1,5 +1,6 @@
 """Segments asked of one space: what the planners' arrays find clear, which is fast, is proven by the referee."""
 
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -55,18 +56,57 @@ class Segments(NamedTuple):
         return self._replace(starts=self.starts[k : k + 1], ends=self.ends[k : k + 1])
 
 
+class LegRule(Enum):
+    """What the height or the place of a leg breaks by itself, whatever stands around it."""
+
+    BOUNDS = "may be {off:.3g} m out of bounds"
+    GROUND = "may be {height:.4g} m above ground, and {allowed:.4g} m are required"
+    CEILING = "may be {height:.5g} m above ground, above the ceiling of {allowed:.5g} m"
+
+
+class Breach(NamedTuple):
+    """A place of a leg or corner at which it breaks a rule.
+
+    Attributes
+    ----------
+    rule
+        Which.
+    place
+        (3,) metres.
+    off
+        Metres by which it does.
+    allowed
+        The least or the greatest height above ground, metres.
+    lower
+        Metres by which the ground may be lower for the autopilot than it is.
+    """
+
+    rule: LegRule
+    place: Floats
+    off: float
+    allowed: float = 0.0
+    lower: float = 0.0
+
+    def sentence(self) -> str:
+        """Return it in words that follow "it"."""
+        height = self.allowed + (self.off if self.rule is LegRule.CEILING else -self.off)
+        why = f", as the ground that its autopilot knows may be {self.lower:.3g} m lower (not with amsl)"
+        said = self.rule.value.format(off=self.off, height=height, allowed=self.allowed)
+        return f"{said}{why if self.lower else ''}, at {place_text(self.place)}"
+
+
 class Checked(NamedTuple):
     """What the search found of a leg or of a corner.
 
     Attributes
     ----------
     fault
-        What is wrong, in words that follow "it" or as segments that meet something; ``None`` if nothing is.
+        What is wrong: a rule that it breaks, or segments that meet something; ``None`` if nothing is.
     clear
         The segments that make it clear, which the referee has yet to prove.
     """
 
-    fault: str | Segments | None
+    fault: Breach | Segments | None
     clear: tuple[Segments, ...] = ()
 
 
@@ -144,16 +184,16 @@ class LegSpace(ProvenSpace):
         room = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
         least = int(np.argmin(room))
         if room[least] < max(margin - LEG_ALLOWANCE, -SURFACE_DEPTH):
-            return Checked(f"may be {margin - room[least]:.3g} m out of bounds, at {place_text(places[least])}")
+            return Checked(Breach(LegRule.BOUNDS, places[least], float(margin - room[least])))
         met = world.first_crossing(given.starts, given.ends, given.margin)
         if met is not None:
             return Checked(given.only(met))
         return Checked(None, (given,))
 
-    def sentence(self, fault: str | Segments) -> str:
+    def sentence(self, fault: Breach | Segments) -> str:
         """Return a fault in words, with the place."""
-        if isinstance(fault, str):
-            return f"it {fault}"
+        if isinstance(fault, Breach):
+            return f"it {fault.sentence()}"
         world = self.referee(fault)
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:

@@ -25,11 +25,10 @@ from skyverse.exports.leg_geometry import (
     is_straight,
     leg_deviation,
     lowered,
-    place_text,
     steepest,
     towards,
 )
-from skyverse.exports.leg_space import Checked, LegSpace, Place, Segments, first_unproven
+from skyverse.exports.leg_space import Breach, Checked, LegRule, LegSpace, Place, Segments, first_unproven
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
@@ -67,7 +66,7 @@ class LegChecker:
         """The scenario."""
         return self.space.given
 
-    def trouble(self, points: Floats, radius: float | Floats, stops: Floats) -> tuple[int, str | Segments] | None:
+    def trouble(self, points: Floats, radius: float | Floats, stops: Floats) -> tuple[int, Breach | Segments] | None:
         """Return the first fault of a `Polyline`, or ``None``.
 
         It comes with an index: that of the first vertex of the leg, or n plus that of the corner.
@@ -134,8 +133,8 @@ class LegChecker:
         error = self.error if strays else NO_ERROR
         return derived(error, vertical=error.vertical + growth_of(upright)) if upright else error
 
-    def _heights_fault(self, points: Floats, above: Floats, strays: bool, *, ground: bool = True) -> str | None:
-        """Return in words where a UAV that follows the ground may be too low, or above the ceiling.
+    def _heights_fault(self, points: Floats, above: Floats, strays: bool, *, ground: bool = True) -> Breach | None:
+        """Return where a UAV that follows the ground may be too low, or above the ceiling.
 
         Parameters
         ----------
@@ -160,12 +159,9 @@ class LegChecker:
             low, lower = float(above.min()), 0.0
         needed, most = self.scenario.ground_clearance - LEG_ALLOWANCE / 2, self.scenario.max_height
         if ground and low - off < needed:
-            why = f", as the ground that its autopilot knows may be {lower:.3g} m lower (not with amsl)"
-            said = f"may be {low - off:.4g} m above ground, and {needed:.4g} m are required{why if lower else ''}"
-            return f"{said}, at {place_text(points[np.argmin(above)])}"
+            return Breach(LegRule.GROUND, points[np.argmin(above)], needed - low + off, needed, lower)
         if most is not None and high + off + LEG_ALLOWANCE / 2 > most:
-            said = f"may be {high + off:.5g} m above ground, above the ceiling of {most:.5g} m"
-            return f"{said}, at {place_text(points[np.argmax(above)])}"
+            return Breach(LegRule.CEILING, points[np.argmax(above)], high + off - most, most)
         return None
 
     @cached_property

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.leg_geometry import place_text
-from skyverse.exports.leg_space import Segments
+from skyverse.exports.leg_space import Breach, Segments
 from skyverse.exports.legs import LegChecker
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, STRAIGHT_ON
 
@@ -25,7 +25,7 @@ class Obstruction(NamedTuple):
     """Why no waypoints were found: the leg or corner of the last attempt, in words, and its fault."""
 
     where: str
-    fault: str | Segments
+    fault: Breach | Segments
 
 
 class WaypointPlacement:

@@ -1,7 +1,8 @@
 """Missions that people have: read, proven as their autopilots fly them, and repaired."""
 
-from skyverse.waypoints.check import CheckedMission, MissionFinding, Subject
+from skyverse.waypoints.check import CheckedMission
 from skyverse.waypoints.files import read_waypoints, write_waypoints
+from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet, check_waypoints
 from skyverse.waypoints.flown import FlightSettings
 from skyverse.waypoints.mender import Change
@@ -11,6 +12,7 @@ __all__ = [
     "Change",
     "CheckedFleet",
     "CheckedMission",
+    "FindingKind",
     "FlightSettings",
     "MissionFinding",
     "RepairedFleet",

@@ -7,7 +7,6 @@ orders, the place, what is met, how deep, and the altitude that would clear it.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,18 +16,19 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.landing import Descents, why_not_level
 from skyverse.exports.leg_geometry import greatest_on_legs
-from skyverse.exports.leg_space import Segments
+from skyverse.exports.leg_space import Breach, LegRule
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
-from skyverse.exports.way_home import WAYS, WayHome, ways_home
+from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import told_clock
+from skyverse.model.shapes import FENCE
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.summary import flight_summary
+from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
 from skyverse.waypoints.flown import FlownMission
 from skyverse.waypoints.mission_judge import LIFT_STEP, MissionJudge, Part
 
@@ -40,56 +40,6 @@ LEG_LIMITS = {"px4": 900.0, "ardupilot": math.inf, "dji": 2000.0}
 """Metres between two waypoints that the autopilot takes: MIS_DIST_WPS of PX4 until 1.15; DJI's SDK."""
 ITEM_LIMITS = {"px4": 2000, "ardupilot": 724, "dji": 65_535}
 """Items that usual boards take."""
-
-
-class Subject(Enum):
-    """What a finding is about: the rows of the table."""
-
-    LEGS = "legs"
-    CORNERS = "corners"
-    TAKEOFF = "take-off"
-    END = "end"
-    WAY_HOME = "way home"
-    HOME = "home"
-    LIMITS = "limits"
-    APART = "separation"
-
-
-@dataclass(frozen=True)
-class MissionFinding:
-    """One thing that is wrong with a mission.
-
-    Attributes
-    ----------
-    subject
-        What it is about.
-    items
-        The numbers of the orders concerned, as ground stations show them.
-    said
-        What is wrong, in words that stand alone.
-    place
-        Latitude, longitude and metres above mean sea level, where it has a place.
-    what
-        What is met: ``"ground"``, ``"ceiling"``, ``"bounds"``, or the kind and name of an obstacle.
-    deep
-        Metres by which it is too near.
-    clear_at
-        Metres above mean sea level at which the vehicle would be clear there; ``None`` where no height clears it.
-    wrong
-        Whether it refutes the mission; otherwise it is something to heed.
-    part
-        Which leg or corner of the flight it is, as `FlownMission.visits` count them.
-    """
-
-    subject: Subject
-    items: tuple[int, ...]
-    said: str
-    place: tuple[float, float, float] | None = None
-    what: str = ""
-    deep: float | None = None
-    clear_at: float | None = None
-    wrong: bool = True
-    part: int | None = None
 
 
 class Height(NamedTuple):
@@ -183,17 +133,12 @@ def check_apart(checked: Sequence[CheckedMission], scenario: Scenario) -> tuple[
         met = next((one for one in apart.violations if tuple(sorted(one.uavs)) == pair), None)
         for one, other in ((first, second), (second, first)):
             flown = found[one].flown
-            name = scenario.uavs[other].name
-            items: tuple[int, ...] = ()
-            place = None
+            close = MissionFinding(Subject.APART, FindingKind.CLOSE, name=scenario.uavs[other].name)
             if met is not None and met.time is not None and met.position is not None:
-                leg = int(np.searchsorted(flown.plan.arrivals, met.time))
-                items, place = flown.numbers(min(leg, len(flown.visits) - 1)), _globe(scenario, np.array(met.position))
-            said = f"comes too close to {name}" + (
-                "" if met is None or met.time is None else f" at {told_clock(met.time)} min"
-            )
-            finding = MissionFinding(Subject.APART, items, f"{said}, if both start together", place, name)
-            found[one] = replace(found[one], findings=(*found[one].findings, finding))
+                leg = min(int(np.searchsorted(flown.plan.arrivals, met.time)), len(flown.visits) - 1)
+                place = _globe(scenario, np.array(met.position))
+                close = replace(close, items=flown.numbers(leg), place=place, times=(met.time, met.time))
+            found[one] = replace(found[one], findings=(*found[one].findings, close))
     return apart, found
 
 
@@ -210,36 +155,25 @@ def _of_home(flown: FlownMission, ground: float | None) -> Iterator[MissionFindi
     home = flown.waypoints.home
     if home is None or not home[2] or ground is None or abs(home[2] - ground) <= OFF_HOME:  # 0 where nobody set it
         return
-    said = (
-        f"home is at {home[2]:.1f} m above the sea by the file, and the ground there at {ground:.1f} m by the terrain"
-    )
-    yield MissionFinding(
-        Subject.HOME, (0,), f"{said}: it was planned over another ground", (*home[:2], ground), "ground"
-    )
+    at = (*home[:2], ground)
+    yield MissionFinding(Subject.HOME, FindingKind.HOME_ALTITUDE, (0,), at, found=home[2], limit=ground)
 
 
 def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
     """Yield what is not known of orders, or not flown by this autopilot."""
-    autopilot = flown.plan.autopilot
     orders = flown.waypoints.orders
     curved = tuple(order.number for order in orders if order.curved)
     if curved:
-        said = "the curves that these orders ask for are not published, so nothing is proven of them: fly straight legs"
-        yield MissionFinding(Subject.LEGS, curved, said)
+        yield MissionFinding(Subject.LEGS, FindingKind.CURVED, curved)
     if not flown.plan.corners_proven:
-        said = f"{autopilot.title} turns an aeroplane at a distance of its own: legs are proven, and corners are not"
-        yield MissionFinding(Subject.CORNERS, (), said, wrong=False)
+        yield MissionFinding(Subject.CORNERS, FindingKind.TURNS)
     if flown.waypoints.aeroplane and math.isfinite(flown.plan.rates.climb):
-        said = "the file is for an aeroplane, and is judged as flown by a vehicle that can stop"
-        yield MissionFinding(Subject.LIMITS, (), said, wrong=False)
-    if autopilot.name == "px4":
+        yield MissionFinding(Subject.LIMITS, FindingKind.NOT_AEROPLANE)
+    if flown.plan.autopilot.name == "px4":
         follow = tuple(dict.fromkeys(visit.order.number for visit in flown.visits if visit.follows))
         circles = tuple(order.number for order in orders if order.turns)
-        for items, what in ((follow, "heights above ground"), (circles, "circles of multirotors")):
-            if items:
-                yield MissionFinding(
-                    Subject.LIMITS, items, f"PX4 takes no {what} in missions, and refuses these orders"
-                )
+        refused = ((follow, FindingKind.NO_TERRAIN_FOLLOWING), (circles, FindingKind.NO_CIRCLES))
+        yield from (MissionFinding(Subject.LIMITS, kind, items) for items, kind in refused if items)
 
 
 def _of_parts(judge: MissionJudge, flown: FlownMission) -> list[MissionFinding]:
@@ -268,45 +202,41 @@ def _of_part(judge: MissionJudge, flown: FlownMission, part: Part) -> MissionFin
     scenario, fault = judge.scenario, part.checked.fault
     subject = Subject.CORNERS if part.radius else Subject.TAKEOFF if part.k == 0 else Subject.LEGS
     items = (flown.visits[part.k].order.number,) if part.radius else flown.numbers(part.k)
-    lift = judge.clear_lift(part)
-    place, what, deep, said = part.points[-1 if not part.radius else 2], "", None, "could not be decided"
-    if isinstance(fault, Segments):
+    place, found, limit, name = part.points[-1 if not part.radius else 2], None, None, ""
+    kind, lift = FindingKind.UNDECIDED, judge.clear_lift(part)
+    if isinstance(fault, Breach):
+        kind, place, found, limit = _BROKEN[fault.rule], fault.place, -fault.off, 0.0
+        if fault.rule is LegRule.GROUND:
+            found, limit = fault.allowed - fault.off, fault.allowed
+        elif scenario.terrain is not None and (under := float(scenario.terrain.height(place[:2]) - place[2])) > 0:
+            kind, found, limit = FindingKind.GROUND, -under, scenario.ground_clearance + judge.error.vertical
+    elif fault is not None:
         world = part.checker.space.referee(fault)
         met = judge_segments(world, fault.starts, fault.ends).incursion
         if met is not None:
-            place, deep = met.position, met.depth
-            what, said = _met(scenario, met.obstacle, met.gap, met.required)
-    elif fault is not None:
-        said = fault.rpartition(", at (")[0]
-        what = "bounds" if "bounds" in said else "ceiling" if "ceiling" in said else "ground"
-        terrain, ends = scenario.terrain, part.points[-2:]
-        if terrain is not None and what in ("ground", "bounds"):
-            under = terrain.height(ends[:, :2]) - ends[:, 2]
-            lowest = int(np.argmax(under))
-            if what == "ground" or under[lowest] > 0:  # what is below the bounds is below ground
-                place, needed = ends[lowest], scenario.ground_clearance + judge.error.vertical
-                what, deep = "ground", float(under[lowest]) + needed
-                said = _met(scenario, GROUND_NUMBER, -float(under[lowest]), needed)[1] if under[lowest] > 0 else said
+            place, found, limit = met.position, met.gap, met.required
+            kind, name = _met(scenario, met.obstacle)
     at = _globe(scenario, place)
-    if what == "ground" and deep is not None:  # whatever else is above it
-        lift = deep
-    clear = None if lift is None or what in ("ceiling", "bounds") else at[2] + lift
-    return MissionFinding(subject, items, said, at, what, deep, clear, part=part.k)
+    if kind is FindingKind.GROUND and found is not None and limit is not None:  # whatever else is above it
+        lift = limit - found
+    clear = None if lift is None or kind in (FindingKind.CEILING, FindingKind.BOUNDS) else at[2] + lift
+    return MissionFinding(subject, kind, items, at, name, found, limit, clear, part=part.k)
 
 
-def _met(scenario: Scenario, obstacle: int, gap: float, required: float) -> tuple[str, str]:
-    """Return what is met, and in words how."""
-    if obstacle == GROUND_NUMBER:
-        height = f"{gap:.3g} m above" if gap >= 0 else f"{-gap:.3g} m below"
-        return "ground", f"may be {height} ground, where {required:.3g} m above it are required"
-    if obstacle == CEILING_NUMBER:
-        return "ceiling", f"may be {-gap:.3g} m above the ceiling of {scenario.max_height:.4g} m above ground"
+_BROKEN = {
+    LegRule.BOUNDS: FindingKind.BOUNDS,
+    LegRule.GROUND: FindingKind.GROUND,
+    LegRule.CEILING: FindingKind.CEILING,
+}
+
+
+def _met(scenario: Scenario, obstacle: int) -> tuple[FindingKind, str]:
+    """Return what is met, and its kind and name."""
+    if obstacle in (GROUND_NUMBER, CEILING_NUMBER):
+        return FindingKind.GROUND if obstacle == GROUND_NUMBER else FindingKind.CEILING, ""
     shape = scenario.obstacles[obstacle]
-    what = " ".join(word for word in (shape.kind or "obstacle", shape.name) if word)
-    if shape.kind == "fence":
-        return what, "may cross the fence" if gap < 0 else f"may come within {gap:.3g} m of the fence"
-    near = f"may be {-gap:.3g} m inside" if gap < 0 else f"may come within {gap:.3g} m of"
-    return what, f"{near} {what}, of which {required:.3g} m must be kept"
+    kind = FindingKind.FENCE if shape.kind == FENCE else FindingKind.OBSTACLE if shape.solid else FindingKind.ZONE
+    return kind, " ".join(word for word in (shape.kind or kind.value, shape.name) if word)
 
 
 def _of_landing(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFinding]:
@@ -319,7 +249,7 @@ def _of_landing(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFind
     why = why_not_level(scenario, uav, place) or Descents(scenario).why_not_clear(uav, above, place)
     if why is not None:
         items = (flown.visits[-1].order.number,)
-        yield MissionFinding(Subject.END, items, f"it cannot land there, as {why}", _globe(scenario, place), "ground")
+        yield MissionFinding(Subject.END, FindingKind.LANDING, items, _globe(scenario, place), why)
 
 
 def replace_height(place: Floats, z: float) -> Floats:
@@ -336,17 +266,15 @@ def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFindi
     fastest = max(fast, default=(0.0, ()))
     if fastest[0] > most + SPEED_ROUNDING:
         whose = "the vehicle" if vehicle.max_speed <= autopilot.max_speed else autopilot.title
-        said = f"{fastest[0]:.3g} m/s is commanded, and {whose} flies {most:.3g} m/s at most"
-        yield MissionFinding(Subject.LIMITS, fastest[1], said)
-    if len(orders) > ITEM_LIMITS[autopilot.name]:
-        said = f"{len(orders):,} items, and usual boards with {autopilot.title} take {ITEM_LIMITS[autopilot.name]:,}"
-        yield MissionFinding(Subject.LIMITS, (), said, wrong=False)
+        speed, items = fastest
+        yield MissionFinding(Subject.LIMITS, FindingKind.SPEED, items, name=whose, found=speed, limit=most)
+    if len(orders) > (taken := ITEM_LIMITS[autopilot.name]):
+        yield MissionFinding(Subject.LIMITS, FindingKind.COUNT, found=len(orders), limit=taken)
     lengths = [math.dist(a, b) for a, b in pairwise(plan.waypoints)]
     longest = max(range(len(lengths)), key=lengths.__getitem__, default=0)
-    if lengths and lengths[longest] > LEG_LIMITS[autopilot.name]:
-        said = f"a leg of {lengths[longest]:,.0f} m, and {autopilot.title} may refuse more than"
-        limit = f"{LEG_LIMITS[autopilot.name]:,.0f} m"
-        yield MissionFinding(Subject.LIMITS, flown.numbers(longest + 1), f"{said} {limit}", wrong=False)
+    if lengths and lengths[longest] > (far := LEG_LIMITS[autopilot.name]):
+        items = flown.numbers(longest + 1)
+        yield MissionFinding(Subject.LIMITS, FindingKind.LENGTH, items, found=lengths[longest], limit=far)
 
 
 def _with_end(flown: FlownMission, scenario: Scenario) -> FlightPlan:
@@ -364,7 +292,7 @@ def _with_end(flown: FlownMission, scenario: Scenario) -> FlightPlan:
 def _of_way_home(flown: FlownMission, scenario: Scenario, back: WayHome | None) -> Iterator[MissionFinding]:
     """Yield from when to when no return is proven."""
     if back is None:
-        yield MissionFinding(Subject.WAY_HOME, (), "the return of an aeroplane is not judged", wrong=False)
+        yield MissionFinding(Subject.WAY_HOME, FindingKind.RETURN)
         return
     arrivals = flown.plan.arrivals
     ends = flown.end == "rtl" and not back.ends_safely
@@ -372,10 +300,9 @@ def _of_way_home(flown: FlownMission, scenario: Scenario, back: WayHome | None) 
         first, last = (int(np.searchsorted(arrivals, at)) for at in (gap.begin, gap.end))
         legs = range(first, min(last, len(flown.visits) - 1) + 1)
         items = tuple(dict.fromkeys(number for k in legs for number in flown.numbers(k)))
-        when = f"from {told_clock(gap.begin)} to {told_clock(gap.end)} min of the flight"
-        said = f"no return at {back.altitude:.4g} m above home is proven {when}: {gap.why}"
         subject = Subject.END if ends and gap is back.gaps[-1] else Subject.WAY_HOME
-        yield MissionFinding(subject, items, said, _globe(scenario, gap.place), gap.why, wrong=gap.why != WAYS[-1])
+        at, times = _globe(scenario, gap.place), (gap.begin, gap.end)
+        yield MissionFinding(subject, FindingKind(gap.why), items, at, times=times)
 
 
 def _heights(flown: FlownMission, scenario: Scenario) -> tuple[Height, Height]:

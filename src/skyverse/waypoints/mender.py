@@ -10,7 +10,6 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.leg_space import grown
-from skyverse.exports.way_home import WAYS
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local, to_wgs84
@@ -23,7 +22,8 @@ from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.planners.auto import Auto
 from skyverse.problem import Problem
 from skyverse.space.world import World
-from skyverse.waypoints.check import CheckedMission, MissionFinding, Subject
+from skyverse.waypoints.check import CheckedMission
+from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
 from skyverse.waypoints.taut_line import taut_line, with_fewer_bends
 
 SPARE = 0.1
@@ -106,15 +106,15 @@ class Mender:
         for one in wrong:
             if one.subject is Subject.CORNERS and one.part is not None and one.part not in moved:
                 if self.lift_only:
-                    self._lift(one.part, one)
+                    self._lift(one.part, _too_low(one))
                 else:
                     self._cut_less(one.part)
         flies_well = all(one.subject in (Subject.WAY_HOME, Subject.END) for one in self.mission.findings if one.wrong)
         for one in self.mission.findings:
-            if one.what == WAYS[0] and flies_well:  # a return cannot begin where what is beside is as high
+            if one.kind is FindingKind.CLIMB and flies_well:  # a return cannot begin where what is beside is as high
                 for k, visit in enumerate(self.flown.visits):
                     if visit.order.number in one.items and not self._move(k, self.wide):
-                        self._lift(k, replace(one, deep=max(self.error.vertical, 1.0)))
+                        self._lift(k, max(self.error.vertical, 1.0))
         self._mend_home()
         if self.told:
             self._rebuild()
@@ -138,7 +138,8 @@ class Mender:
 
     def _place(self, k: int, to: Floats) -> None:
         """Put a place of the flight elsewhere, also where it is visited again, and tell it."""
-        met = next((one.what for one in self.mission.findings if one.wrong and one.part in (k, k + 1) and one.what), "")
+        beside = (one for one in self.mission.findings if one.part in (k, k + 1))
+        met = next((one.what for one in beside if one.deep is not None), "")
         self._tell(f"{MOVED}, off the {met}" if met else MOVED, self.flown.visits[k].order)
         for j in self._same(k) if self._moves_alone(k) else [k]:
             self.places[j] = to
@@ -219,7 +220,7 @@ class Mender:
         """Lead a leg over or around what it meets, or lift its ends."""
         a, b = (self.places[k] for k in leg)
         follows, can_add = self.flown.visits[leg[1]].follows, self._can_add(leg)
-        if found.what == "ceiling":
+        if found.kind is FindingKind.CEILING:
             down = np.array([0.0, 0.0, (found.deep or 1.0) + SPARE])
             clear = self.world.segments_free(a - down, b - down)[0]
             if follows or self.lift_only or (clear and all(map(self._moves_alone, leg))):
@@ -227,9 +228,9 @@ class Mender:
                     if self.places[k][2] >= self.flown.visits[k].at[2]:
                         self._place(k, self.places[k] - down)
                 return
-        if self.lift_only or (found.what == "ground" and (follows or not can_add)):
+        if self.lift_only or (found.kind is FindingKind.GROUND and (follows or not can_add)):
             for k in leg:
-                self._lift(k, found)
+                self._lift(k, _too_low(found))
             return
         if not can_add:
             return
@@ -258,13 +259,10 @@ class Mender:
             and not any(one.kind is OrderKind.JUMP for one in between)
         )
 
-    def _lift(self, k: int, found: MissionFinding) -> None:
-        """Raise a place by as much as it is too low, unless that was done."""
-        if found.deep is None or found.what == "ceiling" or self.places[k][2] > self.flown.visits[k].at[2]:
-            return
-        if self._moves_alone(k):
-            lifted = self.places[k] + np.array([0.0, 0.0, found.deep + SPARE])
-            self._place(k, lifted)
+    def _lift(self, k: int, metres: float) -> None:
+        """Raise a place by so many metres that it is too low, unless that was done."""
+        if metres > 0 and self.places[k][2] <= self.flown.visits[k].at[2] and self._moves_alone(k):
+            self._place(k, self.places[k] + np.array([0.0, 0.0, metres + SPARE]))
 
     def _over(self, world: World, leg: tuple[int, int]) -> Floats | None:
         """Return the shortest safe way from end to end of a leg, (n, 3) metres, that is straight as seen from above."""
@@ -400,6 +398,12 @@ class Mender:
             longitude if same else round(longitude, 7),
             kind(round(metres + 0.004, 2)),
         )
+
+
+def _too_low(found: MissionFinding) -> float:
+    """Return by how many metres a leg or corner is too low, 0 where it is not."""
+    too_high = found.kind in (FindingKind.CEILING, FindingKind.BOUNDS)
+    return 0.0 if too_high or found.deep is None else found.deep
 
 
 def _straightened(world: World, way: Floats) -> Floats:

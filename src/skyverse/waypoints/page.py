@@ -9,7 +9,7 @@ from skyverse.draw import NumberedPlace, SceneFinding, judged_page, judged_scene
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_local
 from skyverse.model.short_lines import counted, told_clock, told_metres
-from skyverse.waypoints.check import MissionFinding, Subject
+from skyverse.waypoints.findings import MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
 from skyverse.waypoints.report import assumptions, check_table, finding_line, homes_marked, subject_and_words
 from skyverse.waypoints.site import with_fence

@@ -1,5 +1,6 @@
 """What is told of judged missions: a table for each, a line for each thing that is wrong, data, and a page."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -11,7 +12,8 @@ from skyverse.exports.separation import Apart
 from skyverse.model.caution import Caution
 from skyverse.model.flight_table import told_energy
 from skyverse.model.short_lines import counted, told_clock, told_metres
-from skyverse.waypoints.check import CheckedMission, Height, MissionFinding, Subject
+from skyverse.waypoints.check import CheckedMission, Height
+from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
 
 PROVEN, NOT = "proven", f"{Caution.NOT} proven"
@@ -26,6 +28,38 @@ _NOUNS = {
     Subject.LIMITS: "item",
 }
 """What the numbers of a finding are, where its subject alone does not say it."""
+
+_NEAR = {
+    FindingKind.GROUND: "may be {off:.3g} m above ground, where {limit:.3g} m above it are required",
+    FindingKind.FENCE: "may come within {off:.3g} m of the fence",
+    FindingKind.OBSTACLE: "may come within {off:.3g} m of {name}, of which {limit:.3g} m must be kept",
+}
+_INSIDE = {
+    FindingKind.GROUND: "may be {off:.3g} m below ground, where {limit:.3g} m above it are required",
+    FindingKind.FENCE: "may cross the fence",
+    FindingKind.OBSTACLE: "may be {off:.3g} m inside {name}, of which {limit:.3g} m must be kept",
+}
+_RETURN = "no return at {altitude:.4g} m above home is proven from {begin} to {end} min of the flight: {kind}"
+_REFUSED = "{autopilot} takes no {kind} in missions, and refuses these orders"
+_SAID = {
+    FindingKind.CEILING: "may be {off:.3g} m above the ceiling of {max_height:.4g} m above ground",
+    FindingKind.BOUNDS: "may be {off:.3g} m out of bounds",
+    FindingKind.UNDECIDED: "could not be decided",
+    FindingKind.CURVED: "the curves that these orders ask for are not published, so nothing is proven of them: "
+    "fly straight legs",
+    FindingKind.LANDING: "it cannot land there, as {name}",
+    FindingKind.HOME_ALTITUDE: "home is at {found:.1f} m above the sea by the file, and the ground there at "
+    "{limit:.1f} m by the terrain: it was planned over another ground",
+    FindingKind.NO_TERRAIN_FOLLOWING: _REFUSED,
+    FindingKind.NO_CIRCLES: _REFUSED,
+    FindingKind.SPEED: "{found:.3g} m/s is commanded, and {name} flies {limit:.3g} m/s at most",
+    FindingKind.CLOSE: "comes too close to {name}{at}, if both start together",
+    FindingKind.TURNS: "{autopilot} turns an aeroplane at a distance of its own: legs are proven, and corners are not",
+    FindingKind.RETURN: "the return of an aeroplane is not judged",
+    FindingKind.NOT_AEROPLANE: "the file is for an aeroplane, and is judged as flown by a vehicle that can stop",
+    FindingKind.COUNT: "{found:,.0f} items, and usual boards with {autopilot} take {limit:,.0f}",
+    FindingKind.LENGTH: "a leg of {found:,.0f} m, and {autopilot} may refuse more than {limit:,.0f} m",
+}
 
 
 def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
@@ -43,12 +77,12 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     if mission.lowest is not None and mission.highest is not None:
         heights = f"least {_height(mission.lowest)}, most {_height(mission.highest)}"
         rows.append(("height above ground", heights))
-    met = [finding.what for finding in mission.findings if finding.wrong and finding.part is not None]
+    met = Counter(finding.kind for finding in mission.findings)
     if scenario.max_height is not None:
-        rows.append(("ceiling", f"{_kept(met.count('ceiling'))}: {scenario.max_height:g} m above ground"))
-    zones = sum(what not in ("ground", "ceiling", "bounds", "") for what in met if not what.startswith("building"))
+        rows.append(("ceiling", f"{_kept(met[FindingKind.CEILING])}: {scenario.max_height:g} m above ground"))
+    zones = met[FindingKind.ZONE] + met[FindingKind.FENCE]
     rows.append(("fence and zones", _kept(zones) if flown.waypoints.fence or scenario.obstacles else "none"))
-    rows.append(("bounds", _kept(met.count("bounds"))))
+    rows.append(("bounds", _kept(met[FindingKind.BOUNDS])))
     summary = mission.summary
     energy = "" if summary.energy is None else f", about {told_energy(summary.energy)}"
     rows.append(("flight", f"{told_clock(summary.time)} min, {told_metres(summary.length)}{energy}"))
@@ -72,13 +106,38 @@ def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding)
     """Return what a finding of a mission is about, with the numbers of items, and what is wrong with that."""
     several = finding.part is None and finding.subject in (Subject.LEGS, Subject.LIMITS)
     subject, items = _NOUNS.get(finding.subject, finding.subject.value), (_listed if several else _span)(finding.items)
-    said = finding.said
+    said = _said(fleet.missions[number], finding)
     if finding.place is not None:
         latitude, longitude, sea = finding.place
         said += f"; at {latitude:.5f}, {longitude:.5f}, {_above_home(fleet, number, sea)}"
     if finding.clear_at is not None:
         said += f"; clear from {_above_home(fleet, number, finding.clear_at)}, {finding.clear_at:.1f} m amsl"
     return f"{subject} {items}".rstrip(), said
+
+
+def _said(mission: CheckedMission, finding: MissionFinding) -> str:
+    """Return what is wrong, in words that stand alone."""
+    kind, found, limit = finding.kind, finding.found or 0.0, finding.limit or 0.0
+    if kind in (FindingKind.GROUND, FindingKind.OBSTACLE, FindingKind.ZONE, FindingKind.FENCE):
+        words = _NEAR if found >= 0 else _INSIDE
+        said = words.get(kind, words[FindingKind.OBSTACLE])
+    else:
+        said = _SAID.get(kind, _RETURN)
+    back, (begin, end) = mission.back, map(told_clock, finding.times or (0.0, 0.0))
+    at = "" if finding.times is None else f" at {begin} min"
+    return said.format(
+        kind=kind.value,
+        name=finding.name,
+        found=found,
+        off=abs(found),
+        limit=limit,
+        at=at,
+        begin=begin,
+        end=end,
+        autopilot=mission.flown.plan.autopilot.title,
+        altitude=0.0 if back is None else back.altitude,
+        max_height=mission.scenario.max_height or 0.0,
+    )
 
 
 def _above_home(fleet: CheckedFleet, number: int, sea: float) -> str:
@@ -101,7 +160,12 @@ def as_data(fleet: CheckedFleet) -> list[dict[str, Any]]:
     """Return what is found of each mission as plain data, in the order in which they were given."""
     made = []
     for number, mission in enumerate(fleet.missions):
-        findings = [asdict(one) | {"subject": one.subject.value} for one in mission.findings]
+        findings = [
+            asdict(one)
+            | {"subject": one.subject.value, "kind": one.kind.value, "what": one.what, "deep": one.deep}
+            | {"wrong": one.wrong, "said": _said(mission, one)}
+            for one in mission.findings
+        ]
         rows = dict(check_table(fleet, number))
         summary = asdict(mission.summary)
         heights = {
