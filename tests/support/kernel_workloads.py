@@ -9,6 +9,7 @@ import skyverse as sky
 from handmade import mission, straight
 from skyverse.draw import triangles
 from skyverse.flight import commands_to, simulate, vehicle_of
+from skyverse.maps.assembly.surface_excess import raise_cells
 from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.pcd import unpack
@@ -297,6 +298,7 @@ def maps_and_pages():
         triangles(rings)
     touched(rng.uniform(0, 6, (30, 3, 3)), np.zeros((6, 6, 6), dtype=bool))
     unpack(np.zeros(2, np.uint8), np.zeros(1, np.uint8))
+    raise_cells(np.zeros((2, 2)), np.zeros((3, 3)), np.mgrid[0:2.1:0.7, 0:2.1:0.7], rng.random((3, 3)), 1, 1e-9)
     with tempfile.TemporaryDirectory() as folder:
         read_octomap(octree(Path(folder) / "tree.bt", rng))
 

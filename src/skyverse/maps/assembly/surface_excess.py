@@ -8,56 +8,21 @@ Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospecti
 (2012), 379-419.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import product
+import math
 
 import numpy as np
 
-from skyverse._typing import Floats, Indices
+from skyverse._typing import Floats
 from skyverse.maps.readers.raster_tiles import Tile
+from skyverse.numerics.kernel import inner_query, query
 
-STRIP_PATCHES = 20_000
-"""Patches of a raster that are handled together."""
+STRIP_PATCHES = 100_000
+"""Patches of a raster that are handled together, which bounds the memory."""
 _EDGE = 1e-3
 """Pixels that a surface reaches beyond a raster's edge, as places so near count as inside."""
 _ROUNDING = 1e-9
 """Steps of the grid by which a patch of pixels is taken to be wider, because of rounding."""
-
-
-@dataclass(frozen=True)
-class Patches:
-    """Parts of a raster's surface, bilinear in shares s of columns and t of rows, from 0 to 1.
-
-    Places in steps of the grid are affine in the shares, x = middle + (s - 1/2) along + (t - 1/2) aside, to a bend.
-
-    Attributes
-    ----------
-    middle, along, aside
-        (2, n) steps of the grid.
-    bend
-        (n,) steps of the grid, at most.
-    z
-        (2, 2, n) heights of the corners, metres; the first index is s, the second is t.
-    """
-
-    middle: Floats
-    along: Floats
-    aside: Floats
-    bend: Floats
-    z: Floats
-
-    @property
-    def reach(self) -> Floats:
-        """(2, n) steps of the grid that a patch reaches around its middle."""
-        return np.asarray((np.abs(self.along) + np.abs(self.aside)) / 2 + self.bend)
-
-    def of(self, some: Indices) -> "Patches":
-        """Return some of the patches."""
-        middle, along, aside, bend, z = (
-            part[..., some] for part in (self.middle, self.along, self.aside, self.bend, self.z)
-        )
-        return Patches(middle, along, aside, bend, z)
+Pair = tuple[float, float]
 
 
 def surface_excess(tile: Tile, place: tuple[Floats, Floats], heights: Floats, sign: float) -> Floats:
@@ -76,62 +41,42 @@ def surface_excess(tile: Tile, place: tuple[Floats, Floats], heights: Floats, si
     sign
         1 for how far the grid's surface is above the raster's, -1 for how far it is below.
     """
-    heights = sign * heights
+    heights = np.ascontiguousarray(sign * heights)
+    values = sign * (tile.lowest if sign > 0 else tile.heights)
     cells = np.full((heights.shape[0] - 1, heights.shape[1] - 1), -np.inf)
-    for patches in _patches(tile, place, sign):
-        first, last = np.floor(patches.middle - patches.reach), np.floor(patches.middle + patches.reach)
-        ends = np.array(cells.shape)[:, None] - 1
-        first, last = (np.clip(some, -1, ends + 1).astype(np.intp) for some in (first, last))
-        for shift in product(*(range(int(most) + 1) for most in (last - first).max(axis=1, initial=-1))):
-            cell = first + np.array(shift)[:, None]
-            over = np.flatnonzero(((cell <= last) & (cell >= 0) & (cell <= ends)).all(axis=0))
-            if len(over):
-                i, j = cell[:, over]
-                np.maximum.at(cells, (i, j), _excess(patches.of(over), heights, i, j))
+    corner, step = (np.array([line[k] for line in place])[:, None, None] for k in (0, 1))
+    step -= corner
+    across, down = (_patch_ends(tile, axis) for axis in (0, 1))
+    if tile.block == 1:
+        stride, values = 1, np.pad(values, 1, mode="edge")
+    else:
+        stride, values = 2, values.repeat(2, axis=0).repeat(2, axis=1)
+    bend = (
+        _curvature(tile, *((ends[:-1:stride], ends[1::stride]) for ends in (across, down))) / float(step.min())
+        + _ROUNDING
+    )
+    many = stride * max(1, STRIP_PATCHES // len(across))
+    for first in range(0, len(down) - 1, many):
+        part = slice(first, first + many + 1)
+        raise_cells(cells, heights, (tile.local.grid(across, down[part]) - corner) / step, values[part], stride, bend)
     return cells
 
 
-def _patches(tile: Tile, place: tuple[Floats, Floats], sign: float) -> Iterator[Patches]:
-    """Yield the patches of a tile with the signs of their heights, some at a time.
+def _patch_ends(tile: Tile, axis: int) -> Floats:
+    """Return where the patches of a tile end along columns, or rows.
 
-    Single pixels have patches between their centres, and narrow ones at the raster's edge, where the surface is level.
-    A block of pixels has one level patch up to the centres of the pixels beside it.
+    Single pixels have patches between their centres, and narrow ones at the raster's edge, where the surface is level:
+    one begins where the one before ends. A block of pixels has one level patch up to the centres of the pixels beside
+    it, with two ends of its own.
     """
-    values = sign * (tile.lowest if sign > 0 else tile.heights)
+    begin, count = tile.corner[axis], tile.heights.shape[1 - axis]
     if tile.block == 1:
-        values = np.pad(values, 1, mode="edge")
-        spans = []
-        for begin, count in zip(tile.corner, tile.heights.shape[::-1], strict=True):
-            centres = begin + np.clip(np.arange(-1, count + 1) + 0.5, -_EDGE, count + _EDGE)
-            spans.append((centres[:-1], centres[1:]))
-        ends = values[:-1], values[1:]
-        corners = [[row[:, side : side + values.shape[1] - 1] for row in ends] for side in (0, 1)]
-    else:
-        spans = [
-            (begin + tile.block * np.arange(count) - 0.5, begin + tile.block * np.arange(1, count + 1) + 0.5)
-            for begin, count in zip(tile.corner, tile.heights.shape[::-1], strict=True)
-        ]
-        corners = [[values, values], [values, values]]
-    corner, steps = np.array([[line[0]] for line in place]), np.array([[line[1] - line[0]] for line in place])
-    curved = _curvature(tile, spans)
-    (across, down), many = spans, max(1, STRIP_PATCHES // len(spans[0][0]))
-    for top in range(0, len(down[0]), many):
-        part = slice(top, top + many)
-        z = np.stack([np.stack([row[part].T.ravel() for row in pair]) for pair in corners])
-        z = np.where(np.isnan(z), np.fmin.reduce(z, axis=(0, 1)), z)
-        known = np.flatnonzero(np.isfinite(z).all(axis=(0, 1)))
-        if not len(known):
-            continue
-        at = np.empty((2, 2, 2, len(known)))
-        for side, end in product((0, 1), (0, 1)):
-            here = tile.local.grid(across[side], down[end][part]).reshape(2, -1)[:, known]
-            at[:, side, end] = (here - corner) / steps
-        (a, b), (c, d) = at.transpose(1, 2, 0, 3)
-        bend = np.abs(a + d - b - c).sum(axis=0) / 4 + curved / float(steps.min()) + _ROUNDING
-        yield Patches((a + b + c + d) / 4, (c + d - a - b) / 2, (b + d - a - c) / 2, bend, z[..., known])
+        return begin + np.clip(np.arange(-1, count + 1) + 0.5, -_EDGE, count + _EDGE)
+    blocks = begin + tile.block * np.arange(count)
+    return np.column_stack([blocks - 0.5, blocks + tile.block + 0.5]).ravel()
 
 
-def _curvature(tile: Tile, spans: Sequence[tuple[Floats, Floats]]) -> float:
+def _curvature(tile: Tile, *spans: tuple[Floats, Floats]) -> float:
     """Return how far places between the corners of patches are off the bilinear ones, metres.
 
     It is a little more than what some patches, from all over the window, are off in their middles.
@@ -145,48 +90,104 @@ def _curvature(tile: Tile, spans: Sequence[tuple[Floats, Floats]]) -> float:
     return 1.1 * float(np.hypot(*off).max())
 
 
-def _excess(patches: Patches, heights: Floats, i: Indices, j: Indices) -> Floats:
-    """Return bounds (n,) on how far cells [i, j] are above those parts of patches that lie over them, metres."""
-    (u, v), (u_s, v_s), (u_t, v_t) = patches.middle - np.stack([i, j]), patches.along, patches.aside
+@query
+def raise_cells(cells: Floats, heights: Floats, places: Floats, z: Floats, stride: int, curved: float) -> None:
+    """Raise the excess of cells (nx - 1, ny - 1) to that over each patch of a part of a raster.
+
+    Within a patch places are affine in the shares s of columns and t of rows, from 0 to 1, to a bend:
+    middle + (s - 1/2) along + (t - 1/2) aside. Where some of its corners have no data, the lowest of the others counts.
+
+    Parameters
+    ----------
+    cells, heights
+        The excess, metres, and the z (nx, ny) of the nodes.
+    places, z
+        (2, n, m) steps of the grid, and (m, n) metres, at the ends of n columns and m rows of patches.
+    stride
+        How many ends of patches there are from one patch to the next.
+    curved
+        Steps of the grid that places are off the bilinear ones between the corners of a patch, at most.
+    """
+    for k in range(0, places.shape[1] - 1, stride):
+        for m in range(0, places.shape[2] - 1, stride):
+            lowest = math.inf
+            for one in (z[m, k], z[m + 1, k], z[m, k + 1], z[m + 1, k + 1]):
+                if one < lowest:
+                    lowest = one
+            if lowest == math.inf:
+                continue
+            level = (
+                lowest if math.isnan(z[m, k]) else z[m, k],
+                lowest if math.isnan(z[m + 1, k]) else z[m + 1, k],
+                lowest if math.isnan(z[m, k + 1]) else z[m, k + 1],
+                lowest if math.isnan(z[m + 1, k + 1]) else z[m + 1, k + 1],
+            )
+            x_0, x_t, x_s, x_st = (places[0, k, m], places[0, k, m + 1], places[0, k + 1, m], places[0, k + 1, m + 1])
+            y_0, y_t, y_s, y_st = (places[1, k, m], places[1, k, m + 1], places[1, k + 1, m], places[1, k + 1, m + 1])
+            x, y = (x_0 + x_t + x_s + x_st) / 4, (y_0 + y_t + y_s + y_st) / 4
+            along = (x_s + x_st - x_0 - x_t) / 2, (y_s + y_st - y_0 - y_t) / 2
+            aside = (x_t + x_st - x_0 - x_s) / 2, (y_t + y_st - y_0 - y_s) / 2
+            bend = (abs(x_0 + x_st - x_t - x_s) + abs(y_0 + y_st - y_t - y_s)) / 4 + curved
+            wide = (abs(along[0]) + abs(aside[0])) / 2 + bend
+            tall = (abs(along[1]) + abs(aside[1])) / 2 + bend
+            for i in range(max(0, math.floor(x - wide)), min(cells.shape[0] - 1, math.floor(x + wide)) + 1):
+                for j in range(max(0, math.floor(y - tall)), min(cells.shape[1] - 1, math.floor(y + tall)) + 1):
+                    most = _excess(heights, i, j, (x - i, y - j), along, aside, bend, level)
+                    cells[i, j] = max(cells[i, j], most)
+
+
+@inner_query
+def _excess(
+    heights: Floats, i: int, j: int, middle: Pair, along: Pair, aside: Pair, bend: float, level: tuple[float, ...]
+) -> float:
+    """Return a bound on how far cell [i, j] is above that part of a patch that lies over it, metres.
+
+    The middle of the patch is counted from the corner of the cell; see `raise_cells`.
+    """
+    (u, v), (u_s, v_s), (u_t, v_t) = middle, along, aside
     area = u_s * v_t - v_s * u_t
-    s, width = _window((v_t * (0.5 - u) - u_t * (0.5 - v)) / area, (np.abs(v_t) + np.abs(u_t)) / area, patches.bend)
-    t, height = _window((u_s * (0.5 - v) - v_s * (0.5 - u)) / area, (np.abs(u_s) + np.abs(v_s)) / area, patches.bend)
+    s, width = _window((v_t * (0.5 - u) - u_t * (0.5 - v)) / area, (abs(v_t) + abs(u_t)) / area, bend)
+    t, height = _window((u_s * (0.5 - v) - v_s * (0.5 - u)) / area, (abs(u_s) + abs(v_s)) / area, bend)
+    if not (width >= 0 and height >= 0):
+        return -math.inf
     # from here on the shares s and t run from 0 to 1 over the window
-    u, v = (at + (s - 0.5) * along + (t - 0.5) * aside for at, along, aside in ((u, u_s, u_t), (v, v_s, v_t)))
+    u, v = u + (s - 0.5) * u_s + (t - 0.5) * u_t, v + (s - 0.5) * v_s + (t - 0.5) * v_t
     u_s, v_s, u_t, v_t = u_s * width, v_s * width, u_t * height, v_t * height
     h = heights[i, j]
     a, b = heights[i + 1, j] - h, heights[i, j + 1] - h
     twist = heights[i + 1, j + 1] - h - a - b
-    z, z_s, z_t = patches.z[0, 0], patches.z[1, 0] - patches.z[0, 0], patches.z[0, 1] - patches.z[0, 0]
-    z_st = patches.z[1, 1] - z - z_s - z_t
+    z = level[0]
+    z_t, z_s = level[1] - z, level[2] - z
+    z_st = level[3] - z - z_s - z_t
     # the difference of h + a u + b v + twist u v and z + z_s s + z_t t + z_st s t, by powers of s and t
     constant = h + a * u + b * v + twist * u * v - (z + z_s * s + z_t * t + z_st * s * t)
     in_s = a * u_s + b * v_s + twist * (u * v_s + u_s * v) - (z_s + z_st * t) * width
     in_t = a * u_t + b * v_t + twist * (u * v_t + u_t * v) - (z_t + z_st * s) * height
     in_st = twist * (u_s * v_t + u_t * v_s) - z_st * width * height
-    in_ss, in_tt = twist * u_s * v_s, twist * u_t * v_t
-    most = np.full(len(i), -np.inf)
-    for k, m in product(range(3), range(3)):
-        linear = constant + in_s * (k / 2) + in_t * (m / 2) + in_st * (k * m / 4)
-        most = np.maximum(most, linear + (in_ss if k == 2 else 0.0) + (in_tt if m == 2 else 0.0))
-    slack = patches.bend * (np.abs(a) + np.abs(b) + 2 * np.abs(twist))
-    return np.where((width >= 0) & (height >= 0), most + slack, -np.inf)
+    most = -math.inf
+    for k in range(3):
+        for m in range(3):
+            one = constant + in_s * (k / 2) + in_t * (m / 2) + in_st * (k * m / 4)
+            one += (twist * u_s * v_s if k == 2 else 0.0) + (twist * u_t * v_t if m == 2 else 0.0)
+            most = max(most, one)
+    return most + bend * (abs(a) + abs(b) + 2 * abs(twist))
 
 
-def _window(middle: Floats, reach: Floats, bend: Floats) -> tuple[Floats, Floats]:
-    """Return where the shares begin, and how far they run, for which patches may lie over a cell.
+@inner_query
+def _window(middle: float, reach: float, bend: float) -> Pair:
+    """Return where the shares begin, and how far they run, for which a patch may lie over a cell.
 
     Parameters
     ----------
     middle
-        (n,) the shares, less 1/2, of the middle of the cell.
+        The shares, less 1/2, of the middle of the cell.
     reach
-        (n,) how far the shares run over the cell.
+        How far the shares run over the cell.
     bend
-        (n,) steps of the grid by which patches are bent.
+        Steps of the grid by which the patch is bent.
     """
-    half = np.abs(reach) * (0.5 + bend)
-    begin, end = np.maximum(0.5 + middle - half, 0.0), np.minimum(0.5 + middle + half, 1.0)
+    half = abs(reach) * (0.5 + bend)
+    begin, end = max(0.5 + middle - half, 0.0), min(0.5 + middle + half, 1.0)
     return begin, end - begin
 
 
