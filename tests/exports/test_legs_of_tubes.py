@@ -6,7 +6,7 @@ import pytest
 import skyverse as sky
 from skyverse import World
 from skyverse.exports import LegChecker, LegSpace, routes
-from skyverse.exports.routes import leg_checkers
+from skyverse.exports.fleet_routes import leg_checkers
 
 ERROR = sky.TrackingError(horizontal=1.5, vertical=2.0)
 

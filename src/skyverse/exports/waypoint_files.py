@@ -10,6 +10,7 @@ import numpy as np
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, autopilot_for, require_return_altitude
+from skyverse.exports.fleet_routes import routes
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.landing import landing_places, require_landings, stands
 from skyverse.exports.litchi import litchi_settings, litchi_text
@@ -29,7 +30,6 @@ from skyverse.exports.report import (
 )
 from skyverse.exports.requirements import Contents, ExportOptions, file_for_each
 from skyverse.exports.route import stop_seconds
-from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, few, fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds
 from skyverse.exports.way_home import WayHome, ways_home

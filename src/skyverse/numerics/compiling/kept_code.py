@@ -14,6 +14,7 @@ import numba
 import numpy as np
 from numba.core import config
 from numba.core.event import trigger_event
+from numba.core.runtime.nrt import rtsys
 
 from skyverse.numerics.compiling.digest import digest_now, digest_of, name_of
 from skyverse.numerics.compiling.numba_target import processor
@@ -66,7 +67,7 @@ class KeptCode:
         """Return the kernel for arguments of these types as it was compiled before; None if it was not."""
         if not self._enabled:
             return None
-        target_context.refresh()
+        rtsys.initialize(target_context)  # all that kept code needs: numba refreshes the rest before it compiles
         if _prepare and not is_kept(self._kernel, sig):
             with trigger_event("numba:compile", data={"dispatcher": self._kernel}):  # for those who measure time
                 _prepare.pop()()

@@ -1,0 +1,14 @@
+"""The face of missions that people have; see `skyverse.waypoints`."""
+
+from .check import CheckedMission as CheckedMission
+from .files import read_waypoints as read_waypoints
+from .files import write_waypoints as write_waypoints
+from .findings import FindingKind as FindingKind
+from .findings import MissionFinding as MissionFinding
+from .findings import Subject as Subject
+from .fleet import CheckedFleet as CheckedFleet
+from .fleet import check_waypoints as check_waypoints
+from .flown import FlightSettings as FlightSettings
+from .mender import Change as Change
+from .repair import RepairedFleet as RepairedFleet
+from .repair import repair_waypoints as repair_waypoints
