@@ -54,6 +54,7 @@ from .model.flight_record import FlightRuns as FlightRuns
 from .model.flight_record import Flown as Flown
 from .model.flight_record import Nearest as Nearest
 from .model.flight_record import TrackingErrors as TrackingErrors
+from .model.flight_settings import FlightSettings as FlightSettings
 from .model.frame import Frame as Frame
 from .model.frame import Origin as Origin
 from .model.geodesy import to_local as to_local
@@ -167,7 +168,6 @@ from .waypoints.files import write_waypoints as write_waypoints
 from .waypoints.findings import MissionFinding as MissionFinding
 from .waypoints.fleet import CheckedFleet as CheckedFleet
 from .waypoints.fleet import check_waypoints as check_waypoints
-from .waypoints.flown import FlightSettings as FlightSettings
 from .waypoints.mender import Change as Change
 from .waypoints.repair import RepairedFleet as RepairedFleet
 from .waypoints.repair import repair_waypoints as repair_waypoints

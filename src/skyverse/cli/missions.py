@@ -1,4 +1,4 @@
-"""The verbs ``check`` and ``show``: a mission judged; a mission or a scenario drawn."""
+"""The verb ``show``: a mission or a scenario drawn."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,25 +1,20 @@
 """``skyverse repair``: missions of autopilots mended, judged again, and written as they were read."""
 
-import inspect
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from skyverse.cli.check import NOT_OF_CHECK, FlownOptions, given_missions, settings_of, tell
-from skyverse.cli.exit_codes import FOUND_WRONG
+from skyverse.cli.given_missions import judged, refuse_outputs, taking_missions, tell
 from skyverse.cli.option_types import FLAG, OUTPUT, AsJson, GivenMission, GivenScenario
-from skyverse.cli.outputs import refuse_output
-from skyverse.cli.report import json_text
-from skyverse.cli.scenario import map_files, map_options
 from skyverse.errors import InputError
 from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from skyverse.waypoints.repair import RepairedFleet
 
-_FLOWN = FlownOptions()
 
-
+@taking_missions
 def repair(
     *missions: GivenMission,
     output: Annotated[Path, OUTPUT],
@@ -27,7 +22,6 @@ def repair(
     lift_only: Annotated[bool, FLAG] = False,
     as_json: AsJson = False,
     page: Path | None = None,
-    how: FlownOptions = _FLOWN,
     **given: Any,
 ) -> int:
     """Mend missions of ground stations and apps so that they are proven, and write them as they were read.
@@ -58,56 +52,29 @@ def repair(
     """
     import skyverse as sky
     from skyverse.waypoints.files import require_same_format
-    from skyverse.waypoints.report import as_data
 
     if not missions:
         raise InputError("expected a mission to mend, found none", field="missions")
     sources = list(map(Path, missions))
     several = len(sources) > 1 or output.is_dir()
     files = [output / source.name for source in sources] if several else [output]
-    names = [file.name for file in files]
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise InputError(f"expected missions of different names, found {twice!r} twice", field="missions")
-    for file in files:
-        refuse_output(file, *sources, *map_files(given))
-    if page is not None:
-        refuse_output(page, *sources, *map_files(given))
-        if page.resolve() in (file.resolve() for file in files):
-            raise InputError("expected another file than the mended mission", field="page")
+    refuse_outputs(files if page is None else [*files, page], missions, given)
     for source, file in zip(sources, files, strict=True):
         require_same_format(source, file)
-    with given_missions(missions, scenario, how, given) as (read, where):
-        mended = sky.repair_waypoints(read, where, settings_of(how), lift_only=lift_only)
+    mended = judged(missions, scenario, given, partial(sky.repair_waypoints, lift_only=lift_only))
     if several:
         output.mkdir(parents=True, exist_ok=True)
     for one, file in zip(mended.missions, files, strict=True):
         sky.write_waypoints(one, file)
-    files += _parameters(mended, files)
-    if page is not None:
-        from skyverse.atomic import write_text
-        from skyverse.waypoints.page import check_page
-
-        write_text(page, check_page(mended.checked))
-    if as_json:
-        told = [
-            {"written": str(file), "changes": [asdict(one) for one in changes], **found}
-            for file, changes, found in zip(files, mended.changes, as_data(mended.checked), strict=False)
-        ]
-        print(json_text(told), end="")
-        return 0 if mended.checked.is_proven else FOUND_WRONG
-    for source, changes in zip(sources, mended.changes, strict=True):
+    for source, changes in zip(() if as_json else sources, mended.changes, strict=False):
         print(f"{source}: {counted(len(changes), 'change')}")
         for change in changes:
             print(f"  {'-'.join(map(str, change.items)) + ': ' if change.items else ''}{change.said}")
-    tell(mended.checked, as_json=False)
-    for file in files:
-        print(file)
-    return 0 if mended.checked.is_proven else FOUND_WRONG
-
-
-_own = [one for one in inspect.signature(repair).parameters.values() if one.kind is not inspect.Parameter.VAR_KEYWORD]
-repair.__signature__ = inspect.Signature([*_own, *map_options(NOT_OF_CHECK)])  # type: ignore[attr-defined]
+    more = [
+        {"written": str(file), "changes": [asdict(one) for one in changes]}
+        for file, changes in zip(files, mended.changes, strict=True)
+    ]
+    return tell(mended.checked, page, as_json, [*files, *_parameters(mended, files)], more)
 
 
 def _parameters(mended: "RepairedFleet", files: list[Path]) -> list[Path]:

@@ -8,7 +8,6 @@ from .findings import MissionFinding as MissionFinding
 from .findings import Subject as Subject
 from .fleet import CheckedFleet as CheckedFleet
 from .fleet import check_waypoints as check_waypoints
-from .flown import FlightSettings as FlightSettings
 from .mender import Change as Change
 from .repair import RepairedFleet as RepairedFleet
 from .repair import repair_waypoints as repair_waypoints

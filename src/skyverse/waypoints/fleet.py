@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from skyverse.errors import InputError, require_kind
 from skyverse.exports.separation import FleetApart
 from skyverse.maps.assembly.options import BuildOptions
+from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Waypoints
 from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
-from skyverse.waypoints.flown import FlightSettings, FlownMission, flown
+from skyverse.waypoints.flown import FlownMission, flown
 from skyverse.waypoints.site import Site, built_site, given_site, with_fence, with_height
 
 ROOM = 200.0

@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, require_choice, require_number
+from skyverse.errors import InputError
 from skyverse.exports.autopilots import AUTOPILOTS, Autopilot, AutopilotName, End, rates_of
 from skyverse.exports.flight_plan import MIN_SPEED, FlightPlan
 from skyverse.exports.landing import landing_places
 from skyverse.exports.leg_geometry import ground_under, leg_deviation
 from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
+from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.geodesy import to_local
 from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
@@ -24,8 +25,6 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 from skyverse.space.pads import lifted
 from skyverse.space.world import World
 
-USUAL_RADIUS = 2.0
-"""Metres: NAV_ACC_RAD of PX4's multirotors, and WPNAV_RADIUS of Copter."""
 USUAL_SPEEDS = {"px4": 5.0, "ardupilot": 10.0, "dji": 5.0}
 """m/s: MPC_XY_CRUISE, WPNAV_SPEED; DJI's app asks for one."""
 USUAL_RETURN_ALTITUDES = {"px4": 30.0, "ardupilot": 15.0, "dji": 100.0}
@@ -46,41 +45,6 @@ STOP = 1.0
 """Seconds of a stop whose length no order says."""
 MAX_BEND, LEAST_PART = 2.0, 2.0
 """Metres that the ground rises or falls, at most, beside a straight part of a leg that follows it; and its length."""
-
-
-@dataclass(frozen=True)
-class FlightSettings:
-    """What the file of a mission may not say, and what flies it.
-
-    Attributes
-    ----------
-    autopilot
-        ``"px4"``, ``"ardupilot"`` or ``"dji"``; by default that of the file, or else ArduPilot for QGC WPL
-        files and PX4 for all others.
-    home
-        Latitude and longitude of the place of take-off, in place of the file's.
-    speed
-        m/s until an order says another; by default the file's, or else the autopilot's usual one.
-    radius
-        The acceptance radius of waypoints whose file leaves it to the autopilot, metres.
-    return_altitude
-        Metres above home at which the vehicle returns; by default the file's, or else the autopilot's usual one.
-    """
-
-    autopilot: AutopilotName | None = None
-    home: tuple[float, float] | None = None
-    speed: float | None = None
-    radius: float = USUAL_RADIUS
-    return_altitude: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.autopilot is not None:
-            require_choice(self.autopilot, AUTOPILOTS, "autopilot")
-        if self.speed is not None:
-            require_number(self.speed, "speed", "m/s", MIN_SPEED, 1000.0)
-        require_number(self.radius, "radius", "metres", 0.0, 1000.0)
-        if self.return_altitude is not None:
-            require_number(self.return_altitude, "return_altitude", "metres above home", 0.0, 10_000.0)
 
 
 class Visit(NamedTuple):

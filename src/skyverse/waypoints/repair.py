@@ -14,12 +14,12 @@ import numpy as np
 from skyverse.exports.separation import Apart, fleet_apart, kept_distance
 from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.maps.assembly.options import BuildOptions
+from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.waypoints.files import rewritten
 from skyverse.waypoints.fleet import CheckedFleet, check_at, site_of
-from skyverse.waypoints.flown import FlightSettings
 from skyverse.waypoints.mender import Change, Mender, net_changes, renumbered
 
 SITES = 3

@@ -17,6 +17,7 @@ from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED
 from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
+from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.geodesy import to_local
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario, Source
@@ -24,7 +25,7 @@ from skyverse.model.short_lines import counted, listed
 from skyverse.model.timed_shapes import temporary_zones, with_zones_active
 from skyverse.model.uav import UAV, with_limits
 from skyverse.model.waypoints import OrderKind, Waypoints
-from skyverse.waypoints.flown import USUAL_CIRCLE, FlightSettings, flown, home_of
+from skyverse.waypoints.flown import USUAL_CIRCLE, flown, home_of
 
 AROUND = 30.0
 """Metres that the maps are read around the places of missions."""
