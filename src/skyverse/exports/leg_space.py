@@ -143,8 +143,8 @@ class ProvenSpace:
         """Return the referee's world of segments, with their margin."""
         _, _, margin, error, pad = asked
         if (margin, error) not in self._referees:
-            shapes = next((world.shapes for world in self._referees.values()), None)
-            self._referees[margin, error] = referee_world(grown(self.scenario, margin), error, shapes=shapes)
+            like = max(self._referees.values(), key=lambda one: one.error == error, default=None)
+            self._referees[margin, error] = referee_world(grown(self.scenario, margin), error, like=like)
         world = self._referees[margin, error]
         return world if pad is None else without_support(world, np.array(pad), pad[2] - self.clearance + LET_PASS)
 

@@ -70,7 +70,8 @@ class ReturnSpace:
         wide, tall = (rounded_up(one) for one in off)
         for aside, above in np.unique(np.column_stack([wide, tall]), axis=0).tolist():
             some = np.flatnonzero((wide == aside) & (tall == above))
-            yield Lines(ground, Segments(ends[0][some], ends[1][some], 0.0, strayed(error, aside, above)), some)
+            beside = TrackingError(horizontal=error.horizontal + aside)  # to the ground what is below is a margin
+            yield Lines(ground, Segments(ends[0][some], ends[1][some], error.vertical + above, beside), some)
 
 
 def proven(each: Sequence[Lines]) -> bool:

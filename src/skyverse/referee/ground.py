@@ -1,6 +1,6 @@
 """The ground: heights on a grid, bilinear in between; how deep a part of a curve may be below what must be kept."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -130,11 +130,18 @@ class GrownGround(GrownSolids):
         return highest
 
 
-def grown_ground(scenario: Scenario, error: TrackingError = EXACT) -> GrownGround | None:
-    """Return the scenario's ground for a UAV with a tracking error, or ``None`` if it has no terrain."""
-    terrain = scenario.terrain
+def grown_ground(
+    scenario: Scenario, error: TrackingError = EXACT, like: GrownGround | None = None
+) -> GrownGround | None:
+    """Return the scenario's ground for a UAV with a tracking error, or ``None`` if it has no terrain.
+
+    `like` is that of the same terrain and error with another clearance, if it is made already.
+    """
+    terrain, clearance = scenario.terrain, scenario.ground_clearance
     if terrain is None:
         return None
+    if like is not None:
+        return replace(like, clearance=clearance, raised_by=clearance - LET_PASS)
     heights, step = terrain.heights, np.array(terrain.step)
     if error != EXACT:
         heights = raised_heights(terrain, error)
@@ -143,7 +150,7 @@ def grown_ground(scenario: Scenario, error: TrackingError = EXACT) -> GrownGroun
         squares = np.pad(highest[-1], [(0, n % 2) for n in highest[-1].shape], mode="edge")
         highest.append(_maximum(squares[::2, ::2], squares[1::2, ::2], squares[::2, 1::2], squares[1::2, 1::2]))
     slope = sum(float(np.abs(np.diff(heights, axis=axis)).max()) / step[axis] for axis in (0, 1))
-    clearance, number = scenario.ground_clearance, np.array([GROUND_NUMBER])
+    number = np.array([GROUND_NUMBER])
     return GrownGround(clearance, number, np.array(terrain.origin), step, heights, clearance - LET_PASS, highest, slope)
 
 

@@ -69,6 +69,14 @@ def raised_heights(terrain: Terrain, error: TrackingError) -> Floats:
         more = min(reach[axis], steepest.shape[axis])
         padding = [(0, 0), (0, 0)]
         padding[axis] = (more + 1, more + 1)
-        windows = np.lib.stride_tricks.sliding_window_view(np.pad(steepest, padding), 2 * more + 2, axis)
-        steepest = windows.max(axis=-1)
+        steepest = _greatest_of_neighbours(np.pad(steepest, padding), 2 * more + 2, axis)
     return h + error.vertical + radius * steepest
+
+
+def _greatest_of_neighbours(values: Floats, count: int, axis: int) -> Floats:
+    """Return the greatest of every `count` values that follow each other along an axis."""
+    found, held = np.moveaxis(values, axis, 0), 1
+    while held < count:
+        more = min(held, count - held)
+        found, held = np.maximum(found[:-more], found[more:]), held + more
+    return np.moveaxis(found, 0, axis)

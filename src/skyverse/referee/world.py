@@ -64,6 +64,11 @@ class RefereeWorld:
         """The world without the error."""
         return self if self.without_error is None else self.without_error
 
+    @property
+    def floor(self) -> GrownGround | None:
+        """The ground, raised by the error; ``None`` where the scenario has no terrain."""
+        return next((kind for kind in self.others if isinstance(kind, GrownGround)), None)
+
     @cached_property
     def about_pads(self) -> "RefereeWorld":
         """The world of the axes of pads: what keeps clear in it keeps the error from the pads."""
@@ -90,19 +95,21 @@ def referee_world(
     scenario: Scenario,
     error: TrackingError = EXACT,
     nominal: RefereeWorld | None = None,
-    shapes: SolidShapes | None = None,
+    like: RefereeWorld | None = None,
 ) -> RefereeWorld:
     """Turn a scenario into the referee's arrays, for the nominal position of a UAV with a tracking error.
 
     Where the nominal position is clear and in bounds, every position within the error of it is. `nominal` is the world
-    without the error, if that is made already; `shapes` are those of a scenario with the same obstacles and bounds.
+    without the error, and `like` that of a scenario with other clearances alone, if they are made already.
     """
-    without_error = None if error == EXACT else nominal or referee_world(scenario, shapes=shapes)
-    ground = grown_ground(scenario) if without_error is None else without_error.ground
-    floor = ground if without_error is None else grown_ground(scenario, error)
-    if without_error is not None:
-        shapes = without_error.shapes
-    shapes = solid_shapes(scenario) if shapes is None else replace(shapes, clearance=scenario.clearance)
+    without_error = None if error == EXACT else nominal or referee_world(scenario, like=like)
+    if without_error is None:
+        ground = floor = grown_ground(scenario, like=None if like is None else like.ground)
+    else:
+        ground = without_error.ground
+        floor = grown_ground(scenario, error, like.floor if like is not None and like.error == error else None)
+    known = without_error or like
+    shapes = solid_shapes(scenario) if known is None else replace(known.shapes, clearance=scenario.clearance)
     boxes, others = grown_kinds(shapes, error)
     others += [] if floor is None else [floor]
     others += [] if (ceiling := ceiling_above_ground(scenario, error)) is None else [ceiling]

@@ -104,15 +104,16 @@ def _steepest_in_cells(h: Floats, step: tuple[float, float]) -> Floats:
 
 def _steepest_near(slope: Floats, axis: int, reach: int) -> Floats:
     """Return along an axis, for each node, the largest value of the cells beside it and `reach` more on each side."""
-    cells = slope.shape[axis]
+    beside = min(reach, slope.shape[axis]) + 1
     widths = [(0, 0), (0, 0)]
-    widths[axis] = (1, 1)
-    padded = np.pad(slope, widths, mode="edge")  # cell 0 stands at 1
-    nodes = np.arange(cells + 1)
-    found = np.take(padded, nodes, axis=axis)
-    for shift in range(-min(reach, cells), min(reach, cells) + 2):
-        found = np.maximum(found, np.take(padded, np.clip(nodes + shift, 0, cells + 1), axis=axis))
-    return np.asarray(found)
+    widths[axis] = (beside, beside)
+    found = np.pad(slope, widths, mode="edge").swapaxes(0, axis)
+    wide = 1  # cells of which the greatest is found
+    while wide < 2 * beside:
+        shift = min(wide, 2 * beside - wide)
+        found = np.maximum(found[shift:], found[:-shift])
+        wide += shift
+    return np.asarray(found.swapaxes(0, axis))
 
 
 def inner_bounds(low: Floats, high: Floats, error: TrackingError) -> tuple[Floats, Floats]:
