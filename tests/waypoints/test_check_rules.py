@@ -159,6 +159,16 @@ def test_ardupilot_keeps_a_mission_in_all_areas_of_its_fence(tmp_path):
     assert {items for subject, items, what in found if what.startswith("fence")} >= {(1,), (1, 2), (2, 3)}
 
 
+def test_a_leg_tells_all_kinds_of_things_that_it_meets(tmp_path):
+    zones = squares(tmp_path, (0.0004, -0.0002, 0.0006, 0.0002))
+    found = checked(tmp_path, fenced(ring(-0.0005, -0.0005, 0.0008, 0.0015)), zones=[zones]).missions[0].findings
+    leg = [one for one in found if one.items == (1, 2) and one.subject.value == "legs"]
+    assert {one.kind.value for one in leg} == {"zone", "fence"}
+    assert all(one.deep > 0 for one in leg)
+    south, north = (next(one.place[0] - 47 for one in leg if one.kind.value == kind) for kind in ("zone", "fence"))
+    assert 0.0003 < south < 0.0007 < north
+
+
 def test_circles_of_a_fence_count(tmp_path):
     circle = {"inclusion": True, "version": 1, "circle": {"center": [47.0, 8.0], "radius": 80.0}}
     found = wrong(checked(tmp_path, fenced(circles=[circle])))

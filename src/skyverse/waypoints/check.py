@@ -23,12 +23,12 @@ from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import FENCE
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.summary import flight_summary
-from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
+from skyverse.waypoints.defaults import DEFAULTS
+from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject, kind_of
 from skyverse.waypoints.flown import FlownMission
 from skyverse.waypoints.mission_judge import LIFT_STEP, MissionJudge, Part
 
@@ -36,10 +36,6 @@ OFF_HOME = 10.0
 """Metres by which the altitude of home in a file may be off the ground there; relative heights are off as much."""
 SPEED_ROUNDING = 0.05
 """m/s to which files round speeds."""
-LEG_LIMITS = {"px4": 900.0, "ardupilot": math.inf, "dji": 2000.0}
-"""Metres between two waypoints that the autopilot takes: MIS_DIST_WPS of PX4 until 1.15; DJI's SDK."""
-ITEM_LIMITS = {"px4": 2000, "ardupilot": 724, "dji": 65_535}
-"""Items that usual boards take."""
 
 
 class Height(NamedTuple):
@@ -177,66 +173,68 @@ def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
 
 
 def _of_parts(judge: MissionJudge, flown: FlownMission) -> list[MissionFinding]:
-    """Return what is wrong with legs and corners; of a corner only what is not wrong with a leg at it, too."""
-    parts = judge.refuted(flown)
-    legs: dict[tuple[tuple[int, ...], str], MissionFinding] = {}
-    for part in parts:
-        if not part.radius:
-            one = _of_part(judge, flown, part)
-            kept = legs.setdefault((one.items, one.what), one)
-            if (one.deep or 0.0) > (kept.deep or 0.0):  # of the parts of a leg the worst
-                legs[one.items, one.what] = one
-    found = list(legs.values())
-    for part in parts:
-        if part.radius:
-            one = _of_part(judge, flown, part)
-            at = (flown.numbers(part.k), one.what), (flown.numbers(part.k + 1), one.what)
-            beside = [legs[leg].deep or 0.0 for leg in at if leg in legs]
-            if not beside or (one.deep or 0.0) > max(beside) + LIFT_STEP:
-                found.append(one)
-    return found
+    """Return what is wrong with legs, of each thing that one meets where that is worst, and then with corners.
+
+    Of a corner it is only what is not wrong with a leg at it, too.
+    """
+    found: dict[tuple[object, ...], MissionFinding] = {}
+    for part in sorted(judge.refuted(flown), key=lambda one: bool(one.radius)):
+        corner = bool(part.radius)
+        for one in (_of_part(judge, flown, fault) for fault in judge.by_what_is_met(part)):
+            known = [found.get((flown.numbers(k), one.what)) for k in range(part.k, part.k + 1 + corner)]
+            deepest = max((leg.deep or 0.0 for leg in known if leg is not None), default=-1.0)
+            if (one.deep or 0.0) > deepest + LIFT_STEP * corner:
+                found[(one.items, one.what, corner) if corner else (one.items, one.what)] = one
+    return list(found.values())
 
 
 def _of_part(judge: MissionJudge, flown: FlownMission, part: Part) -> MissionFinding:
     """Return what is wrong with a leg or corner."""
-    scenario, fault = judge.scenario, part.checked.fault
     subject = Subject.CORNERS if part.radius else Subject.TAKEOFF if part.k == 0 else Subject.LEGS
     items = (flown.visits[part.k].order.number,) if part.radius else flown.numbers(part.k)
-    place, found, limit, name = part.points[-1 if not part.radius else 2], None, None, ""
-    kind, lift = FindingKind.UNDECIDED, judge.clear_lift(part)
-    if isinstance(fault, Breach):
-        kind, place, found, limit = _BROKEN[fault.rule], fault.place, -fault.off, 0.0
-        if fault.rule is LegRule.GROUND:
-            found, limit = fault.allowed - fault.off, fault.allowed
-        elif scenario.terrain is not None and (under := float(scenario.terrain.height(place[:2]) - place[2])) > 0:
-            kind, found, limit = FindingKind.GROUND, -under, scenario.ground_clearance + judge.error.vertical
-    elif fault is not None:
-        world = part.checker.space.referee(fault)
-        met = judge_segments(world, fault.starts, fault.ends).incursion
-        if met is not None:
-            place, found, limit = met.position, met.gap, met.required
-            kind, name = _met(scenario, met.obstacle)
-    at = _globe(scenario, place)
+    kind, place, name, found, limit = _met(judge, part)
+    at, clear = _globe(judge.scenario, place), None
     if kind is FindingKind.GROUND and found is not None and limit is not None:  # whatever else is above it
-        lift = limit - found
-    clear = None if lift is None or kind in (FindingKind.CEILING, FindingKind.BOUNDS) else at[2] + lift
+        clear = at[2] + limit - found
+    elif kind not in (FindingKind.CEILING, FindingKind.BOUNDS):
+        lift = judge.clear_lift(part)
+        clear = None if lift is None else at[2] + lift
     return MissionFinding(subject, kind, items, at, name, found, limit, clear, part=part.k)
 
 
-_BROKEN = {
-    LegRule.BOUNDS: FindingKind.BOUNDS,
-    LegRule.GROUND: FindingKind.GROUND,
-    LegRule.CEILING: FindingKind.CEILING,
-}
+class _Met(NamedTuple):
+    """What a leg or corner meets, where, (3,) metres, and the name and numbers of `MissionFinding`."""
+
+    kind: FindingKind
+    place: Floats
+    name: str = ""
+    found: float | None = None
+    limit: float | None = None
 
 
-def _met(scenario: Scenario, obstacle: int) -> tuple[FindingKind, str]:
-    """Return what is met, and its kind and name."""
-    if obstacle in (GROUND_NUMBER, CEILING_NUMBER):
-        return FindingKind.GROUND if obstacle == GROUND_NUMBER else FindingKind.CEILING, ""
-    shape = scenario.obstacles[obstacle]
-    kind = FindingKind.FENCE if shape.kind == FENCE else FindingKind.OBSTACLE if shape.solid else FindingKind.ZONE
-    return kind, " ".join(word for word in (shape.kind or kind.value, shape.name) if word)
+def _met(judge: MissionJudge, part: Part) -> _Met:
+    scenario, fault = judge.scenario, part.checked.fault
+    if isinstance(fault, Breach):
+        under = -1.0 if scenario.terrain is None else float(scenario.terrain.height(fault.place[:2]) - fault.place[2])
+        if fault.rule is LegRule.GROUND:
+            return _Met(FindingKind.GROUND, fault.place, "", fault.allowed - fault.off, fault.allowed)
+        if fault.rule is LegRule.BOUNDS and under > 0:  # what is below the bounds is below ground
+            needed = scenario.ground_clearance + judge.error.vertical
+            return _Met(FindingKind.GROUND, fault.place, "", -under, needed)
+        kind = FindingKind.BOUNDS if fault.rule is LegRule.BOUNDS else FindingKind.CEILING
+        return _Met(kind, fault.place, "", -fault.off, 0.0)
+    if fault is not None:
+        world = part.checker.space.referee(fault)
+        met = judge_segments(world, fault.starts, fault.ends).incursion
+        if met is not None and met.obstacle in (GROUND_NUMBER, CEILING_NUMBER):
+            kind = FindingKind.GROUND if met.obstacle == GROUND_NUMBER else FindingKind.CEILING
+            return _Met(kind, met.position, "", met.gap, met.required)
+        if met is not None:
+            shape = world.scenario.obstacles[met.obstacle]
+            kind = kind_of(shape)
+            name = " ".join(word for word in (shape.kind or kind.value, shape.name) if word)
+            return _Met(kind, met.position, name, met.gap, met.required)
+    return _Met(FindingKind.UNDECIDED, part.points[-1 if not part.radius else 2])
 
 
 def _of_landing(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFinding]:
@@ -245,14 +243,14 @@ def _of_landing(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFind
     if flown.end != "land":
         return
     uav, top, place = plan.route.uav, plan.waypoints[-1], plan.ending[-1]
-    above = replace_height(top, max(float(top[2]), float(place[2])))
+    above = _at_height(top, max(float(top[2]), float(place[2])))
     why = why_not_level(scenario, uav, place) or Descents(scenario).why_not_clear(uav, above, place)
     if why is not None:
         items = (flown.visits[-1].order.number,)
         yield MissionFinding(Subject.END, FindingKind.LANDING, items, _globe(scenario, place), why)
 
 
-def replace_height(place: Floats, z: float) -> Floats:
+def _at_height(place: Floats, z: float) -> Floats:
     """Return a place, (3,) metres, at another height."""
     return np.array([place[0], place[1], z])
 
@@ -268,13 +266,14 @@ def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFindi
         whose = "the vehicle" if vehicle.max_speed <= autopilot.max_speed else autopilot.title
         speed, items = fastest
         yield MissionFinding(Subject.LIMITS, FindingKind.SPEED, items, name=whose, found=speed, limit=most)
-    if len(orders) > (taken := ITEM_LIMITS[autopilot.name]):
-        yield MissionFinding(Subject.LIMITS, FindingKind.COUNT, found=len(orders), limit=taken)
+    defaults = DEFAULTS[autopilot.name]
+    if len(orders) > defaults.most_items:
+        yield MissionFinding(Subject.LIMITS, FindingKind.COUNT, found=len(orders), limit=defaults.most_items)
     lengths = [math.dist(a, b) for a, b in pairwise(plan.waypoints)]
     longest = max(range(len(lengths)), key=lengths.__getitem__, default=0)
-    if lengths and lengths[longest] > (far := LEG_LIMITS[autopilot.name]):
-        items = flown.numbers(longest + 1)
-        yield MissionFinding(Subject.LIMITS, FindingKind.LENGTH, items, found=lengths[longest], limit=far)
+    if lengths and lengths[longest] > defaults.longest_leg:
+        items, limit = flown.numbers(longest + 1), defaults.longest_leg
+        yield MissionFinding(Subject.LIMITS, FindingKind.LENGTH, items, found=lengths[longest], limit=limit)
 
 
 def _with_end(flown: FlownMission, scenario: Scenario) -> FlightPlan:
@@ -285,7 +284,7 @@ def _with_end(flown: FlownMission, scenario: Scenario) -> FlightPlan:
     level = max(float(plan.home[2]) + flown.return_altitude, float(plan.waypoints[-1][2]))
     return replace(
         plan,
-        ending=np.stack([replace_height(plan.waypoints[-1], level), replace_height(plan.home, level), plan.home]),
+        ending=np.stack([_at_height(plan.waypoints[-1], level), _at_height(plan.home, level), plan.home]),
     )
 
 

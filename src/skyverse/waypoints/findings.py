@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from skyverse.exports.way_home import WAYS
+from skyverse.model.shapes import FENCE, Shape
 
 
 class Subject(Enum):
@@ -43,6 +44,11 @@ class FindingKind(Enum):
     NOT_AEROPLANE = "not an aeroplane"
     COUNT = "count of items"
     LENGTH = "length of a leg"
+
+
+def kind_of(shape: Shape) -> FindingKind:
+    """Return what is found where an obstacle of a scenario is met."""
+    return FindingKind.FENCE if shape.kind == FENCE else FindingKind.OBSTACLE if shape.solid else FindingKind.ZONE
 
 
 _HEEDED = (*list(FindingKind)[-5:], FindingKind.NEAR_HOME)

@@ -8,6 +8,9 @@ from skyverse.exports.separation import FleetApart
 from skyverse.maps.assembly.options import BuildOptions
 from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import active_spans
+from skyverse.model.short_lines import counted, told_clock
+from skyverse.model.timed_shapes import temporary_zones, with_zones_active
 from skyverse.model.waypoints import Waypoints
 from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
 from skyverse.waypoints.flown import FlownMission, flown
@@ -15,6 +18,8 @@ from skyverse.waypoints.site import Site, built_site, given_site, with_fence, wi
 
 ROOM = 200.0
 """Metres that maps are read around missions, where they reach that far."""
+LATE = 600.0
+"""Seconds after the end of the last flight until which zones that become active count: it may be late, or return."""
 HEADROOM = 50.0
 """Metres of space above the highest place of missions and returns."""
 
@@ -87,6 +92,7 @@ def check_at(missions: Sequence[Waypoints], site: Site, settings: FlightSettings
     """Judge missions at a site; `lower` if its bounds are to end where nobody flies."""
     scenario = site.scenario
     flights = [flown(one, scenario, k, site.homes[k], settings) for k, one in enumerate(missions)]
+    scenario, closed = _with_zones_closed(scenario, flights)
     if lower:
         ground = 0.0 if scenario.terrain is None else float(scenario.terrain.heights.max())
         above = ground + (scenario.max_height or 0.0)
@@ -96,7 +102,17 @@ def check_at(missions: Sequence[Waypoints], site: Site, settings: FlightSettings
         for one, ground in zip(flights, site.grounds, strict=True)
     ]
     apart, checked = check_apart(checked, scenario)
-    return CheckedFleet(scenario, tuple(checked), apart, site.assumed)
+    return CheckedFleet(scenario, tuple(checked), apart, (*site.assumed, *closed))
+
+
+def _with_zones_closed(scenario: Scenario, flights: Sequence[FlownMission]) -> tuple[Scenario, tuple[str, ...]]:
+    """Return a scenario in which zones that are active during flights are closed all the time, and say so in words."""
+    until = max(float(one.plan.arrivals[-1]) for one in flights) + LATE
+    timed = temporary_zones(scenario)
+    spans = {number: active_spans(scenario.zones[number].active) for number in timed}
+    closed = [number for number in timed if any(begin <= until and end >= 0 for begin, end in spans[number])]
+    said = f"of {counted(len(timed), 'zone')} with active times {len(closed)} closed throughout, those active within"
+    return with_zones_active(scenario, closed), (f"{said} {told_clock(until)} min of the start",) if timed else ()
 
 
 def _top(flight: FlownMission) -> float:

@@ -1,78 +1,24 @@
-"""A mission as its autopilot flies it in a scenario: orders unrolled, places in local metres, each leg at its speed."""
+"""A mission as its autopilot flies it in a scenario: places in local metres, and each leg at its speed."""
 
-import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.autopilots import AUTOPILOTS, Autopilot, AutopilotName, End, rates_of
+from skyverse.exports.autopilots import End, rates_of
 from skyverse.exports.flight_plan import MIN_SPEED, FlightPlan
 from skyverse.exports.landing import landing_places
 from skyverse.exports.leg_geometry import ground_under, leg_deviation
 from skyverse.exports.route import Route
-from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
 from skyverse.model.flight_settings import FlightSettings
-from skyverse.model.geodesy import to_local
-from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
-from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
+from skyverse.model.waypoints import Waypoints
 from skyverse.space.pads import lifted
 from skyverse.space.world import World
-
-USUAL_SPEEDS = {"px4": 5.0, "ardupilot": 10.0, "dji": 5.0}
-"""m/s: MPC_XY_CRUISE, WPNAV_SPEED; DJI's app asks for one."""
-USUAL_RETURN_ALTITUDES = {"px4": 30.0, "ardupilot": 15.0, "dji": 100.0}
-"""Metres above home: RTL_RETURN_ALT of PX4's multirotors, RTL_ALT; DJI's usual setting."""
-CONES = {"px4": "RTL_CONE_ANG", "ardupilot": "RTL_CONE_SLOPE"}
-"""Parameters with which returns near home are lower than the return altitude; parameter files set them to 0."""
-USUAL_CIRCLE = 10.0
-"""Metres: CIRCLE_RADIUS of Copter."""
-ALTITUDE_RADII = {"px4": 0.8, "ardupilot": 0.0, "dji": 0.0}
-"""Metres above or below a waypoint from which PX4 goes on: NAV_MC_ALT_RAD."""
-DJI_SAFELY = "safely"
-"""How DJI calls a take-off that climbs as high as the first waypoint, and flies there on one level."""
-OFF_CIRCLE = 0.02
-"""Metres that the polygon which stands for a circle may be off it."""
-MAX_VISITS = 20_000
-"""Places that the orders of a mission may lead to, jumps unrolled."""
-STOP = 1.0
-"""Seconds of a stop whose length no order says."""
-MAX_BEND, LEAST_PART = 2.0, 2.0
-"""Metres that the ground rises or falls, at most, beside a straight part of a leg that follows it; and its length."""
-
-
-class Visit(NamedTuple):
-    """A place to which an order leads.
-
-    Attributes
-    ----------
-    order
-        The order.
-    at
-        (3,) metres.
-    radius, hold
-        Metres within which the vehicle may turn to the next, and seconds that it stops; one of them is 0.
-    speed
-        m/s on the leg to it.
-    follows
-        Whether that leg follows the ground; then it leads there in straight parts, each of which ends at a visit.
-    aside
-        Metres that the vehicle may be beside such a part, as it has cut the corner before.
-    """
-
-    order: Order
-    at: Floats
-    radius: float
-    hold: float
-    speed: float
-    follows: bool
-    aside: float = 0.0
+from skyverse.waypoints.defaults import settled
+from skyverse.waypoints.unrolled import Unrolled, Visit, base_over
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,36 +78,17 @@ class FlownMission:
         return after.follows and one.order is after.order and not one.order.turns
 
 
-def autopilot_of(waypoints: Waypoints, settings: FlightSettings) -> Autopilot:
-    """Return what flies a mission, for which no file is too long."""
-    usual: AutopilotName = "ardupilot" if waypoints.name.lower().endswith((".waypoints", ".txt")) else "px4"
-    made = AUTOPILOTS[settings.autopilot or waypoints.autopilot or usual]
-    return made._replace(stops=False, max_waypoints=MAX_VISITS + 1)
-
-
-def home_of(waypoints: Waypoints, settings: FlightSettings) -> tuple[tuple[float, float], str]:
-    """Return latitude and longitude of the place of take-off, and what was assumed of it, in words."""
-    if settings.home is not None:
-        return settings.home, ""
-    if waypoints.home is not None:
-        return waypoints.home[:2], ""
-    for order in waypoints.orders:
-        if order.place is not None and any(order.place[:2]) and math.isfinite(order.place[0]):
-            where = f"{order.place[0]:.6f}, {order.place[1]:.6f}"
-            return order.place[:2], f"home is taken to be at its {order.kind.value} {order.number}, {where}"
-    raise InputError(f"{waypoints.name}: expected a place to fly to, found none")
-
-
 def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, settings: FlightSettings) -> FlownMission:
     """Return how a mission is flown by a UAV of a scenario that stands at its `home`, (3,) metres."""
-    unrolled = _Unrolled(waypoints, scenario, home, settings, scenario.uavs[uav].max_speed)
+    vehicle = scenario.uavs[uav]
+    told = settled(waypoints, settings, vehicle.max_speed)
+    unrolled = Unrolled(waypoints, scenario, home, told)
     unrolled.run()
-    visits, autopilot = unrolled.visits, unrolled.autopilot
+    visits, autopilot = unrolled.visits, told.autopilot
     if len(visits) < 2:
         raise InputError(f"{waypoints.name}: expected a place to fly to after the take-off, found none")
     lifts = tuple(_lifts(scenario, uav, [base_over(scenario, place) for place in (home, *unrolled.landings)]))
     base, places = lifts[0][0], np.array([visit.at for visit in visits])
-    vehicle = scenario.uavs[uav]
     rises = vehicle.fixed_wing is None  # straight up, which no aeroplane does
     takeoff = max(float(places[0, 2] - base[2]), 0.0) if rises else 0.0
     points = np.array([base, *places]) if takeoff else places
@@ -171,16 +98,12 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
     route = Route(uav, points, np.zeros(len(points)), radii, takeoff, points[:more], 0.0, holds, off, lifts)
     speeds = np.array([one.speed for one in visits[1:]])
     rates = rates_of(vehicle, autopilot)
-    begin, first = home if rises else places[0], max(unrolled.first_speed, MIN_SPEED)
+    begin, first = home if rises else places[0], max(told.speed, MIN_SPEED)
     plan = FlightPlan(route, autopilot, rates, begin, unrolled.delay, 0.0, speeds, first)
     if unrolled.end == "land":
         plan = replace(plan, ending=np.array(landing_places(scenario, [plan])))
-    usual = USUAL_RETURN_ALTITUDES[autopilot.name]
-    back = next((one for one in (settings.return_altitude, waypoints.return_altitude) if one is not None), None)
-    if back is None:
-        unrolled.assumed.append(f"it returns at {usual:g} m above home, as {autopilot.title} does by default")
-    assumed = tuple(dict.fromkeys(unrolled.assumed))
-    return FlownMission(waypoints, tuple(visits), plan, unrolled.end, usual if back is None else back, lifts, assumed)
+    assumed = tuple(dict.fromkeys((*told.assumed, *unrolled.assumed)))
+    return FlownMission(waypoints, tuple(visits), plan, unrolled.end, told.return_altitude, lifts, assumed)
 
 
 def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
@@ -193,223 +116,9 @@ def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
     return off
 
 
-def base_over(scenario: Scenario, place: Floats) -> Floats:
-    """Return where a UAV is free over a place where it stands, (3,) metres."""
-    terrain = scenario.terrain
-    ground = float(place[2]) if terrain is None else max(float(ground_height(scenario, place[:2])), float(place[2]))
-    kept = max(scenario.clearance, scenario.ground_clearance if terrain is not None else 0.0)
-    return np.array([*place[:2], ground + kept + 2 * LEG_ALLOWANCE])
-
-
 def _lifts(scenario: Scenario, uav: int, bases: Sequence[Floats]) -> Iterator[tuple[Floats, Floats]]:
     """Yield from where to where over each base the error of a UAV counts for what is beside it alone."""
     nominal, strayed = World(scenario), World(scenario, scenario.uavs[uav].tracking_error)
     for base in bases:
         x, y, z = base.tolist()
         yield base, lifted(nominal, strayed, uav, (x, y, z))
-
-
-@dataclass
-class _Unrolled:
-    """The orders of a mission, followed one by one."""
-
-    waypoints: Waypoints
-    scenario: Scenario
-    home: Floats
-    settings: FlightSettings
-    max_speed: float
-    visits: list[Visit] = field(default_factory=list)
-    landings: list[Floats] = field(default_factory=list)
-    assumed: list[str] = field(default_factory=list)
-    delay: float = 0.0
-    end: End = "loiter"
-
-    def __post_init__(self) -> None:
-        self.autopilot = autopilot_of(self.waypoints, self.settings)
-        if (self.settings.autopilot or self.waypoints.autopilot) is None:
-            self.assumed.append(f"it is flown by {self.autopilot.title}")
-        if self.autopilot.name in CONES:
-            self.assumed.append(f"it returns on one level, without a cone ({CONES[self.autopilot.name]} 0)")
-        self.here, self.flies, self.aside = self.home.copy(), False, 0.0
-        usual = min(USUAL_SPEEDS[self.autopilot.name], self.max_speed)
-        given = self.settings.speed if self.settings.speed is not None else self.waypoints.speed
-        self.speed = self.first_speed = usual if given is None else given
-        if given is None:
-            self.assumed.append(f"it flies {usual:g} m/s where it says no speed")
-        elif self.settings.speed is None:
-            self.assumed.append(f"it flies {given:g} m/s where it says no speed, as its file plans; set the vehicle so")
-        fence = self.waypoints.fence
-        if self.autopilot.name == "px4" and len(fence.inside) + len(fence.circles_inside) > 1:
-            self.assumed.append("it stays in any area of its fence; from 2026 on, PX4 asks that it stays in all")
-
-    def run(self) -> None:
-        """Follow all orders, to the first that ends the flight."""
-        orders, jumped, at = self.waypoints.orders, Counter[int](), 0
-        since: dict[int, int] = {}
-        last_of = max((k for k, one in enumerate(orders) if one.kind in _MOVES), default=-1)
-        place_of = {order.number: k for k, order in enumerate(orders)}
-        while at < len(orders):
-            order = orders[at]
-            at += 1
-            if order.kind is OrderKind.JUMP:
-                times = 1 if order.times < 0 else order.times  # a round for ever is proven once
-                if order.times < 0:
-                    self.assumed.append(f"jump {order.number} never ends: what follows one round of it is judged")
-                if order.times < 0 and since.get(order.number) == len(self.visits):
-                    said = "expected a place between a jump for ever and where it leads to, found none"
-                    raise InputError(f"{self.waypoints.name}: item {order.number}: {said}")
-                since[order.number] = len(self.visits)
-                if jumped[order.number] < times:
-                    jumped[order.number] += 1
-                    at = place_of[order.to]  # type: ignore[index]
-            elif self._follow(order, last=at > last_of):
-                return
-            if len(self.visits) > MAX_VISITS:
-                raise InputError(
-                    f"{self.waypoints.name}: item {order.number}: its jumps lead to more than {MAX_VISITS:,} places"
-                )
-
-    def _follow(self, order: Order, *, last: bool) -> bool:
-        """Follow one order, and tell whether it ends the flight."""
-        if order.kind is OrderKind.RETURN:
-            self.end = "rtl"
-            return True
-        if order.speed is not None and order.kind is OrderKind.SPEED:
-            self.speed = order.speed
-        if order.kind is OrderKind.DELAY and not self.visits:
-            self.delay += order.seconds
-        elif order.kind is OrderKind.DELAY:
-            self.visits[-1] = self.visits[-1]._replace(hold=self.visits[-1].hold + order.seconds, radius=0.0)
-        if order.kind is OrderKind.TAKEOFF:
-            self._take_off(order)
-        elif order.kind is OrderKind.LAND:
-            self._land(order, last=last)
-            return last
-        elif order.kind in (OrderKind.WAYPOINT, OrderKind.LOITER) and order.place is not None:
-            self._fly_to(order)
-            if order.speed is not None:
-                self.speed = order.speed
-            return math.isinf(order.seconds)
-        return False
-
-    def _take_off(self, order: Order) -> None:
-        if order.place is None:
-            raise InputError(f"{self.waypoints.name}: item {order.number}: expected an altitude to take off to")
-        top = self._local(order, (math.nan, math.nan, order.place[2]))
-        near = ALTITUDE_RADII[self.autopilot.name]
-        self._visit(order, top, near, follows=False)
-        self.flies = True
-        aim = self._local(order, order.place)
-        if self.autopilot.name == "px4" and math.dist(aim[:2], top[:2]) > SAME_PLACE:  # it then flies to that place
-            self._visit(order, np.array([*aim[:2], top[2]]), self._radius(order), follows=False)
-
-    def _fly_to(self, order: Order) -> None:
-        assert order.place is not None
-        to = self._local(order, order.place)
-        if not self.flies:
-            self.assumed.append("it has no take-off: it is taken to rise above home to the height of its first place")
-            self._visit(order, np.array([*self.here[:2], to[2]]), 0.0, follows=False)
-            self.flies = True
-        if len(self.visits) == 1 and self.visits[0].order.name == DJI_SAFELY:
-            level = max(float(self.here[2]), float(to[2]))
-            self.here = np.array([*self.here[:2], level])
-            self.visits[0] = self.visits[0]._replace(at=self.here)
-            if level > to[2]:
-                self._visit(order, np.array([*to[:2], level]), 0.0, follows=False)
-        follows = isinstance(order.place[2], AboveGround)
-        for place in self._circle(order, to) if order.turns else [to]:
-            if follows:
-                place = self._over_ground(order, place, to)
-            radius, aside = 0.0 if order.seconds or order.turns else self._radius(order), self.aside * follows
-            self._visit(order, place, radius, follows=follows, aside=aside)
-        if order.seconds:
-            self.visits[-1] = self.visits[-1]._replace(hold=max(min(order.seconds, 1e6), STOP))
-
-    def _over_ground(self, order: Order, place: Floats, like: Floats) -> Floats:
-        """Visit places on the way to one that is as high above ground as `like`, which is returned.
-
-        Each part between them is nearly straight.
-        """
-        terrain, begin, before = self.scenario.terrain, self.here, self.visits[-1]
-        assert terrain is not None
-        aside = before.aside if before.order is order else 0.0 if before.hold else before.radius
-        first, last = (float(one[2]) - float(terrain.height(one[:2])) for one in (begin, like))
-
-        def at(share: float) -> Floats:
-            x, y = (begin + share * (place - begin))[:2].tolist()
-            return np.array([x, y, float(terrain.height([x, y])) + first + share * (last - first)])
-
-        def shares(low: float, high: float) -> Iterator[float]:
-            pair = np.stack([at(low), at(high)])
-            if math.dist(*pair[:, :2]) <= LEAST_PART or ground_under(terrain, pair, 0.0).bend <= MAX_BEND:
-                yield high
-            else:
-                yield from shares(low, (low + high) / 2)
-                yield from shares((low + high) / 2, high)
-
-        for share in shares(0.0, 1.0):
-            if share < 1:
-                self._visit(order, at(share), 0.0, follows=True, aside=aside)
-        self.aside = aside
-        return at(1.0)
-
-    def _land(self, order: Order, *, last: bool) -> None:
-        over = self._local(order, order.place) if order.place is not None else self.here
-        self._visit(order, np.array([*over[:2], self.here[2]]), 0.0, follows=False)
-        self.visits[-1] = self.visits[-1]._replace(hold=STOP)
-        if last:
-            self.end = "land"
-            return
-        ground = np.array([*over[:2], float(ground_height(self.scenario, over[:2]))])
-        self.landings.append(ground)
-        self._visit(order, base_over(self.scenario, ground), 0.0, follows=False)
-        self.visits[-1] = self.visits[-1]._replace(hold=STOP)
-        self.flies = False
-
-    def _visit(self, order: Order, at: Floats, radius: float, *, follows: bool, aside: float = 0.0) -> None:
-        self.visits.append(Visit(order, at, radius, 0.0, self.speed, follows, aside))
-        self.here = at
-
-    def _radius(self, order: Order) -> float:
-        """Return the radius of a waypoint, metres; Copter does not keep that of a waypoint, but has one for all."""
-        own = order.radius if order.kind is OrderKind.WAYPOINT and self.autopilot.name != "ardupilot" else None
-        return math.hypot(self.settings.radius if own is None else own, ALTITUDE_RADII[self.autopilot.name])
-
-    def _circle(self, order: Order, middle: Floats) -> Iterator[Floats]:
-        """Yield the corners of a polygon that is nowhere far from the circle of a loiter, nor from all its turns."""
-        radius = USUAL_CIRCLE if order.radius is None else order.radius
-        count = max(math.ceil(math.pi / math.sqrt(2 * OFF_CIRCLE / max(radius, OFF_CIRCLE))), 8)
-        begin = math.atan2(*(self.here - middle)[1::-1])
-        for angle in begin + np.linspace(0.0, 2 * math.pi, count + 1):
-            yield middle + (radius + OFF_CIRCLE / 2) * np.array([math.cos(angle), math.sin(angle), 0.0])
-        yield middle
-
-    def _local(self, order: Order, place: GlobalPlace) -> Floats:
-        """Return a place in local metres; where its latitude and longitude are left open, it is above here."""
-        latitude, longitude, altitude = place
-        origin = self.scenario.frame.origin
-        assert origin is not None
-        stays = math.isnan(latitude) or math.isnan(longitude)
-        if latitude == 0 and longitude == 0:
-            if self.autopilot.name != "ardupilot" and order.kind is OrderKind.WAYPOINT:
-                raise InputError(
-                    f"{self.waypoints.name}: item {order.number}: latitude and longitude are 0, where "
-                    f"{self.autopilot.title} would fly to"
-                )
-            stays = True
-        x, y = self.here[:2] if stays else to_local(origin, [[latitude, longitude, 0.0]])[0, :2]
-        if self.autopilot.name == "ardupilot" and altitude.metres == 0 and self.flies:  # Copter stays as high as it is
-            z = float(self.here[2])
-        elif isinstance(altitude, AboveHome):
-            z = self.home[2] + altitude.metres
-        elif isinstance(altitude, AboveGround):
-            if self.scenario.terrain is None:
-                where = f"{self.waypoints.name}: item {order.number}"
-                raise InputError(f"{where}: a height above ground needs the ground", field="terrain")
-            z = float(self.scenario.terrain.height([x, y])) + altitude.metres
-        else:
-            z = altitude.metres - origin.altitude
-        return np.array([x, y, z])
-
-
-_MOVES = (OrderKind.TAKEOFF, OrderKind.WAYPOINT, OrderKind.LOITER, OrderKind.RETURN, OrderKind.LAND)

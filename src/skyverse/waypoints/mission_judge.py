@@ -1,6 +1,8 @@
 """The legs and corners of a mission, searched by the planners' space and proven by the referee."""
 
+from collections import defaultdict
 from collections.abc import Iterator
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +12,9 @@ from skyverse.exports.leg_space import Checked, LegSpace
 from skyverse.exports.legs import LegChecker, cut_corners, unproven
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Shape
 from skyverse.model.uav import TrackingError
+from skyverse.waypoints.findings import FindingKind, kind_of
 from skyverse.waypoints.flown import FlownMission
 
 MOST_LIFTED = 1000.0
@@ -37,6 +41,24 @@ class MissionJudge:
         self.scenario, self.error, self.lifts = scenario, error, lifts
         self._checkers: dict[tuple[bool, float], LegChecker] = {}
         self._spaces = {follows: LegSpace(scenario, "agl" if follows else "amsl") for follows in (False, True)}
+
+    @cached_property
+    def _alone(self) -> list["MissionJudge"]:
+        """Judges of the ground and ceiling alone, and of things, of zones and of fences alone."""
+        kinds = defaultdict[FindingKind, list[Shape]](list)
+        for shape in self.scenario.obstacles:
+            kinds[kind_of(shape)].append(shape)
+        bare = derived(self.scenario, terrain=None, max_height=None)
+        things = (derived(bare, obstacles=tuple(shapes)) for shapes in kinds.values())
+        return [MissionJudge(one, self.error, self.lifts) for one in (derived(self.scenario, obstacles=()), *things)]
+
+    def by_what_is_met(self, part: Part) -> list[Part]:
+        """Return a part that is not proven once for each kind of thing that it meets, if it meets one by itself."""
+        if part.checker.space.reference == "agl" or not self.scenario.obstacles:
+            return [part]
+        each = (judge.checker(False) for judge in self._alone)
+        parts = [part._replace(checker=one, checked=one.part(part.points, *part.radius)[0]) for one in each]
+        return [one for one in parts if one.checked.fault is not None] or [part]
 
     def checker(self, follows: bool, aside: float = 0.0) -> LegChecker:
         """Return what checks legs that follow the ground, or do not, and may be flown `aside` metres beside."""

@@ -21,11 +21,11 @@ from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.geodesy import to_local
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario, Source
-from skyverse.model.short_lines import counted, listed
-from skyverse.model.timed_shapes import temporary_zones, with_zones_active
+from skyverse.model.short_lines import listed
 from skyverse.model.uav import UAV, with_limits
 from skyverse.model.waypoints import OrderKind, Waypoints
-from skyverse.waypoints.flown import USUAL_CIRCLE, flown, home_of
+from skyverse.waypoints.defaults import USUAL_CIRCLE, home_of
+from skyverse.waypoints.flown import flown
 
 AROUND = 30.0
 """Metres that the maps are read around the places of missions."""
@@ -67,7 +67,7 @@ def built_site(
     missions: Sequence[Waypoints], options: BuildOptions, settings: FlightSettings, margin: float = AROUND
 ) -> Site:
     """Return the site of missions, made of maps; without an area, it is what lies within a margin of their places."""
-    homes = [home_of(one, settings)[0] for one in missions]
+    homes = [home_of(one, settings) for one in missions]
     for mission, home in zip(missions, homes, strict=True):
         _require_near(mission, home)
     assumed, known = [], [_altitude_of_home(one, settings) for one in missions]
@@ -96,15 +96,7 @@ def built_site(
         with_limits(UAV(name=name, start=(x, y, z + 1.0), home=z), limits)
         for name, (x, y, z) in zip(_names(missions), places.tolist(), strict=True)
     ]
-    scenario, closed = _always_closed(scenario)
-    return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), (*assumed, *closed))
-
-
-def _always_closed(scenario: Scenario) -> tuple[Scenario, tuple[str, ...]]:
-    """Return a scenario whose zones with times are closed at all times, as nobody knows when a mission begins."""
-    timed = temporary_zones(scenario)
-    said = f"{counted(len(timed), 'zone')} with active times count as active at all times"
-    return with_zones_active(scenario, timed), (said,) if timed else ()
+    return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), tuple(assumed))
 
 
 def options_of_mission(waypoints: Waypoints, options: BuildOptions) -> BuildOptions:
@@ -112,7 +104,7 @@ def options_of_mission(waypoints: Waypoints, options: BuildOptions) -> BuildOpti
 
     What the options give themselves stays.
     """
-    home = home_of(waypoints, FlightSettings())[0]
+    home = home_of(waypoints, FlightSettings())
     places = [order for order in waypoints.orders if order.kind in _FLOWN_TO and order.place is not None]
     first = next((order.place for order in places if order.place is not None), None)
     ends = [order.place for order in places if order.kind is not OrderKind.LAND and order.place is not None]
@@ -152,7 +144,7 @@ def given_site(missions: Sequence[Waypoints], scenario: Scenario, settings: Flig
         raise InputError(said, field="origin")
     uavs, homes, grounds = [], [], list[float | None]()
     for name, one in zip(_names(missions), missions, strict=True):
-        ((x, y, _),) = to_local(origin, [[*home_of(one, settings)[0], 0.0]]).tolist()
+        ((x, y, _),) = to_local(origin, [[*home_of(one, settings), 0.0]]).tolist()
         own = next((uav for uav in scenario.uavs if np.hypot(uav.start[0] - x, uav.start[1] - y) <= SAME_HOME), None)
         known = _altitude_of_home(one, settings)
         if own is not None and own.home is not None:
@@ -169,8 +161,7 @@ def given_site(missions: Sequence[Waypoints], scenario: Scenario, settings: Flig
         uavs.append(derived(like, name=name, start=(x, y, z + 1.0), home=z))
         homes.append(np.array([x, y, z]))
         grounds.append(None if scenario.terrain is None else z + origin.altitude)
-    scenario, closed = _always_closed(scenario)
-    return Site(derived(scenario, uavs=tuple(uavs), targets=()), tuple(homes), tuple(grounds), closed)
+    return Site(derived(scenario, uavs=tuple(uavs), targets=()), tuple(homes), tuple(grounds), ())
 
 
 def with_height(scenario: Scenario, top: float) -> Scenario:
