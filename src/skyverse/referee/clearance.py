@@ -31,14 +31,37 @@ def judge_curve(world: RefereeWorld, curve: PolynomialCurve, position: list[Poly
 
 def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> Deepest:
     """Judge the clearance of segments between starts and ends, (n, 3) metres, as pieces of degree 1."""
-    b, exact = np.stack([starts, ends], axis=1), np.zeros(len(starts))
-    curve = PolynomialCurve(np.arange(len(starts) + 1.0), np.stack([starts, ends - starts], axis=1))
+    b, exact, curve = _straight(starts, ends)
     in_boxes = Deepest(_combined_peaks([]), deepest_in_boxes(world.boxes, starts, ends))
     return _combined(world, [in_boxes, *(_judge_kind(kind, b, exact, curve) for kind in world.others)])
 
 
+def incursions(world: RefereeWorld, starts: Floats, ends: Floats) -> list[Incursion | None]:
+    """Return of each segment between starts and ends, (n, 3) metres, the deepest place, if anything is too close."""
+    each = [[deepest_in_boxes(world.boxes, starts[k : k + 1], ends[k : k + 1])] for k in range(len(starts))]
+    b, exact, curve = _straight(starts, ends)
+    for kind in world.others:
+        for found in _peaks_of_kind(kind, b, exact, curve, np.arange(len(starts)))[1]:
+            each[found.segment].append(found)
+    return [_deepest(world, some) for some in each]
+
+
+def _straight(starts: Floats, ends: Floats) -> tuple[Floats, Floats, PolynomialCurve]:
+    """Return segments as pieces of degree 1: their Bernstein coefficients, the errors of these, and the curve."""
+    curve = PolynomialCurve(np.arange(len(starts) + 1.0), np.stack([starts, ends - starts], axis=1))
+    return np.stack([starts, ends], axis=1), np.zeros(len(starts)), curve
+
+
 def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve) -> Deepest:
     """Judge all pieces of a curve, (n, degree + 1, 3) with errors (n,), against all shapes of one kind."""
+    peaks, found = _peaks_of_kind(kind, b, error, curve, np.zeros(len(b), dtype=np.intp))
+    return Deepest(peaks, found[0] if found else None)
+
+
+def _peaks_of_kind(
+    kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve, question: Indices
+) -> tuple[Peaks, list[Incursion]]:
+    """Return the peaks of questions about the pieces of a curve, one for each piece, and the deepest places of each."""
     wrong = kind.error(b, error)
     if b.shape[1] == 2:
         pairs = kind.tree.near_segments(b[:, 0], b[:, 1], wrong)
@@ -46,36 +69,41 @@ def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCu
         pairs = kind.tree.overlapping(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None])
     piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
     if not len(piece):
-        return Deepest(_combined_peaks([]), None)
+        return _combined_peaks([]), []
 
     def depth(part: Floats, pair: Indices) -> Floats:
         return kind.depth(part, shape[pair])
 
-    peaks = find_peaks(b[piece], wrong[piece], depth)
-    incursion = None
-    if peaks.refuted[0]:
-        pair, share = peaks.place()
+    peaks = find_peaks(b[piece], wrong[piece], depth, question[piece], int(question.max()) + 1)
+    found = []
+    for one in np.flatnonzero(peaks.refuted).tolist():
+        pair, share = peaks.place(one)
         k, of = int(piece[pair]), int(shape[pair])
         position = curve.motion(k, share * float(curve.durations[k]))[0]  # without Bernstein coefficients
         if kind.depth(position[None, None], np.array([of]))[0] > 0:
             gap, number = kind.gap(position, of), int(kind.obstacle[of])
-            incursion = Incursion(gap, kind.clearance, number, k, share, position)
+            found.append(Incursion(gap, kind.clearance, number, k, share, position))
     # callers ask which piece it was, not which pair of a piece and a shape
     stuck = np.where(peaks.stuck >= 0, piece[peaks.stuck], peaks.stuck)
-    return Deepest(peaks._replace(piece=piece[peaks.piece], stuck=stuck), incursion)
+    return peaks._replace(piece=piece[peaks.piece], stuck=stuck), found
 
 
 def _combined(world: RefereeWorld, judged: list[Deepest]) -> Deepest:
-    """Return the judgements of all kinds of shapes as one, with the deepest place of them all.
+    """Return the judgements of all kinds of shapes as one, with the deepest place of them all."""
+    deepest = _deepest(world, [one.incursion for one in judged])
+    return Deepest(_combined_peaks([one.peaks for one in judged]), deepest)
 
-    What is said of that place counts the tracking error as a part of the gap, and not of the clearance.
+
+def _deepest(world: RefereeWorld, found: list[Incursion | None]) -> Incursion | None:
+    """Return the deepest of some places, if there is one.
+
+    What is said of it counts the tracking error as a part of the gap, and not of the clearance.
     """
-    incursions = [one.incursion for one in judged if one.incursion is not None]
-    deepest = max(incursions, key=lambda incursion: incursion.depth, default=None)
+    deepest = max((one for one in found if one is not None), key=lambda one: one.depth, default=None)
     if deepest is not None and deepest.obstacle >= 0 and world.error.horizontal:
         aside = world.error.horizontal
         deepest = replace(deepest, gap=deepest.gap - aside, required=deepest.required - aside)
-    return Deepest(_combined_peaks([one.peaks for one in judged]), deepest)
+    return deepest
 
 
 def _combined_peaks(each: list[Peaks]) -> Peaks:

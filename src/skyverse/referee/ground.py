@@ -1,7 +1,7 @@
 """The ground: heights on a grid, bilinear in between; how deep a part of a curve may be below what must be kept."""
 
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -46,12 +46,16 @@ class GrownGround(GrownSolids):
         """Return the corners of one box that holds everything, since every curve may come near the ground."""
         return np.full((1, 3), -np.inf), np.full((1, 3), np.inf)
 
+    @cached_property
+    def largest(self) -> float:
+        """The greatest height or depth of the ground, metres from z = 0."""
+        return float(np.abs(self.heights).max())
+
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds on the errors of depths: those of the positions, of halvings, and of the products."""
         size = np.abs(b).max(axis=(1, 2), initial=0.0) + float(np.abs(self.origin).max())
         off = error + (MAX_DEPTH * b.shape[1] + 32) * MACHINE_EPSILON * size
-        heights = float(np.abs(self.heights).max())
-        return (1 + 9 * self.slope) * off + SUMS_ROUNDING * (heights + size)
+        return (1 + 9 * self.slope) * off + SUMS_ROUNDING * (self.largest + size)
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be below what must be kept.

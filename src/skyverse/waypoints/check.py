@@ -24,8 +24,7 @@ from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import SAME_PLACE
-from skyverse.referee.clearance import judge_segments
-from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER
+from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER, Incursion
 from skyverse.summary import flight_summary
 from skyverse.waypoints.defaults import DEFAULTS
 from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject, kind_of
@@ -178,21 +177,22 @@ def _of_parts(judge: MissionJudge, flown: FlownMission) -> list[MissionFinding]:
     Of a corner it is only what is not wrong with a leg at it, too.
     """
     found: dict[tuple[object, ...], MissionFinding] = {}
-    for part in sorted(judge.refuted(flown), key=lambda one: bool(one.radius)):
-        corner = bool(part.radius)
-        for one in (_of_part(judge, flown, fault) for fault in judge.by_what_is_met(part)):
-            known = [found.get((flown.numbers(k), one.what)) for k in range(part.k, part.k + 1 + corner)]
-            deepest = max((leg.deep or 0.0 for leg in known if leg is not None), default=-1.0)
-            if (one.deep or 0.0) > deepest + LIFT_STEP * corner:
-                found[(one.items, one.what, corner) if corner else (one.items, one.what)] = one
+    refuted = sorted(judge.refuted(flown), key=lambda one: bool(one.radius))
+    parts = [part for one in refuted for part in judge.by_what_is_met(one)]
+    for part, met in zip(parts, judge.met(parts), strict=True):
+        one, corner = _of_part(judge, flown, part, met), bool(part.radius)
+        known = [found.get((flown.numbers(k), one.what)) for k in range(part.k, part.k + 1 + corner)]
+        deepest = max((leg.deep or 0.0 for leg in known if leg is not None), default=-1.0)
+        if (one.deep or 0.0) > deepest + LIFT_STEP * corner:
+            found[(one.items, one.what, corner) if corner else (one.items, one.what)] = one
     return list(found.values())
 
 
-def _of_part(judge: MissionJudge, flown: FlownMission, part: Part) -> MissionFinding:
-    """Return what is wrong with a leg or corner."""
+def _of_part(judge: MissionJudge, flown: FlownMission, part: Part, met: Incursion | None) -> MissionFinding:
+    """Return what is wrong with a leg or corner that meets something, or breaks a rule."""
     subject = Subject.CORNERS if part.radius else Subject.TAKEOFF if part.k == 0 else Subject.LEGS
     items = (flown.visits[part.k].order.number,) if part.radius else flown.numbers(part.k)
-    kind, place, name, found, limit = _met(judge, part)
+    kind, place, name, found, limit = _met(judge, part, met)
     at, clear = _globe(judge.scenario, place), None
     if kind is FindingKind.GROUND and found is not None and limit is not None:  # whatever else is above it
         clear = at[2] + limit - found
@@ -212,7 +212,7 @@ class _Met(NamedTuple):
     limit: float | None = None
 
 
-def _met(judge: MissionJudge, part: Part) -> _Met:
+def _met(judge: MissionJudge, part: Part, met: Incursion | None) -> _Met:
     scenario, fault = judge.scenario, part.checked.fault
     if isinstance(fault, Breach):
         under = -1.0 if scenario.terrain is None else float(scenario.terrain.height(fault.place[:2]) - fault.place[2])
@@ -223,18 +223,15 @@ def _met(judge: MissionJudge, part: Part) -> _Met:
             return _Met(FindingKind.GROUND, fault.place, "", -under, needed)
         kind = FindingKind.BOUNDS if fault.rule is LegRule.BOUNDS else FindingKind.CEILING
         return _Met(kind, fault.place, "", -fault.off, 0.0)
-    if fault is not None:
-        world = part.checker.space.referee(fault)
-        met = judge_segments(world, fault.starts, fault.ends).incursion
-        if met is not None and met.obstacle in (GROUND_NUMBER, CEILING_NUMBER):
-            kind = FindingKind.GROUND if met.obstacle == GROUND_NUMBER else FindingKind.CEILING
-            return _Met(kind, met.position, "", met.gap, met.required)
-        if met is not None:
-            shape = world.scenario.obstacles[met.obstacle]
-            kind = kind_of(shape)
-            name = " ".join(word for word in (shape.kind or kind.value, shape.name) if word)
-            return _Met(kind, met.position, name, met.gap, met.required)
-    return _Met(FindingKind.UNDECIDED, part.points[-1 if not part.radius else 2])
+    if met is None:
+        return _Met(FindingKind.UNDECIDED, part.points[-1 if not part.radius else 2])
+    if met.obstacle in (GROUND_NUMBER, CEILING_NUMBER):
+        kind = FindingKind.GROUND if met.obstacle == GROUND_NUMBER else FindingKind.CEILING
+        return _Met(kind, met.position, "", met.gap, met.required)
+    shape = part.checker.space.scenario.obstacles[met.obstacle]
+    kind = kind_of(shape)
+    name = " ".join(word for word in (shape.kind or kind.value, shape.name) if word)
+    return _Met(kind, met.position, name, met.gap, met.required)
 
 
 def _of_landing(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFinding]:

@@ -16,8 +16,6 @@ from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
 from skyverse.waypoints.flown import FlownMission, flown
 from skyverse.waypoints.site import Site, built_site, given_site, with_fence, with_height
 
-ROOM = 200.0
-"""Metres that maps are read around missions, where they reach that far."""
 LATE = 600.0
 """Seconds after the end of the last flight until which zones that become active count: it may be late, or return."""
 HEADROOM = 50.0
@@ -79,13 +77,10 @@ def check_waypoints(
 
 
 def site_of(missions: Sequence[Waypoints], where: Scenario | BuildOptions, settings: FlightSettings) -> Site:
-    """Return where missions are flown, with room for ways around them if the maps reach that far."""
+    """Return where missions are flown: the site that is given, or one made of maps."""
     if isinstance(where, Scenario):
         return given_site(missions, where, settings)
-    try:
-        return built_site(missions, where, settings, ROOM)
-    except InputError:
-        return built_site(missions, where, settings)
+    return built_site(missions, where, settings)
 
 
 def check_at(missions: Sequence[Waypoints], site: Site, settings: FlightSettings, *, lower: bool) -> CheckedFleet:

@@ -1,19 +1,21 @@
 """The legs and corners of a mission, searched by the planners' space and proven by the referee."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.leg_space import Checked, LegSpace
+from skyverse.exports.leg_space import Checked, LegSpace, Segments
 from skyverse.exports.legs import LegChecker, cut_corners, unproven
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 from skyverse.model.uav import TrackingError
+from skyverse.referee.clearance import incursions
+from skyverse.referee.judgement import Incursion
 from skyverse.waypoints.findings import FindingKind, kind_of
 from skyverse.waypoints.flown import FlownMission
 
@@ -88,6 +90,21 @@ class MissionJudge:
         unproven((k, one.checker, one.checked, one.key) for k, one in enumerate(parts) if one.checked.fault is None)
         again = (one._replace(checked=one.checker.part(one.points, *one.radius)[0]) for one in parts)
         return [one for one in again if one.checked.fault is not None]
+
+    def met(self, parts: Sequence[Part]) -> list[Incursion | None]:
+        """Return what each of some refuted parts meets where it is deepest, of those that meet something."""
+        asked: dict[tuple[object, ...], list[tuple[int, Segments]]] = defaultdict(list)
+        for k, part in enumerate(parts):
+            if isinstance(part.checked.fault, Segments):
+                asked[part.checker.space, *part.checked.fault[2:]].append((k, part.checked.fault))
+        found: list[Incursion | None] = [None] * len(parts)
+        for same in asked.values():
+            (first, fault), *_ = same
+            starts, ends = (np.concatenate([one[end] for _, one in same]) for end in (0, 1))
+            met = incursions(parts[first].checker.space.referee(fault), starts, ends)
+            for (k, _), incursion in zip(same, met, strict=True):
+                found[k] = incursion
+        return found
 
     def clear_lift(self, part: Part) -> float | None:
         """Return how many metres higher a part would be clear; ``None`` where no height helps."""

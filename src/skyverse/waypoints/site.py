@@ -13,6 +13,7 @@ from skyverse.exports.autopilots import AutopilotName
 from skyverse.maps.assembly.build import build_scenario, outdoor_limits
 from skyverse.maps.assembly.fences import Rule, fence_area, fence_around, fence_circle
 from skyverse.maps.assembly.options import BuildOptions
+from skyverse.maps.assembly.places import highest_ground
 from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED
 from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
@@ -27,8 +28,8 @@ from skyverse.model.waypoints import OrderKind, Waypoints
 from skyverse.waypoints.defaults import USUAL_CIRCLE, home_of
 from skyverse.waypoints.flown import flown
 
-AROUND = 30.0
-"""Metres that the maps are read around the places of missions."""
+ROOM, AROUND = 200.0, 30.0
+"""Metres that maps are read around the places of missions, where they reach that far, and at least."""
 WIDE = 100.0
 """Metres that the maps are read around a mission for which another way is sought."""
 METRES_PER_DEGREE = 111_000.0
@@ -63,10 +64,8 @@ class Site:
     assumed: tuple[str, ...]
 
 
-def built_site(
-    missions: Sequence[Waypoints], options: BuildOptions, settings: FlightSettings, margin: float = AROUND
-) -> Site:
-    """Return the site of missions, made of maps; without an area, it is what lies within a margin of their places."""
+def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: FlightSettings) -> Site:
+    """Return the site of missions, made of maps; without an area, it is what lies around their places."""
     homes = [home_of(one, settings) for one in missions]
     for mission, home in zip(missions, homes, strict=True):
         _require_near(mission, home)
@@ -82,10 +81,7 @@ def built_site(
         level = min(one for one in known if one is not None)
         options = replace(options, ground=AboveSea(level))
         assumed.append(f"without a terrain, the ground is taken to be level, {level:.1f} m above the sea as home")
-    if options.area is None:
-        options = replace(options, area=_area(missions, homes, margin))
-    kept = options.ceiling
-    scenario = build_scenario(replace(options, ceiling=kept or AboveSea(TALL), uavs=(), targets=()))
+    scenario = _with_room(missions, homes, replace(options, ceiling=options.ceiling or AboveSea(TALL)))
     origin = scenario.frame.origin
     assert origin is not None
     level = 0.0 if options.ground is None else options.ground.metres
@@ -97,6 +93,17 @@ def built_site(
         for name, (x, y, z) in zip(_names(missions), places.tolist(), strict=True)
     ]
     return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), tuple(assumed))
+
+
+def _with_room(missions: Sequence[Waypoints], homes: Sequence[tuple[float, float]], options: BuildOptions) -> Scenario:
+    """Return the scenario of maps around missions, with room for ways around them if the maps reach that far."""
+    options = replace(options, uavs=(), targets=())
+    if options.area is not None:
+        return build_scenario(options)
+    try:
+        return build_scenario(replace(options, area=_area(missions, homes, ROOM)))
+    except InputError:
+        return build_scenario(replace(options, area=_area(missions, homes, AROUND)))
 
 
 def options_of_mission(waypoints: Waypoints, options: BuildOptions) -> BuildOptions:
@@ -233,7 +240,7 @@ def _require_near(waypoints: Waypoints, home: tuple[float, float]) -> None:
 
 
 def _area(
-    missions: Sequence[Waypoints], homes: Sequence[tuple[float, float]], margin: float = AROUND
+    missions: Sequence[Waypoints], homes: Sequence[tuple[float, float]], margin: float
 ) -> tuple[float, float, float, float]:
     """Return west, south, east and north of all places, and of what is around them by a margin, metres; degrees."""
     places = np.array([*homes, *(one[1:] for mission in missions for one in _places(mission))])
@@ -259,13 +266,10 @@ def _covered_homes(
     with ExitStack() as stack:
         files = [stack.enter_context(open_raster(raster)) for raster in rasters]
 
-        def ground(latitude: float, longitude: float) -> float:
-            geoid = options.geoid or 0.0
-            heights = [file.height(latitude, longitude) - geoid * file.ellipsoidal for file in files]
-            return max((height for height in heights if not np.isnan(height)), default=np.nan)
-
         for mission, home in zip(missions, homes, strict=True):
-            missing = [one for one in [(0, *home), *_places(mission)] if np.isnan(ground(*one[1:]))]
+            places = [(0, *home), *_places(mission)]
+            heights = highest_ground([one[1:] for one in places], files, options.geoid)
+            missing = [one for one, height in zip(places, heights, strict=True) if np.isnan(height)]
             if missing:
                 names = ", ".join(file.path for file in files)
                 which = listed([str(number) if number else "home" for number, *_ in missing[:6]])
@@ -277,4 +281,4 @@ def _covered_homes(
                     f"latitude {south:.5f} and {north:.5f}, longitude {west:.5f} and {east:.5f}",
                     field="terrain",
                 )
-        return [ground(*home) for home in homes]
+        return highest_ground(homes, files, options.geoid).tolist()

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, is_number
@@ -123,13 +124,20 @@ def homes(starts: Mapping[str, GlobalPlace], rasters: Sequence[OpenRaster], geoi
 
     It is the ground of the rasters, not that of the scenario, which is raised. A start beside holes is left out.
     """
-    found = {}
-    for name, (latitude, longitude, _) in starts.items():
-        heights = [raster.height(latitude, longitude) - (geoid or 0.0) * raster.ellipsoidal for raster in rasters]
-        known = [height for height in heights if not math.isnan(height)]
-        if known:
-            found[name] = max(known)
-    return found
+    if not (starts and rasters):
+        return {}
+    heights = highest_ground([place[:2] for place in starts.values()], rasters, geoid)
+    return {name: height for name, height in zip(starts, heights.tolist(), strict=True) if not math.isnan(height)}
+
+
+def highest_ground(places: ArrayLike, rasters: Sequence[OpenRaster], geoid: float | None) -> Floats:
+    """Return the altitudes of the ground at latitudes and longitudes (n, 2), metres above the sea, (n,).
+
+    Of several rasters the highest one counts; ``nan`` stands where there is none.
+    """
+    return np.asarray(
+        np.fmax.reduce([raster.heights_at(places) - (geoid or 0.0) * raster.ellipsoidal for raster in rasters])
+    )
 
 
 def local_points(

@@ -117,19 +117,20 @@ def read_terrain(
         x, y = np.linspace(x0, x1, nx), np.linspace(y0, y1, ny)
         found = [tile for file in files for tile in tiles(file, level, region, step)]
     grid = _TerrainGrid(x, y)
-    heights, lowest = np.full((2, nx, ny), np.nan)
+    names = ", ".join(file.path for file in files)
     covered = np.zeros((nx, ny), dtype=bool)
     for tile in found:
-        z, reached = grid.sample(tile, tile.heights)
-        heights = np.fmax(heights, z)
-        lowest = np.fmin(lowest, z if tile.lowest is tile.heights else grid.sample(tile, tile.lowest)[0])
-        covered |= reached
-    names = ", ".join(file.path for file in files)
+        covered |= grid.covered(tile)
     if not covered.all():
         raise InputError(
             f"{names}: expected terrain over all of the area, but {1 - covered.mean():.1%} of it lies outside, "
             f"such as {grid.place(level, ~covered)}"
         )
+    heights, lowest = np.full((2, nx, ny), np.nan)
+    for tile in found:
+        z = grid.sample(tile, tile.heights)
+        heights = np.fmax(heights, z)
+        lowest = np.fmin(lowest, z if tile.lowest is tile.heights else grid.sample(tile, tile.lowest))
     holes = np.isnan(heights)
     if holes.any():
         heights = _filled(names, level, grid, heights, fill)
@@ -184,22 +185,26 @@ class _TerrainGrid:
             cells = np.maximum(cells, np.where(beyond > 0, beyond + ROUNDING_LIFT, 0.0))
         return greatest_around_nodes(cells)
 
-    def sample(self, tile: Tile, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return z (nx, ny) at the nodes, interpolated between pixels' centres, and which nodes the tile covers.
+    def covered(self, tile: Tile) -> NDArray[np.bool_]:
+        """Return which nodes a tile covers, (nx, ny)."""
+        return _inside(tile, *_blocks(tile, *tile.pixel.grid(self.x, self.y)))
+
+    def sample(self, tile: Tile, values: Floats) -> Floats:
+        """Return z (nx, ny) at the nodes, interpolated between pixels' centres; ``nan`` where the tile has no data.
 
         `values` are the heights of the tile's pixels, or the lowest ones of its blocks.
         """
         shape = len(self.x), len(self.y)
-        heights, covered = np.empty(shape), np.empty(shape, dtype=bool)
+        heights = np.empty(shape)
         many = max(1, STRIP_PIXELS // shape[1])
         for first in range(0, shape[0], many):
             part = slice(first, first + many)
-            heights[part], covered[part] = _between(tile, values, *tile.pixel.grid(self.x[part], self.y))
-        for strip in self._pixels(tile):
+            heights[part] = _between(tile, values, *tile.pixel.grid(self.x[part], self.y))
+        for strip in self._pixels(tile) if np.isnan(tile.heights).any() else ():
             i, j = strip.cells
             for k, m in ((0, 0), (1, 0), (0, 1), (1, 1)):  # the nodes around a pixel without data
                 heights[i[strip.holes] + k, j[strip.holes] + m] = np.nan
-        return heights, covered
+        return heights
 
     def raise_to(self, tile: Tile, heights: Floats, lift: Floats) -> None:
         """Increase `lift` until no pixel stands above the bilinear surface of `heights + lift`."""
@@ -289,18 +294,29 @@ class _PixelStrip:
                 yield x, y
 
 
-def _between(tile: Tile, values: Floats, column: Floats, row: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return heights between pixels' centres, ``nan`` outside and beside holes, and which places are inside."""
-    rows, columns = values.shape
-    x = (column - tile.corner[0]) / tile.block
-    y = (row - tile.corner[1]) / tile.block
+def _blocks(tile: Tile, column: Floats, row: Floats) -> tuple[Floats, Floats]:
+    """Return columns and rows of pixels as those of the tile's blocks."""
+    return (column - tile.corner[0]) / tile.block, (row - tile.corner[1]) / tile.block
+
+
+def _inside(tile: Tile, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """Return which columns and rows of blocks lie in the tile."""
+    rows, columns = tile.heights.shape
     inside = (x >= -_EDGE_PIXELS) & (x <= columns + _EDGE_PIXELS) & (y >= -_EDGE_PIXELS) & (y <= rows + _EDGE_PIXELS)
+    return np.asarray(inside)
+
+
+def _between(tile: Tile, values: Floats, column: Floats, row: Floats) -> Floats:
+    """Return heights between pixels' centres, ``nan`` outside and beside holes."""
+    rows, columns = values.shape
+    x, y = _blocks(tile, column, row)
+    inside = _inside(tile, x, y)
     x, y = np.clip(x - 0.5, 0, columns - 1), np.clip(y - 0.5, 0, rows - 1)
     i, j = np.minimum(x.astype(np.int64), columns - 2), np.minimum(y.astype(np.int64), rows - 2)
     u, v = x - i, y - j
     h = values
     found = (1 - u) * ((1 - v) * h[j, i] + v * h[j + 1, i]) + u * ((1 - v) * h[j, i + 1] + v * h[j + 1, i + 1])
-    return np.where(inside, found, np.nan), inside
+    return np.where(inside, found, np.nan)
 
 
 def _filled(

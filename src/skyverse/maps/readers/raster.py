@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, first_line, require_file, require_libraries
@@ -26,6 +27,8 @@ _SPELLINGS = {
 }
 _USUAL_NODATA = (-32768.0, -32767.0, -9999.0, 32767.0, 65535.0)
 """Numbers that files write for no data, and sometimes forget to declare."""
+WINDOW = 1024
+"""Pixels along the sides of a window at most that is read for the heights of some places."""
 LOWEST_ON_EARTH, HIGHEST_ON_EARTH = -11_000.0, 9_000.0
 LOWEST_LAND = -500.0
 """Metres that no land lies below; the shore of the Dead Sea lies at -430 and sinks."""
@@ -137,7 +140,7 @@ class OpenRaster:
         longitude, latitude = self.globe.transform(*_transformed(self.data.transform, columns, rows))
         return np.asarray(longitude), np.asarray(latitude)
 
-    def pixels(self, longitude: Floats, latitude: Floats, around: float, turns: int) -> tuple[Floats, Floats]:
+    def pixels(self, longitude: Floats, latitude: Floats, around: float | Floats, turns: int) -> tuple[Floats, Floats]:
         """Return the columns and rows of places.
 
         Parameters
@@ -145,7 +148,7 @@ class OpenRaster:
         longitude, latitude
             The places, degrees.
         around
-            A longitude; each place's own is taken at the full turn that is nearest to it.
+            A longitude, or one for each; each place's own is taken at the full turn that is nearest to it.
         turns
             Full turns that are added to the longitudes then.
         """
@@ -164,16 +167,26 @@ class OpenRaster:
                 return column, row
         return None
 
-    def height(self, latitude: float, longitude: float) -> float:
-        """Return the height at a place, metres, bilinear between pixels' centres; ``nan`` outside and beside holes."""
-        at = self.pixel(latitude, longitude)
-        if at is None:
-            return math.nan
-        x, y = (min(max(c - 0.5, 0.0), n - 1.0) for c, n in zip(at, (self.data.width, self.data.height), strict=True))
-        i, j = min(int(x), self.data.width - 2), min(int(y), self.data.height - 2)
-        u, v = x - i, y - j
-        near = self.heights(i, j, 2, 2)
-        return float(np.sum(np.array([[1 - v], [v]]) * near * [1 - u, u]))
+    def heights_at(self, places: ArrayLike) -> Floats:
+        """Return the heights (n,) at latitudes and longitudes (n, 2), metres; ``nan`` outside and beside holes.
+
+        They are bilinear between pixels' centres.
+        """
+        latitude, longitude = np.asarray(places, dtype=np.float64).T
+        size, found = np.array([[self.data.width], [self.data.height]]), np.full(len(latitude), np.nan)
+        for turns in (0,) if self.turn is None else (-1, 0, 1):
+            at = np.stack(self.pixels(longitude, latitude, longitude, turns))
+            inside = np.flatnonzero(((at >= 0) & (at <= size)).all(axis=0))
+            at = np.clip(at[:, inside] - 0.5, 0, size - 1)
+            first = np.minimum(at.astype(np.int64), size - 2)
+            for window in np.unique(first // WINDOW, axis=1).T:  # few windows are read sooner than many pixels
+                some = np.flatnonzero((first // WINDOW == window[:, None]).all(axis=0))
+                low, high = first[:, some].min(axis=1), first[:, some].max(axis=1) + 2
+                heights = self.heights(*low.tolist(), *(high - low).tolist())
+                (i, j), (u, v) = first[:, some] - low[:, None], at[:, some] - first[:, some]
+                above, below = (heights[j + k, i] * (1 - u) + heights[j + k, i + 1] * u for k in (0, 1))
+                found[inside[some]] = above * (1 - v) + below * v
+        return found
 
     def heights(self, column: int, row: int, columns: int, rows: int) -> Floats:
         """Return the heights (rows, columns) of a window, metres, ``nan`` where the raster has no data.
