@@ -24,7 +24,7 @@ from typing import Any
 
 import skyverse as sky
 from skyverse.model.waypoints import OrderKind, Waypoints
-from skyverse.waypoints.files import is_waypoint_file
+from skyverse.orders.files import is_waypoint_file
 
 TOLD = {"altitude": "home", "geoid": 0.0}
 Rows = list[tuple[float, ...]]

@@ -106,6 +106,8 @@ from .model.verdict import Fault as Fault
 from .model.verdict import Verdict as Verdict
 from .model.verdict import Violation as Violation
 from .model.waypoints import Waypoints as Waypoints
+from .orders.files import read_waypoints as read_waypoints
+from .orders.files import write_waypoints as write_waypoints
 from .planners.astar import AStar as AStar
 from .planners.auto import Auto as Auto
 from .planners.base import Planner as Planner
@@ -163,8 +165,6 @@ from .stop import Stop as Stop
 from .stop import TargetCost as TargetCost
 from .trajectory import fly_along as fly_along
 from .waypoints.check import CheckedMission as CheckedMission
-from .waypoints.files import read_waypoints as read_waypoints
-from .waypoints.files import write_waypoints as write_waypoints
 from .waypoints.findings import MissionFinding as MissionFinding
 from .waypoints.fleet import CheckedFleet as CheckedFleet
 from .waypoints.fleet import check_waypoints as check_waypoints

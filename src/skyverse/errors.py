@@ -183,6 +183,18 @@ def _require(sound: bool, value: object, field: str, what: str, limits: tuple[fl
         raise InputError(f"expected {what}{span}, found {shown(value)}", field=field)
 
 
+def parse_number(text: str | float | None, where: str, least: float = -math.inf, most: float = math.inf) -> float:
+    """Return a finite number, or raise `InputError`; `where` begins the message."""
+    try:
+        value = math.nan if text is None else float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and least <= value <= most):
+        span = "" if math.isinf(least) else f" from {least:g}" + ("" if math.isinf(most) else f" to {most:g}")
+        raise InputError(f"{where}: expected a number{span}, found {shown(text)}")
+    return value
+
+
 def shown(value: object, most: int = 40) -> str:
     """Return at most so many printable characters of a value as Python writes it, for messages; cut, it ends in "…"."""
     text = ""

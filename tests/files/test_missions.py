@@ -165,7 +165,7 @@ def test_a_misspelt_part_is_named_rather_than_the_one_that_it_leaves_missing(tmp
 def test_a_truncated_mission_is_refused(share, tmp_path):
     dumped(tmp_path)
     text = (tmp_path / "good.json").read_text().rstrip()
-    refused(tmp_path, text[: int(len(text) * share)], "is not JSON")
+    refused(tmp_path, text[: int(len(text) * share)], "expected JSON, found it cut off")
 
 
 def test_a_scenario_is_no_mission(tmp_path, refuses):

@@ -1,6 +1,7 @@
 """What the orders of each format are, one by one."""
 
 import math
+from dataclasses import replace
 
 import pytest
 import written_missions as given
@@ -33,6 +34,39 @@ def test_a_plan_is_read_item_by_item_as_qgroundcontrol_numbers_them(tmp_path):
     assert high.place == (47.003, 8.003, AboveSea(460.0))
     assert told.passed_on == {other.name: [7]}
     assert (told.home, told.speed, told.autopilot) == ((47.0, 8.0, 400.0), 5, "px4")
+
+
+LANDING = {
+    "altitudesAreRelative": True,
+    "complexItemType": "fwLandingPattern",
+    "landCoordinate": [47.01, 8.0, 2.0],
+    "landingApproachCoordinate": [47.005, 8.0, 40.0],
+    "loiterClockwise": False,
+    "loiterRadius": 75,
+    "stopTakingPhotos": True,
+    "stopVideoPhotos": False,
+    "type": "ComplexItem",
+    "useLoiterToAlt": True,
+    "version": 2,
+}
+"""With the keys of QGroundControl's LandingComplexItem.h."""
+
+
+@pytest.mark.parametrize("kind", ["fwLandingPattern", "vtolLandingPattern"])
+@pytest.mark.parametrize("loiters", [True, False])
+def test_a_landing_pattern_stands_for_the_items_that_qgroundcontrol_makes_of_it(tmp_path, kind, loiters):
+    pattern = LANDING | {"complexItemType": kind, "useLoiterToAlt": loiters}
+    told = read(tmp_path, "l.plan", given.plan([*given.FLIGHT[:2], pattern]))
+    start, stop, photos, approach, land = told.orders[2:]
+    assert [start.name, stop.name, photos.name] == ["DO_LAND_START", "DO_SET_CAM_TRIGG_DIST", "IMAGE_STOP_CAPTURE"]
+    assert (approach.number, approach.place) == (6, (47.005, 8.0, AboveHome(40.0)))
+    assert (approach.kind, approach.radius) == ((Kind.LOITER, 75.0) if loiters else (Kind.WAYPOINT, None))
+    assert (land.kind, land.place) == (Kind.LAND, (47.01, 8.0, AboveHome(2.0)))
+    assert land.name == ("NAV_LAND" if kind == "fwLandingPattern" else "NAV_VTOL_LAND")
+    moved = replace(land, place=(47.011, 8.0, AboveHome(2.0)))
+    changed = tmp_path / "changed.plan"
+    sky.write_waypoints(replace(told, orders=(*told.orders[:-1], moved)), changed)
+    assert sky.read_waypoints(changed).orders == (*told.orders[:-1], moved)
 
 
 def test_latitude_and_longitude_0_leave_the_place_to_ardupilot_and_are_a_place_for_px4(tmp_path):
@@ -89,7 +123,7 @@ def test_commands_that_are_passed_on_have_their_names(tmp_path):
 
 def test_names_of_commands_are_those_of_mavlink():
     mavlink = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="reads .waypoints")
-    from skyverse.waypoints.mavlink_items import MEANINGS, OTHER_NAMES
+    from skyverse.orders.mavlink_items import MEANINGS, OTHER_NAMES
 
     names = OTHER_NAMES | {number: meaning.name for number, meaning in MEANINGS.items()}
     known = {number: entry.name for number, entry in mavlink.enums["MAV_CMD"].items()}

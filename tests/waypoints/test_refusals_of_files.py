@@ -59,7 +59,7 @@ REFUSED = {
     "speed.plan": of_plan(hoverSpeed=-3),
     "home.plan": of_plan(plannedHomePosition=[147.0, 8.0, 0]),
     "a structure.plan": given.plan([STRUCTURE]),
-    "a landing pattern.plan": given.plan([LANDING]),
+    "an older landing pattern.plan": given.plan([LANDING]),
     "no item.plan": given.plan([17]),
     "a kind.plan": given.plan([{"type": "Something"}]),
     "an old fence.plan": given.plan(given.FLIGHT, geoFence=FENCE_1),

@@ -55,7 +55,7 @@ def check(
     if not missions:
         raise InputError("expected a mission to judge, found none", field="missions")
     import skyverse as sky
-    from skyverse.waypoints.files import is_waypoint_file
+    from skyverse.orders.files import is_waypoint_file
 
     planned = [one for one in missions if not is_waypoint_file(one)]
     if planned:

@@ -51,7 +51,7 @@ def repair(
         A web page to write: the mended missions over the terrain.
     """
     import skyverse as sky
-    from skyverse.waypoints.files import require_same_format
+    from skyverse.orders.files import require_same_format
 
     if not missions:
         raise InputError("expected a mission to mend, found none", field="missions")

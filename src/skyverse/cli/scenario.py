@@ -92,7 +92,7 @@ def build(
         if mission is None:
             made = build_scenario(options)
         else:
-            from skyverse.waypoints.files import read_waypoints
+            from skyverse.orders.files import read_waypoints
             from skyverse.waypoints.site import options_of_mission, with_mission
 
             read = read_waypoints(mission, geoid=options.geoid)

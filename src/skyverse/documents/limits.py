@@ -5,6 +5,8 @@ The limits are far above what maps and missions need, and low enough that a docu
 
 from pathlib import Path
 
+from skyverse.errors import InputError, unreadable
+
 MAX_DIGITS = 1000
 """Digits of a whole number at most: Python refuses to write numbers of some thousands."""
 MAX_DEPTH = 100
@@ -21,11 +23,21 @@ class LimitError(ValueError):
     """A document holds more than is read; the message says what was expected and found."""
 
 
-def require_length(path: Path) -> None:
-    """Raise `LimitError` for a file that is too long to be read as a document."""
-    size = path.stat().st_size
-    if size > MAX_BYTES:
-        raise LimitError(f"expected at most {MAX_BYTES:,} bytes, found {size:,}")
+def read_bytes(path: Path) -> bytes:
+    """Return what a file holds, or raise `InputError` where it cannot be read, or is too long for a document."""
+    with unreadable(path):
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(f"{path}: expected at most {MAX_BYTES:,} bytes, found {size:,}")
+        return path.read_bytes()
+
+
+def text_of(content: bytes, where: object) -> str:
+    """Return the text that bytes of UTF-8 hold, or raise `InputError`; `where` names them."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{where}: expected a text in UTF-8, found something else at byte {error.start}") from None
 
 
 def require_values(values: int) -> None:

@@ -20,9 +20,9 @@ from skyverse.exports.wpml import part_positions, part_speeds
 from skyverse.model.arrays import arctan2
 from skyverse.model.caution import Caution
 from skyverse.model.uav import UAV
+from skyverse.orders.litchi_files import MOST_ACTIONS
+from skyverse.orders.places import written
 
-ACTIONS = 15
-"""Actions that a waypoint may have."""
 NO_ACTION, STAY = ("-1", "0"), "0"
 """No action with its parameter; and the action that stays for some milliseconds."""
 LONGEST_STAY = 32.0
@@ -37,7 +37,7 @@ FINISH_ACTIONS = {"loiter": "None", "land": "Land", "rtl": "RTH"}
 HEADER = ",".join(
     (
         "latitude,longitude,altitude(m),heading(deg),curvesize(m),rotationdir,gimbalmode,gimbalpitchangle",
-        *(f"actiontype{k},actionparam{k}" for k in range(1, ACTIONS + 1)),
+        *(f"actiontype{k},actionparam{k}" for k in range(1, MOST_ACTIONS + 1)),
         "altitudemode,speed(m/s),poi_latitude,poi_longitude,poi_altitude(m),poi_altitudemode",
         "photo_timeinterval,photo_distinterval",
     )
@@ -52,15 +52,15 @@ def litchi_text(file: FlightFile) -> str:
     mode, gimbal, place = ALTITUDE_MODES[file.reference], GIMBAL_OFF, "0,0,0"
     if vehicle.look_at is not None:
         looked_at = global_positions(scenario, plan.route.uav, np.array([vehicle.look_at]), file.reference).rows[0]
-        gimbal, place = GIMBAL_AT_PLACE, ",".join(map(_number, looked_at))
+        gimbal, place = GIMBAL_AT_PLACE, ",".join(written(one, 9) for one in looked_at)
     rows = [HEADER]
     for k, (where, heading, speed) in enumerate(
         zip(at.rows, _headings(points, vehicle), part_speeds(file), strict=True)
     ):
         wait = plan.hover if k == file.part[0] == 0 else 0.0
-        numbers = ",".join(map(_number, (*where, heading)))
+        numbers = ",".join(written(one, 9) for one in (*where, heading))
         acts = ",".join(_stays(vehicle.name, wait))
-        rows.append(f"{numbers},0,0,{gimbal},0,{acts},{mode},{_number(speed)},{place},{mode},-1,-1")
+        rows.append(f"{numbers},0,0,{gimbal},0,{acts},{mode},{written(speed, 9)},{place},{mode},-1,-1")
     return "\n".join(rows) + "\n"
 
 
@@ -86,13 +86,13 @@ def _headings(points: Floats, vehicle: UAV) -> list[float]:
 def _stays(name: str, seconds: float) -> list[str]:
     """Return the actions of a waypoint at which a UAV stays for some seconds: kinds and parameters, in turn."""
     count = math.ceil(seconds / LONGEST_STAY)
-    if count > ACTIONS:
+    if count > MOST_ACTIONS:
         raise InputError(
-            f"{name}: Litchi lets it wait {ACTIONS * LONGEST_STAY:g} s at most at its first waypoint, and it is to "
-            f"depart after {seconds:.4g} s"
+            f"{name}: Litchi lets it wait {MOST_ACTIONS * LONGEST_STAY:g} s at most at its first waypoint, and it is "
+            f"to depart after {seconds:.4g} s"
         )
     stay = [STAY, str(round(1000.0 * seconds / count))] if count else []
-    return stay * count + [*NO_ACTION] * (ACTIONS - count)
+    return stay * count + [*NO_ACTION] * (MOST_ACTIONS - count)
 
 
 def litchi_settings(fleet: ExportedFleet) -> str:
@@ -107,7 +107,3 @@ def litchi_settings(fleet: ExportedFleet) -> str:
         f"mode Custom where a UAV has look_at or heading, else Auto; finish action {FINISH_ACTIONS[fleet.options.end]} "
         f"after the last table of a UAV, None after others; return height {few(returns, MAX_TOLD)}."
     )
-
-
-def _number(value: float) -> str:
-    return f"{value:.9f}".rstrip("0").rstrip(".")

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Sequence
-from enum import IntEnum
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,15 +17,13 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.leg_geometry import leg_deviation
 from skyverse.exports.way_home import WayHome
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.altitude import AboveHome, AboveSea
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
+from skyverse.orders.mavlink_files import FIRMWARES, QGC_ALTITUDE_MODES, WPL, plan_item, wpl_row
+from skyverse.orders.mavlink_items import MISSION_FRAME, Command, StoredItem, frame_of
 
-MAVLINK_FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGround: 10}
-"""MAV_FRAME_GLOBAL, MAV_FRAME_GLOBAL_RELATIVE_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT."""
-MISSION_FRAME = 2
-"""MAV_FRAME_MISSION."""
 ROI_LOCATION = 3.0
 """MAV_ROI_LOCATION."""
 
@@ -56,33 +54,7 @@ class FlightFile(NamedTuple):
     fence: dict[str, object]
 
 
-class Command(IntEnum):
-    """Numbers of MAV_CMD."""
-
-    WAYPOINT = 16
-    LOITER = 17
-    RETURN = 20
-    LAND = 21
-    TAKEOFF = 22
-    DELAY = 93
-    YAW = 115
-    SPEED = 178
-    LOOK_AT = 195
-    REGION_OF_INTEREST = 201
-
-
-class MissionItem(NamedTuple):
-    """One command: its frame and seven numbers, of which the last three may be latitude, longitude and altitude.
-
-    ``None`` leaves a number, such as the heading, to the autopilot.
-    """
-
-    command: Command
-    frame: int
-    numbers: tuple[float | None, ...]
-
-
-def mission_items(file: FlightFile) -> list[MissionItem]:
+def mission_items(file: FlightFile) -> list[StoredItem]:
     """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter, land or return.
 
     A UAV that looks at a place is told so after the take-off: PX4 by MAV_CMD_DO_SET_ROI_LOCATION, and ArduPilot, which
@@ -94,11 +66,11 @@ def mission_items(file: FlightFile) -> list[MissionItem]:
     vehicle = scenario.uavs[route.uav]
     wing, look_at, yaw = vehicle.fixed_wing, vehicle.look_at, vehicle.heading
     at = global_positions(scenario, route.uav, route.waypoints, reference)
-    where, frame = at.rows, MAVLINK_FRAMES[at.kind]
+    where, frame = at.rows, frame_of(at.kind)
     made = []
 
     def add(command: Command, frame: int, *numbers: float | None) -> None:
-        made.append(MissionItem(command, frame, numbers))
+        made.append(StoredItem(command, frame, tuple(math.nan if one is None else one for one in numbers)))
 
     if plan.delay > 0:
         add(Command.DELAY, MISSION_FRAME, plan.delay, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
@@ -124,7 +96,7 @@ def mission_items(file: FlightFile) -> list[MissionItem]:
         add(Command.WAYPOINT, frame, hold, near, 0.0, yaw, *where[k])
     if end == "land":
         (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home", plan.home).rows
-        add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, yaw, *below)
+        add(Command.LAND, frame_of(AboveHome), 0.0, 0.0, 0.0, yaw, *below)
     elif end == "rtl":
         add(Command.RETURN, MISSION_FRAME, *(0.0 for _ in range(7)))
     else:
@@ -135,14 +107,10 @@ def mission_items(file: FlightFile) -> list[MissionItem]:
     return made
 
 
-QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
-"""QGroundControl's numbers for the references of altitudes."""
 LEAST_AREA = 1.0
 """Square metres that a part between obstacles must have to be one that a UAV can be in."""
 MAX_OFF_FENCE = 0.5
 """Metres that an edge of the fence, which is straight in degrees, may be off the edge on the map."""
-FIRMWARE = {"px4": 12, "ardupilot": 3}
-"""MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
 
 
 def plan_text(file: FlightFile) -> str:
@@ -156,10 +124,10 @@ def plan_text(file: FlightFile) -> str:
     speed = wing.speed if wing is not None else float(np.median(flight.speeds))
     mission = {
         "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
-        "firmwareType": FIRMWARE[flight.autopilot.name],
+        "firmwareType": next(number for number, name in FIRMWARES.items() if name == flight.autopilot.name),
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
-        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(file), 1)],
+        "items": [plan_item(item, k) for k, item in enumerate(mission_items(file), 1)],
         "plannedHomePosition": position,
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
@@ -173,21 +141,6 @@ def plan_text(file: FlightFile) -> str:
         "version": 1,
     }
     return json.dumps(plan, indent=4) + "\n"
-
-
-def _item(number: int, item: MissionItem, mode: int) -> dict[str, object]:
-    made: dict[str, object] = {
-        "autoContinue": True,
-        "command": int(item.command),
-        "doJumpId": number,
-        "frame": item.frame,
-        "params": list(item.numbers),
-        "type": "SimpleItem",
-    }
-    if item.frame != MISSION_FRAME:
-        own = 1 if item.frame == 3 else mode
-        made |= {"Altitude": item.numbers[-1], "AltitudeMode": own, "AMSLAltAboveTerrain": None}
-    return made
 
 
 def geofence(scenario: Scenario) -> dict[str, object]:
@@ -264,23 +217,10 @@ def _with_straight_edges(scenario: Scenario, ring: Floats) -> Floats:
 
 def waypoints_text(file: FlightFile) -> str:
     """Return a ``.waypoints`` file: line 0 is home, above mean sea level."""
-    first = (0.0, 0.0, 0.0, 0.0, *home_on_globe(file.scenario, file.plan.route.uav))
-    rows = [_row(0, 1, MAVLINK_FRAMES[AboveSea], Command.WAYPOINT, first)]
-    rows += [_text_row(k, item) for k, item in enumerate(mission_items(file), 1)]
-    return "\n".join(["QGC WPL 110", *rows]) + "\n"
-
-
-def _text_row(number: int, item: MissionItem) -> str:
-    # NaN leaves the heading to the autopilot, as 0 is north; but for loiter ArduPilot accepts only numbers
-    free = 0.0 if item.command is Command.LOITER else math.nan
-    return _row(number, 0, item.frame, item.command, tuple(free if v is None else v for v in item.numbers))
-
-
-def _row(number: int, current: int, frame: int, command: int, values: tuple[float, ...]) -> str:
-    return "\t".join([str(number), str(current), str(frame), str(int(command)), *map(_number, values), "1"])
-
-
-def _number(value: float) -> str:
-    if math.isnan(value):
-        return "NaN"  # Mission Planner reads no other spelling
-    return f"{value:.10f}".rstrip("0").rstrip(".") if value else "0"
+    home = (0.0, 0.0, 0.0, 0.0, *home_on_globe(file.scenario, file.plan.route.uav))
+    items = [StoredItem(Command.WAYPOINT, frame_of(AboveSea), home)]
+    for item in mission_items(file):
+        # NaN leaves the heading to the autopilot, as 0 is north; but for loiter ArduPilot accepts only numbers
+        free = 0.0 if item.command == Command.LOITER else math.nan
+        items.append(replace(item, numbers=tuple(free if math.isnan(one) else one for one in item.numbers)))
+    return "\n".join([WPL, *("\t".join(wpl_row(item, k)) for k, item in enumerate(items))]) + "\n"

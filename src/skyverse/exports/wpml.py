@@ -8,12 +8,13 @@ from skyverse.exports.global_positions import GlobalPositions, geoid_of, global_
 from skyverse.exports.map_formats import KML, add_texts, document_text
 from skyverse.exports.mavlink_formats import FlightFile
 from skyverse.model.geodesy import to_wgs84
+from skyverse.orders.dji_files import STOP
+from skyverse.orders.places import written
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 FINISH_ACTIONS = {"loiter": "noAction", "land": "autoLand", "rtl": "goHome"}
-STOP_AT_WAYPOINT = "toPointAndStopWithDiscontinuityCurvature"
 DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
 """A Mavic 3E and its camera; DJI's app lets the pilot choose another drone."""
 
@@ -36,9 +37,14 @@ def part_positions(file: FlightFile) -> GlobalPositions:
     return global_positions(file.scenario, file.plan.route.uav, file.plan.waypoints[file.part], file.reference)
 
 
-def _document() -> tuple[ET.Element, ET.Element]:
+def _document(file: FlightFile, *, executed: bool) -> tuple[ET.Element, ET.Element]:
+    """Return a document with its settings, and the folder of its waypoints."""
     root = ET.Element("kml", {"xmlns": KML, "xmlns:wpml": WPML})
-    return root, ET.SubElement(root, "Document")
+    document = ET.SubElement(root, "Document")
+    if not executed:
+        _add(document, author="skyverse", createTime="0", updateTime="0")
+    _config(document, file, executed=executed)
+    return root, ET.SubElement(document, "Folder")
 
 
 def _config(document: ET.Element, file: FlightFile, *, executed: bool) -> None:
@@ -47,9 +53,9 @@ def _config(document: ET.Element, file: FlightFile, *, executed: bool) -> None:
     home = file.back is not None and file.back.everywhere
     _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="goBack" if home else "hover")
     rise = float(file.plan.waypoints[0][2] - file.plan.home[2])
-    _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(part_speeds(file)[0]))
+    _add(config, takeOffSecurityHeight=rise, globalTransitionalSpeed=part_speeds(file)[0])
     if executed and file.back is not None:
-        _add(config, globalRTHHeight=_number(file.back.altitude))
+        _add(config, globalRTHHeight=file.back.altitude)
     drone = ET.SubElement(config, "wpml:droneInfo")
     _add(drone, droneEnumValue=DJI_DRONE[0], droneSubEnumValue=DJI_DRONE[1])
     payload = ET.SubElement(config, "wpml:payloadInfo")
@@ -57,27 +63,22 @@ def _config(document: ET.Element, file: FlightFile, *, executed: bool) -> None:
 
 
 def _template(file: FlightFile) -> str:
-    scenario, reference = file.scenario, file.reference
-    root, document = _document()
-    _add(document, author="skyverse", createTime="0", updateTime="0")
-    _config(document, file, executed=False)
-    folder = ET.SubElement(document, "Folder")
+    reference, speeds, at = file.reference, part_speeds(file), part_positions(file)
+    root, folder = _document(file, executed=False)
     _add(folder, templateType="waypoint", templateId="0")
     system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
     _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[reference], positioningType="GPS")
-    speeds = part_speeds(file)
-    at = part_positions(file)
-    _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
-    _add(folder, globalHeight=_number(float(at.altitude[0])))
+    _add(folder, autoFlightSpeed=max(speeds), gimbalPitchMode="manual")
+    _add(folder, globalHeight=at.altitude[0])
     _add_heading(folder, "globalWaypointHeadingParam", file)
-    _add(folder, globalWaypointTurnMode=STOP_AT_WAYPOINT, globalUseStraightLine="1")
-    geoid = origin_of(scenario).geoid
+    _add(folder, globalWaypointTurnMode=STOP, globalUseStraightLine="1")
+    geoid = origin_of(file.scenario).geoid
     # DJI reads these only with heights above the sea
     above_ellipsoid = at.altitude if geoid is None else at.sea + geoid
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
-        _add(mark, ellipsoidHeight=_number(float(above_ellipsoid[k])), height=_number(float(at.altitude[k])))
-        _add(mark, useGlobalHeight="0", useGlobalSpeed="0", waypointSpeed=_number(speed))
+        _add(mark, ellipsoidHeight=above_ellipsoid[k], height=at.altitude[k])
+        _add(mark, useGlobalHeight="0", useGlobalSpeed="0", waypointSpeed=speed)
         _add(mark, useGlobalHeadingParam="1", useGlobalTurnParam="1")
     return document_text(root)
 
@@ -91,7 +92,7 @@ def _add_heading(parent: ET.Element, name: str, file: FlightFile) -> None:
     heading, vehicle = ET.SubElement(parent, f"wpml:{name}"), file.scenario.uavs[file.plan.route.uav]
     if vehicle.heading is not None:
         angle = (vehicle.heading + 180.0) % 360.0 - 180.0
-        _add(heading, waypointHeadingMode="smoothTransition", waypointHeadingAngle=_number(angle))
+        _add(heading, waypointHeadingMode="smoothTransition", waypointHeadingAngle=angle)
         if name == "waypointHeadingParam":
             _add(heading, waypointHeadingAngleEnable="1")
         _add(heading, waypointHeadingPathMode="followBadArc")
@@ -105,21 +106,17 @@ def _add_heading(parent: ET.Element, name: str, file: FlightFile) -> None:
 
 
 def _waylines(file: FlightFile) -> str:
-    scenario, reference = file.scenario, file.reference
-    root, document = _document()
-    _config(document, file, executed=True)
-    folder = ET.SubElement(document, "Folder")
-    speeds = part_speeds(file)
+    reference, speeds, at = file.reference, part_speeds(file), part_positions(file)
+    root, folder = _document(file, executed=True)
     _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[reference], waylineId="0")
-    _add(folder, autoFlightSpeed=_number(max(speeds)))
-    at = part_positions(file)
-    heights = at.altitude + (geoid_of(scenario, "waylines") if reference == "amsl" else 0.0)
+    _add(folder, autoFlightSpeed=max(speeds))
+    heights = at.altitude + (geoid_of(file.scenario, "waylines") if reference == "amsl" else 0.0)
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
-        _add(mark, executeHeight=_number(float(heights[k])), waypointSpeed=_number(speed))
+        _add(mark, executeHeight=heights[k], waypointSpeed=speed)
         _add_heading(mark, "waypointHeadingParam", file)
         turn = ET.SubElement(mark, "wpml:waypointTurnParam")
-        _add(turn, waypointTurnMode=STOP_AT_WAYPOINT, waypointTurnDampingDist="0")
+        _add(turn, waypointTurnMode=STOP, waypointTurnDampingDist="0")
         _add(mark, useStraightLine="1")
         if k == file.part[0] == 0 and file.plan.hover > 0:
             _hover(mark, file.plan.hover)
@@ -133,7 +130,7 @@ def _hover(mark: ET.Element, seconds: float) -> None:
     _add(ET.SubElement(group, "wpml:actionTrigger"), actionTriggerType="reachPoint")
     action = ET.SubElement(group, "wpml:action")
     _add(action, actionId="0", actionActuatorFunc="hover")
-    _add(ET.SubElement(action, "wpml:actionActuatorFuncParam"), hoverTime=_number(seconds))
+    _add(ET.SubElement(action, "wpml:actionActuatorFuncParam"), hoverTime=seconds)
 
 
 def _placemark(folder: ET.Element, longitude: float, latitude: float, index: int) -> ET.Element:
@@ -143,9 +140,6 @@ def _placemark(folder: ET.Element, longitude: float, latitude: float, index: int
     return mark
 
 
-def _add(parent: ET.Element, **values: str) -> None:
-    add_texts(parent, "wpml:", **values)
-
-
-def _number(value: float) -> str:
-    return f"{value:.4f}".rstrip("0").rstrip(".")
+def _add(parent: ET.Element, **values: str | float) -> None:
+    texts = {tag: value if isinstance(value, str) else written(value, 4) for tag, value in values.items()}
+    add_texts(parent, "wpml:", **texts)

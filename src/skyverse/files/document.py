@@ -1,7 +1,6 @@
 """YAML and JSON texts become data, and data become objects, or one sentence says what is wrong with them."""
 
 import dataclasses
-import json
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -10,10 +9,10 @@ from typing import Any, Generic, TypeVar
 from pydantic import TypeAdapter, ValidationError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from skyverse.documents.json import load_json
-from skyverse.documents.limits import LimitError, require_length
+from skyverse.documents.json import read_json
+from skyverse.documents.limits import read_bytes, text_of
 from skyverse.documents.yaml import load_yaml
-from skyverse.errors import InputError, first_line, printable, shown, unreadable
+from skyverse.errors import InputError, first_line, printable, shown
 from skyverse.files.grid_archive import beside
 from skyverse.model.scenario import Scenario
 from skyverse.model.wrong_values import wrong_field
@@ -21,24 +20,15 @@ from skyverse.model.wrong_values import wrong_field
 
 def read_text(path: Path) -> str:
     """Return the text of a file, or raise `InputError`."""
-    try:
-        with unreadable(path):
-            require_length(path)
-            return path.read_text(encoding="utf-8")
-    except LimitError as error:
-        raise InputError(f"{path}: {error}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected a text file in UTF-8, found something else at byte {error.start}") from None
+    return text_of(read_bytes(path), path)
 
 
 def parse(path: Path, text: str) -> Any:
     """Return the data of a YAML or JSON file, or raise `InputError` with the line; no key may stand twice."""
+    if path.suffix.lower() == ".json":
+        return read_json(text, path)
     try:
-        if path.suffix.lower() == ".json":
-            return load_json(text)
         return load_yaml(text)
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}: line {error.lineno} is not JSON: {error.msg}") from None
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f"line {mark.line + 1} " if mark is not None else ""

@@ -3,14 +3,13 @@
 Lines of JSON become observations; how long a line may be is counted before it is read.
 """
 
-import json
 from functools import cache
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field, ValidationError
 from pydantic.json_schema import models_json_schema
 
-from skyverse.documents.json import load_json
+from skyverse.documents.json import read_json
 from skyverse.errors import InputError
 from skyverse.live.tracks import Sighting
 from skyverse.model.frame import Origin
@@ -296,24 +295,11 @@ class LineSplitter:
         self._held += part[: max(self.most - len(self._held), 0)]
 
 
-def read_json(line: bytes) -> Any:
-    """Return what a line of JSON holds.
-
-    Raises
-    ------
-    InputError
-        If it holds something else.
-    """
+def json_of_line(line: bytes) -> Any:
+    """Return what a line of JSON holds, or raise `InputError` if it is too long or holds something else."""
     if len(line) > MAX_LINE:
         raise InputError(f"expected at most {MAX_LINE:,} bytes in a line, found more")
-    try:
-        return load_json(line.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        raise InputError(f"expected text in UTF-8, found something else at byte {error.start}") from None
-    except json.JSONDecodeError as error:
-        raise InputError(f"expected JSON, found something else at character {error.pos + 1}: {error.msg}") from None
-    except ValueError as error:
-        raise InputError(str(error)) from None
+    return read_json(line)
 
 
 def read_observation(line: bytes) -> ObservationMessage:
@@ -324,7 +310,7 @@ def read_observation(line: bytes) -> ObservationMessage:
     InputError
         If it is none; the message names the field.
     """
-    data = read_json(line)
+    data = json_of_line(line)
     try:
         return ObservationMessage.model_validate(data)
     except ValidationError as error:

@@ -15,7 +15,7 @@ from typing import BinaryIO, NamedTuple
 
 from skyverse.errors import InputError
 from skyverse.interrupt import on_interrupt
-from skyverse.live.messages import MAX_LINE, Answer, Hello, LineFault, LineSplitter, Refusal, read_json
+from skyverse.live.messages import MAX_LINE, Answer, Hello, LineFault, LineSplitter, Refusal, json_of_line
 from skyverse.live.session import LiveSession
 from skyverse.model.quantities import derived
 
@@ -254,7 +254,7 @@ async def _lines(reader: asyncio.StreamReader, splitter: LineSplitter) -> AsyncI
 def _object_in(line: bytes) -> dict[str, object] | None:
     """Return the JSON object that a line holds; ``None`` if it holds none."""
     try:
-        data = read_json(line)
+        data = json_of_line(line)
     except InputError:
         return None
     return data if isinstance(data, dict) else None

@@ -1,8 +1,6 @@
 """The face of missions that people have; see `skyverse.waypoints`."""
 
 from .check import CheckedMission as CheckedMission
-from .files import read_waypoints as read_waypoints
-from .files import write_waypoints as write_waypoints
 from .findings import FindingKind as FindingKind
 from .findings import MissionFinding as MissionFinding
 from .findings import Subject as Subject

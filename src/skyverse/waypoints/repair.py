@@ -18,7 +18,7 @@ from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.waypoints.files import rewritten
+from skyverse.orders.files import rewritten
 from skyverse.waypoints.fleet import CheckedFleet, check_at, site_of
 from skyverse.waypoints.mender import Change, Mender, net_changes, renumbered
 

@@ -1,7 +1,5 @@
 """GeoJSON, and the zones of ED-269 and ED-318, which are much like it; every part of a document is checked."""
 
-import json
-from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
@@ -13,9 +11,9 @@ from shapely import GeometryCollection, LineString, MultiPolygon, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.documents.json import load_json
-from skyverse.documents.limits import LimitError, require_length
-from skyverse.errors import InputError, printable, shown, unreadable
+from skyverse.documents.json import read_json
+from skyverse.documents.limits import read_bytes
+from skyverse.errors import InputError, shown
 from skyverse.maps.georeference.coordinate_systems import WGS84, named_crs
 from skyverse.maps.georeference.feature import Feature, are_numbers, plain, require_type
 from skyverse.maps.georeference.reading import Choices
@@ -38,39 +36,7 @@ def load(path: Path) -> Any:
     def no_number(text: str) -> NoReturn:
         raise InputError(f"{path}: expected numbers, found {text}")
 
-    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        found = dict(pairs)
-        if len(found) < len(pairs):
-            twice = next(name for name, many in Counter(name for name, _ in pairs).items() if many > 1)
-            said = [value for name, value in pairs if name == twice]
-            raise InputError(
-                f"{path}: field {printable(twice)!r}: expected it once in an object, found it {len(said)} times: "
-                f"{shown(said[0])} and {shown(said[1])}{_within(found)}"
-            )
-        return found
-
-    try:
-        with unreadable(path):
-            require_length(path)
-            data = path.read_bytes()
-        text = data.decode(json.detect_encoding(data), "surrogatepass")
-        return load_json(text, objects=once, constants=no_number)
-    except InputError:
-        raise
-    except LimitError as error:
-        raise InputError(f"{path}: {error}") from None
-    except (ValueError, RecursionError) as error:
-        cut = isinstance(error, json.JSONDecodeError) and (
-            error.pos > len(error.doc.rstrip()) - 5 or error.msg.startswith("Unterminated string")  # as in "tru"
-        )
-        found = "it cut off" if cut else "something else"
-        raise InputError(f"{path}: expected JSON, found {found}: {printable(str(error))}") from None
-
-
-def _within(fields: dict[str, Any]) -> str:
-    """Return the words that tell which object is meant, by the field that names it."""
-    known = next((name for name in ("name", "identifier", "id") if isinstance(fields.get(name), str | int)), None)
-    return "" if known is None else f", where {known!r} is {shown(fields[known])}"
+    return read_json(read_bytes(path), path, constants=no_number)
 
 
 def features(document: Any, path: Path, choices: Choices) -> list[Feature]:

@@ -1,7 +1,6 @@
 """What files of recorded tracks say, tables (CSV) and GPX: where something was, and when, one fix after another."""
 
 import csv
-import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
 from skyverse.documents.xml import read_tree
-from skyverse.errors import InputError, did_you_mean, shown, unreadable
+from skyverse.errors import InputError, did_you_mean, parse_number, shown, unreadable
 from skyverse.model.short_lines import counted
 
 Reference = Literal["amsl", "ellipsoid"]
@@ -66,17 +65,6 @@ class Fixes:
     errors: list[float]
 
 
-def number(text: str | None, where: str) -> float:
-    """Return a finite number, or raise `InputError`; `where` begins the message."""
-    try:
-        value = float((text or "").strip())
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{where}: expected a number, found {shown((text or '').strip())}")
-    return value
-
-
 def time(text: str | None, where: str) -> tuple[float, bool]:
     """Return seconds, and whether they are those since 1970; dates as ISO 8601 has them, in UTC if they do not say."""
     said = (text or "").strip()
@@ -86,7 +74,7 @@ def time(text: str | None, where: str) -> tuple[float, bool]:
         except ValueError:
             raise InputError(f"{where}: expected seconds or a date, found {shown(said)}") from None
         return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp(), True
-    seconds = number(said, where)
+    seconds = parse_number(said, where)
     if seconds > LAST_DATE:
         raise InputError(f"{where}: expected seconds, found {seconds:g}, which may be milliseconds")
     return seconds, seconds >= FIRST_DATE
@@ -147,11 +135,11 @@ def fixes_of_rows(path: Path, names: list[str], rows: dict[int, list[str]], vehi
     places, errors = [], []
     for line in own:
         row = rows[line]
-        x, y, z = (number(row[k], f"{path}: {word} {line}: {names[k]}") for k in columns.place)
+        x, y, z = (parse_number(row[k], f"{path}: {word} {line}: {names[k]}") for k in columns.place)
         places.append((x, y, z))
         if columns.error is not None:
             where = f"{path}: {word} {line}: {names[columns.error]}"
-            errors.append(number(row[columns.error], where))
+            errors.append(parse_number(row[columns.error], where))
             if errors[-1] < 0:
                 raise InputError(f"{where}: expected metres from 0 on, found {errors[-1]:g}")
     return Fixes(
@@ -296,8 +284,8 @@ def gpx_fixes(path: Path, vehicle: str | None) -> Fixes:
     times, places = [], []
     for k, point in enumerate(points, 1):
         where = f"{path}: point {k}"
-        latitude, longitude = (number(point.get(name), f"{where}: {name}") for name in ("lat", "lon"))
-        places.append((latitude, longitude, number(_given(point, "ele", where), f"{where}: ele")))
+        latitude, longitude = (parse_number(point.get(name), f"{where}: {name}") for name in ("lat", "lon"))
+        places.append((latitude, longitude, parse_number(_given(point, "ele", where), f"{where}: ele")))
         times.append(time(_given(point, "time", where), f"{where}: time")[0])
     first = min(time(each.text, f"{path}: time")[0] for each in root.iterfind("trk/trkseg/trkpt/time"))
     return Fixes(

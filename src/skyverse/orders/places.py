@@ -1,10 +1,9 @@
 """What readers of missions share: numbers and places from texts, and how places in a file become those of orders."""
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from skyverse.errors import InputError, shown
+from skyverse.errors import InputError, parse_number
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 
@@ -18,19 +17,9 @@ class Given(NamedTuple):
     geoid: float | None = None
 
 
-def parse_number(text: str | None, where: str, least: float = -math.inf, most: float = math.inf) -> float:
-    """Return a finite number, or raise `InputError`; `where` begins the message."""
-    try:
-        value = float((text or "").strip())
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and least <= value <= most):
-        span = "" if math.isinf(least) else f" from {least:g}" + ("" if math.isinf(most) else f" to {most:g}")
-        raise InputError(f"{where}: expected a number{span}, found {shown(text)}")
-    return value
-
-
-def parse_place(row: Sequence[str | None], kind: type[Altitude], where: str, metres: float = 1.0) -> GlobalPlace:
+def parse_place(
+    row: Sequence[str | float | None], kind: type[Altitude], where: str, metres: float = 1.0
+) -> GlobalPlace:
     """Return the place of a latitude, a longitude and an altitude, which is counted in a unit of so many metres."""
     latitude = parse_number(row[0], f"{where}: latitude", -90.0, 90.0)
     longitude = parse_number(row[1], f"{where}: longitude", -180.0, 180.0)

@@ -6,8 +6,8 @@ from xml.etree.ElementTree import Element
 from skyverse.errors import InputError, Remedy, shown
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.waypoints.places import REFERENCES, Given, Step, parse_place, steps, written
-from skyverse.waypoints.xml_places import arrange, each, root_of, set_text, text, written_root
+from skyverse.orders.places import REFERENCES, Given, Step, parse_place, steps, written
+from skyverse.orders.xml_places import arrange, each, root_of, set_text, text, written_root
 
 ALTITUDE_MODES = {"absolute": AboveSea, "relativeToGround": AboveGround, "clampToGround": None}
 

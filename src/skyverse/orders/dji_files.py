@@ -9,12 +9,12 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from skyverse.documents.kmz import repacked, unpacked
-from skyverse.errors import InputError, Remedy, shown
+from skyverse.errors import InputError, Remedy, parse_number, shown
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.waypoints.map_routes import kml_content, read_kml
-from skyverse.waypoints.places import Given, Step, parse_number, parse_place, steps, written
-from skyverse.waypoints.xml_places import arrange, each, find, root_of, set_text, text, written_root
+from skyverse.orders.map_routes import kml_content, read_kml
+from skyverse.orders.places import Given, Step, parse_place, steps, written
+from skyverse.orders.xml_places import arrange, each, find, root_of, set_text, text, written_root
 
 HEIGHT_MODES: dict[str, type[Altitude]] = {
     **{"relativeToStartPoint": AboveHome, "EGM96": AboveSea, "WGS84": AboveSea},

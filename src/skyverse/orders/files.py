@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from skyverse.atomic import whole_file
-from skyverse.documents.limits import LimitError, require_length
-from skyverse.errors import InputError, path_of, require_choice, require_file, require_kind, unreadable
+from skyverse.documents.limits import read_bytes
+from skyverse.errors import InputError, path_of, require_choice, require_file, require_kind
 from skyverse.model.frame import require_geoid
 from skyverse.model.waypoints import Waypoints
-from skyverse.waypoints.dji_files import kmz_content, read_kmz
-from skyverse.waypoints.litchi_files import litchi_content, read_litchi
-from skyverse.waypoints.map_routes import gpx_content, kml_content, read_gpx, read_kml
-from skyverse.waypoints.mavlink_files import plan_content, read_plan, read_wpl, wpl_content
-from skyverse.waypoints.places import REFERENCES, Given
+from skyverse.orders.dji_files import kmz_content, read_kmz
+from skyverse.orders.litchi_files import litchi_content, read_litchi
+from skyverse.orders.map_routes import gpx_content, kml_content, read_gpx, read_kml
+from skyverse.orders.mavlink_files import plan_content, read_plan, read_wpl, wpl_content
+from skyverse.orders.places import REFERENCES, Given
 
 
 class _Format(NamedTuple):
@@ -63,13 +63,7 @@ def read_waypoints(path: str | Path, *, altitude: str | None = None, geoid: floa
         require_choice(altitude, REFERENCES, "altitude")
     if geoid is not None:
         require_geoid(geoid)
-    try:
-        with unreadable(path):
-            require_length(path)
-            content = path.read_bytes()
-    except LimitError as error:
-        raise InputError(f"{path}: {error}") from None
-    given = Given(altitude, geoid)
+    content, given = read_bytes(path), Given(altitude, geoid)
     found = replace(form.read(content, str(path), given), told=given, stored=content)
     if len(found.orders) > MAX_ORDERS:
         raise InputError(f"{path}: expected at most {MAX_ORDERS:,} items, found {len(found.orders):,}")

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
-from skyverse.errors import InputError, Remedy, shown
+from skyverse.documents.limits import text_of
+from skyverse.errors import InputError, Remedy, parse_number, shown
 from skyverse.model.altitude import FOOT, AboveGround, AboveHome, Altitude, GlobalPlace
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.waypoints.places import REFERENCES, Given, parse_number, parse_place, steps, written
+from skyverse.orders.places import REFERENCES, Given, parse_place, steps, written
 
 UNITS = {"": 1.0, "m": 1.0, "ft": FOOT, "deg": 1.0, "m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
 ALTITUDE_MODES: dict[str, type[Altitude]] = {"0": AboveHome, "1": AboveGround, **REFERENCES}
@@ -48,9 +49,9 @@ class _Table(NamedTuple):
 
 def _table(content: bytes, name: str) -> _Table:
     try:
-        lines = list(csv.reader(io.StringIO(content.decode("utf-8-sig")), strict=True))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{name}: expected a table (CSV) in UTF-8: {error}") from None
+        lines = list(csv.reader(io.StringIO(text_of(content, name)), strict=True))
+    except csv.Error as error:
+        raise InputError(f"{name}: expected a table (CSV): {error}") from None
     columns: dict[str, int] = {}
     units: dict[str, float] = {}
     for at, cell in enumerate(lines[0] if lines else []):

@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 from xml.etree.ElementTree import Element
 
 from skyverse.documents.xml import read_tree
-from skyverse.waypoints.places import Step
+from skyverse.orders.places import Step
 
 
 def root_of(content: bytes, name: str) -> Element:

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import IntEnum
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeGuard
 
-from skyverse.errors import InputError, shown
+from skyverse.errors import InputError, is_number, shown
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.waypoints import Order, OrderKind
 
@@ -17,8 +18,28 @@ FRAMES: dict[int, type[Altitude]] = {
 MISSION_FRAME = 2
 """MAV_FRAME_MISSION: of commands without a place."""
 FOR_EVER = -1
-WAYPOINT, DELAY = 16, 93
-"""MAV_CMD_NAV_WAYPOINT, MAV_CMD_NAV_DELAY."""
+
+
+class Command(IntEnum):
+    """Numbers of MAV_CMD that are written, or read by rules of their own."""
+
+    WAYPOINT = 16
+    LOITER = 17
+    RETURN = 20
+    LAND = 21
+    TAKEOFF = 22
+    LOITER_TO_ALTITUDE = 31
+    VTOL_LAND = 85
+    DELAY = 93
+    YAW = 115
+    JUMP = 177
+    SPEED = 178
+    LAND_START = 189
+    LOOK_AT = 195
+    REGION_OF_INTEREST = 201
+    PHOTO_DISTANCE = 206
+    STOP_PHOTOS = 2001
+    STOP_VIDEO = 2501
 
 
 @dataclass(frozen=True)
@@ -94,7 +115,7 @@ class StoredItem:
 def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
     """Return what an item tells, or raise `InputError` if its numbers cannot be; `where` names it in messages."""
     meaning = MEANINGS.get(item.command)
-    if meaning is None or (item.command == DELAY and item.numbers[0] == -1):  # until a time of the day
+    if meaning is None or (item.command == Command.DELAY and item.numbers[0] == -1):  # until a time of the day
         name = meaning.name if meaning is not None else OTHER_NAMES.get(item.command, f"MAV_CMD {item.command}")
         return Order(number, OrderKind.OTHER, name, index)
     told: dict[str, Any] = {}
@@ -114,7 +135,7 @@ def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
     if meaning.kind is OrderKind.HEADING and item.numbers[3] == 1:  # so far from the heading that it has
         told.pop("heading", None)
     if meaning.kind is OrderKind.LOITER and "turns" not in told and "seconds" not in told:
-        told["seconds"] = 0.0 if item.command == 31 else math.inf
+        told["seconds"] = 0.0 if item.command == Command.LOITER_TO_ALTITUDE else math.inf
     curved = meaning.name == "NAV_SPLINE_WAYPOINT"
     place = _place(item, f"{where}: {meaning.name}") if meaning.of_place else None
     return Order(number, meaning.kind, meaning.name, index, place, curved=curved, **told)
@@ -125,14 +146,14 @@ def _place(item: StoredItem, where: str) -> tuple[float, float, Altitude] | None
     latitude, longitude, metres = item.numbers[4:7]
     frame = FRAMES.get(item.frame)
     if frame is None:
-        if item.command not in (20, 201, 22):
+        if item.command not in (Command.RETURN, Command.REGION_OF_INTEREST, Command.TAKEOFF):
             raise InputError(f"{where}: expected a frame from {', '.join(map(str, FRAMES))}, found {item.frame}")
         return None
     for name, value, most in (("latitude", latitude, 90.0), ("longitude", longitude, 180.0)):
         if abs(value) > most:
             raise InputError(f"{where}: expected a {name} of at most {most:g} degrees, found {value:g}")
     if not math.isfinite(metres):
-        if item.command == 21 and math.isnan(metres):  # a landing goes down, wherever that ends
+        if item.command == Command.LAND and math.isnan(metres):  # a landing goes down, wherever that ends
             return latitude, longitude, frame(0.0)
         raise InputError(f"{where}: expected an altitude, metres, found {metres:g}")
     return latitude, longitude, frame(metres)
@@ -152,22 +173,22 @@ def changed_item(item: StoredItem, order: Order) -> StoredItem:
     if order.place is not None and order.place != was.place:
         *numbers[4:6], altitude = order.place
         numbers[6] = altitude.metres
-        frame = frame if FRAMES.get(frame) is type(altitude) else _frame(altitude)
+        frame = frame if FRAMES.get(frame) is type(altitude) else frame_of(type(altitude))
     return StoredItem(item.command, frame, tuple(numbers))
 
 
 def added_item(order: Order) -> StoredItem:
     """Return an item for an order that no file has yet: a wait, or a waypoint that is passed without a stop."""
     if order.place is None:
-        return StoredItem(DELAY, MISSION_FRAME, (order.seconds, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0))
+        return StoredItem(Command.DELAY, MISSION_FRAME, (order.seconds, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0))
     *where, altitude = order.place
-    return StoredItem(
-        WAYPOINT, _frame(altitude), (order.seconds, order.radius or 0.0, 0.0, math.nan, *where, altitude.metres)
-    )
+    numbers = (order.seconds, order.radius or 0.0, 0.0, math.nan, *where, altitude.metres)
+    return StoredItem(Command.WAYPOINT, frame_of(type(altitude)), numbers)
 
 
-def _frame(altitude: Altitude) -> int:
-    return next(number for number, kind in FRAMES.items() if kind is type(altitude))
+def frame_of(kind: type[Altitude]) -> int:
+    """Return the frame of places whose altitudes are of a kind."""
+    return next(number for number, altitude in FRAMES.items() if altitude is kind)
 
 
 def numbers_of(values: Sequence[object], where: str, *, zero_is_here: bool) -> tuple[float, ...]:
@@ -182,14 +203,14 @@ def numbers_of(values: Sequence[object], where: str, *, zero_is_here: bool) -> t
     zero_is_here
         Whether latitude and longitude 0 leave the place to the autopilot, as for ArduPilot.
     """
-    if len(values) != 7 or any(value is not None and not _is_number(value) for value in values):
+    if len(values) != 7 or any(one is not None and one == one and not _is_sound(one) for one in values):
         raise InputError(f"{where}: expected seven numbers, found {shown(list(values))}")
     # always the same NaN, so that rows of numbers that are alike are equal
-    numbers = [math.nan if value is None or value != value else float(value) for value in values]  # type: ignore[arg-type]
+    numbers = [float(one) if _is_sound(one) else math.nan for one in values]
     if zero_is_here and numbers[4] == numbers[5] == 0:
         numbers[4] = numbers[5] = math.nan
     return tuple(numbers)
 
 
-def _is_number(value: object) -> bool:
-    return (isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e30) or value != value
+def _is_sound(value: object) -> TypeGuard[float]:
+    return is_number(value) and abs(value) < 1e30
