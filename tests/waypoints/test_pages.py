@@ -3,6 +3,8 @@
 import json
 import re
 
+import pytest
+
 import skyverse as sky
 from skyverse.waypoints.page import check_page
 
@@ -34,6 +36,14 @@ def test_numbers_of_items_are_marked_where_something_is_wrong(tmp_path):
         assert sum(one.get("mode") == "markers" and one["meta"]["role"] == "finding" for one in traces) == 1
     assert "Proven." not in page
     assert "<b>.waypoints" not in page.partition("<script")[0]
+
+
+def test_legs_that_fail_are_drawn_from_end_to_end(tmp_path):
+    data, _ = drawn(tmp_path, 200)
+    for traces, across in ((data["space"], "y"), (data["map"]["traces"], "y"), (data["profiles"][0]["traces"], "x")):
+        (legs,) = [one for one in traces if one["meta"]["role"] == "finding" and one.get("mode") == "lines"]
+        along = [value for value in legs[across] if value is not None]
+        assert max(along) - min(along) == pytest.approx(222.4 if across == "y" else 222.4 + 152.4, abs=2.0)
 
 
 def test_a_proven_mission_has_no_mark(tmp_path):

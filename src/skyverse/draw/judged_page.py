@@ -16,7 +16,11 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory
 
-_SQUARES = "Squares: where it lands when it returns."
+_LINES = (
+    "Numbers: items, as ground stations count them. Red: legs that fail, with a dot where that is worst. Amber: from "
+    "where no return is proven. Rings: what else is wrong. Squares: where it lands when it returns."
+)
+_MEND = "<p>A leg tells from which height it is clear. <code>skyverse repair</code> mends what it can.</p>"
 _WORDS = {"layers": {"trajectories": "Flights"}, "iterations": "", "value": "", "log": False}
 
 
@@ -74,7 +78,7 @@ def judged_page(scene: JudgedScene) -> str:
         "banner": _banner(scene),
         "space": "Flight",
         "ends": "● home.",
-        "lines": f"Numbers: items, as ground stations count them; rings: what is wrong. {_SQUARES} {told(scene)}",
+        "lines": f"{_LINES} {told(scene)}",
         "numbers": "What was judged",
         "table": table("", heads, body, text_columns=len(heads)),
         "footer": facts_list({"skyverse": __version__}),
@@ -92,7 +96,7 @@ def _banner(scene: JudgedScene) -> str:
         lines = "".join(map(finding_line, found[:MAX_SHOWN_FINDINGS]))
         more = f"<p>… and {len(found) - MAX_SHOWN_FINDINGS:,} more.</p>" if len(found) > MAX_SHOWN_FINDINGS else ""
         said = f"{counted(len(found), 'thing')} {'is' if len(found) == 1 else 'are'} wrong."
-        verdict = card("bad", "✕", said, f"<ul>{lines}</ul>{more}")
+        verdict = card("bad", "✕", said, f"<ul>{lines}</ul>{more}{_MEND}")
     else:
         said = "<p>All that the table below names is proven, at every place between waypoints.</p>"
         verdict = card("good", "✓", "Proven.", said)

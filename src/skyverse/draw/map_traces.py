@@ -28,6 +28,8 @@ MIN_CONTOUR_RANGE = 1.0
 
 MAX_NAMES = 30
 """Names at most that are written in one picture."""
+APART = 0.03
+"""The share of a picture by which numbers of places are apart at least."""
 _PLACE_ON_MAP = "x %{x:.1f}, y %{y:.1f} m<extra></extra>"
 
 
@@ -46,9 +48,9 @@ def from_above(scene: Scene) -> dict[str, Any]:
             *tubes,
             *tracks,
             *landings_on_map(scene),
-            *numbered(scene.places, np.array([one.position[:2] for one in scene.places]).reshape(-1, 2)),
             _ends(scene),
             *_findings(scene),
+            *numbered(scene.places, np.array([one.position[:2] for one in scene.places]).reshape(-1, 2)),
         ],
         "ground": None if relief is None else picture(relief, scene.world.stretch),
         "degrees": None if degrees is None else degrees.tolist(),
@@ -193,27 +195,62 @@ def _ends(scene: Scene) -> Trace:
 def _findings(scene: Scene) -> list[Trace]:
     placed = [finding for finding in scene.findings if finding.position is not None]
     places = [finding.position[:2] for finding in placed if finding.position is not None]
-    return rings(placed, np.array(places, dtype=np.float64).reshape(-1, 2))
+    lines = {one: one.stretch[:, :2] for one in scene.findings if one.stretch is not None}
+    drawn = stretches("scatter", [*lines], [*lines.values()])
+    return [*drawn, *rings(placed, np.array(places, dtype=np.float64).reshape(-1, 2))]
 
 
 def rings(found: Sequence[SceneFinding], points: Floats) -> list[Trace]:
-    """Return rings around what is wrong, at points (n, 2) of the map or of a profile."""
+    """Return rings around what is wrong, at points (n, 2) of the map or of a profile; on stretches they are dots."""
     words = [plain(f"{finding.kind}: {finding.message}") for finding in found]
-    colours = [FINDINGS[finding.severity] for finding in found]
-    marker = {"symbol": "circle-open", "size": 18, "color": colours, "line": {"width": 2}}
+    marker = finding_marks(found, 18) | {"line": {"width": 2}}
     role, told, where = {"role": "finding"}, "%{text}<extra></extra>", columns(points, "xy", packed)
     return [trace("scatter", "markers", "Found wrong", where, told, role, text=words, marker=marker)]
 
 
-def numbered(places: Sequence[NumberedPlace], points: Floats) -> list[Trace]:
-    """Return the numbers of places at points (n, 2) of the map or of a profile: all that are wrong, and some others."""
-    every, made = len(places) // MAX_NAMES + 1, []
-    for wrong, role, style in ((False, "names", {}), (True, "finding", {"color": FINDINGS["error"]})):
-        some = [k for k, place in enumerate(places) if place.wrong is wrong and (wrong or k % every == 0)]
-        if not some:
-            continue
-        numbers = [f"<b>{places[k].number}</b>" if wrong else str(places[k].number) for k in some]
-        where, font = columns(points[some], "xy", packed), {"size": 11, **style}
-        beside = {"textposition": "top right", "textfont": font, "cliponaxis": False}
-        made.append(trace("scatter", "text", "Items", where, None, {"role": role}, text=numbers, **beside))
+def finding_marks(found: Sequence[SceneFinding], size: int) -> Trace:
+    """Return the markers of what is wrong: rings of a size, and small dots on stretches that are drawn themselves."""
+    drawn = [finding.stretch is not None for finding in found]
+    return {
+        "symbol": ["circle" if one else "circle-open" for one in drawn],
+        "size": [size // 2 if one else size for one in drawn],
+        "color": [FINDINGS[finding.severity] for finding in found],
+    }
+
+
+def stretches(form: str, found: Sequence[SceneFinding], lines: Sequence[Floats]) -> list[Trace]:
+    """Return the stretches of flights that are wrong, (n, 2) or (n, 3) each, one trace for each colour."""
+    made = []
+    for severity, colour in FINDINGS.items():
+        some = [line for one, line in zip(found, lines, strict=True) if one.severity == severity]
+        if some:
+            points = np.concatenate([np.vstack([line, np.full_like(line[:1], np.nan)]) for line in some])
+            axes, style = "xyz"[: points.shape[1]], {"color": colour, "width": 6}
+            made.append(
+                trace(form, "lines", "Found wrong", columns(points, axes), None, {"role": "finding"}, line=style)
+            )
     return made
+
+
+def numbered(places: Sequence[NumberedPlace], points: Floats) -> list[Trace]:
+    """Return the numbers of places at points (n, 2) of the map or of a profile, those that are wrong first.
+
+    A number that would be written over another is left out.
+    """
+    cells = (
+        np.floor((points - points.min(axis=0)) / np.maximum(APART * np.ptp(points, axis=0), 1e-9)) if places else points
+    )
+    taken, shown = set[tuple[int, int]](), {False: list[int](), True: list[int]()}
+    for k in sorted(range(len(places)), key=lambda k: not places[k].wrong):
+        column, row = cells[k].astype(int).tolist()
+        if not taken & {(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)}:
+            taken.add((column, row))
+            shown[places[k].wrong].append(k)
+    made = []
+    for wrong, some in shown.items():
+        numbers = [f"<b>{places[k].number}</b>" if wrong else str(places[k].number) for k in some]
+        font = {"size": 12, "shadow": "auto"} | ({"color": FINDINGS["error"]} if wrong else {})
+        beside = {"textposition": "top right", "textfont": font, "cliponaxis": False}
+        role, where = {"role": "finding" if wrong else "names"}, columns(points[some], "xy", packed)
+        made.append(trace("scatter", "text", "Items", where, None, role, text=numbers, **beside))
+    return [one for one in made if one["text"]]

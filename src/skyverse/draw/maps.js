@@ -189,7 +189,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at, live }) => 
     const span = [-0.01 * end, 1.01 * end || 1];
     const upper = seconds.length ? [{ type: "scatter", mode: "markers", x: [0], y: [range[0]], xaxis: "x2", opacity: 0, hoverinfo: "skip", meta: { role: "seconds" } }] : [];
     await Plotly.newPlot("profile", [...drawn, ...upper], {
-      xaxis: { ...line(), title: { text: "distance along the path, over the map (m)", standoff: 8 }, range: span, tickformat: "," },
+      xaxis: { ...line(), title: { text: "distance over the map (m)", standoff: 8 }, range: span, tickformat: "," },
       xaxis2: { ...line(), overlaying: "x", side: "top", range: span, matches: "x", showgrid: false, ticks: "outside", ticklen: 4, tickcolor: colour("soft"), tickvals: seconds.map(([, place]) => place), ticktext: seconds.map(([instant]) => `${instant} s`) },
       yaxis: { ...line(), title: { text: "z (m)", standoff: 8 }, range, tickformat: "," },
       showlegend: false, font: font("soft", 12),

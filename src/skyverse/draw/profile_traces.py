@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.map_traces import MAX_NAMES, closed, numbered, rings
+from skyverse.draw.map_traces import MAX_NAMES, closed, numbered, rings, stretches
 from skyverse.draw.margin_traces import MIN_DEVIATION
 from skyverse.draw.plotly_values import Trace, area, columns, packed, plain, round_step, trace
 from skyverse.draw.profile import Crossing, Profile
@@ -67,10 +67,16 @@ def _marked(profile: Profile, uav: int, scene: Scene) -> Iterator[Trace]:
         along = np.interp([one.time or 0.0 for one in marked], times, profile.distance)
         return np.column_stack([along, [np.nan if one.position is None else one.position[2] for one in marked]])
 
+    if found:
+        lines = {one: one.stretch for one in found if one.stretch is not None}
+        along = (
+            np.column_stack([np.interp(t, times, profile.distance), z])
+            for _, _, z, t in map(np.transpose, lines.values())
+        )
+        yield from stretches("scatter", [*lines], [*along])
+        yield from rings(found, at(found))
     if places:
         yield from numbered(places, at(places))
-    if found:
-        yield from rings(found, at(found))
 
 
 def _seconds(profile: Profile) -> list[list[float]]:

@@ -8,9 +8,10 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.draw.ground_relief import relit
+from skyverse.draw.map_traces import finding_marks, stretches
 from skyverse.draw.margin_traces import ceiling, landings_in_space, pads, separations, tube
 from skyverse.draw.mover_traces import active_zones_in_space, movers_in_space
-from skyverse.draw.palette import FINDINGS, GROUND
+from skyverse.draw.palette import GROUND
 from skyverse.draw.plotly_values import NOWHERE, PLOTLY_DASHES, Trace, columns, flat, mesh, packed, plain, trace
 from skyverse.draw.scenes import MissionScene, Scene
 from skyverse.draw.shape_geometry import below, brightness, outline, skin, surface
@@ -61,12 +62,14 @@ def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, ro
     return trace("scatter3d", "markers", name, places, hover, {"role": role}, text=words, marker=marker)
 
 
-def findings(scene: Scene) -> Trace:
-    """Return the marks at the places of the referee's findings."""
+def findings(scene: Scene) -> list[Trace]:
+    """Return the stretches of flights, and the marks at the places, of what is found wrong."""
     placed = [finding for finding in scene.findings if finding.position is not None]
-    marker = {"symbol": "circle-open", "size": 16, "color": [FINDINGS[finding.severity] for finding in placed]}
     words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
-    return _marks("Found wrong", (finding.position for finding in placed), words, marker, "finding")
+    marks = finding_marks(placed, 16)
+    lines = {one: one.stretch[:, :3] for one in scene.findings if one.stretch is not None}
+    drawn = stretches("scatter3d", [*lines], [*lines.values()])
+    return [*drawn, _marks("Found wrong", (finding.position for finding in placed), words, marks, "finding")]
 
 
 def _apart(scene: Scene) -> bool:
@@ -108,7 +111,7 @@ def in_space(scene: Scene) -> list[Trace]:
     tubes = [each for number, track in enumerate(scene.tracks) for each in tube(track, number, fine)]
     margins = [*tubes, *pads(scene), *ceiling(scene), *separations(scene)]
     moving = [*movers_in_space(scene), *active_zones_in_space(scene)]
-    return [*world, *moving, *tracks, spare, findings(scene), *margins, *landings_in_space(scene), *fleet(scene)]
+    return [*world, *moving, *tracks, spare, *findings(scene), *margins, *landings_in_space(scene), *fleet(scene)]
 
 
 def of_curve(track: DrawnTrack, result: Result, number: int, bound: str) -> list[Trace]:

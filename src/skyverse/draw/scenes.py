@@ -1,11 +1,12 @@
 """All that a picture of a scenario, a mission or a flight shows, as data, for pages and figures alike."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar, Literal
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
 from skyverse.draw.palette import TARGET_TO_REACH, TARGET_TO_SPARE
 from skyverse.draw.profile import Profile, profile
@@ -72,7 +73,10 @@ class NumberedPlace:
 
 @dataclass(frozen=True)
 class SceneFinding:
-    """One thing that is wrong: a warning where UAVs come too close, otherwise an error."""
+    """One thing that is wrong: a warning where UAVs come too close, otherwise an error.
+
+    Where a whole `stretch` of a flight is wrong, that is x, y, z and the seconds of its points, (n, 4).
+    """
 
     severity: Literal["warning", "error"]
     kind: str
@@ -80,6 +84,7 @@ class SceneFinding:
     message: str
     time: float | None
     position: Point | None
+    stretch: Floats | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -16,6 +16,8 @@ from skyverse.waypoints.site import with_fence
 
 INSTANTS = 4000
 """Instants of a flight among which the one is sought at which it is where something is wrong."""
+STEPS = 64
+"""Points by which a stretch of a flight is drawn."""
 
 
 def check_page(fleet: CheckedFleet) -> str:
@@ -73,15 +75,23 @@ def _places(fleet: CheckedFleet) -> Iterator[NumberedPlace]:
 
 
 def _drawn(fleet: CheckedFleet, number: int, finding: MissionFinding) -> SceneFinding:
-    """Return a finding as it is drawn, with the instant at which the flight is nearest to it."""
-    origin, mission = fleet.scenario.frame.origin, fleet.missions[number]
+    """Return a finding as it is drawn: its place, and the stretch of the flight that is wrong."""
+    origin, flown = fleet.scenario.frame.origin, fleet.missions[number].flown
+    assert origin is not None
     subject, said = subject_and_words(fleet, number, finding)
     whose = (fleet.scenario.uavs[number].name,) if len(fleet.missions) > 1 else ()
-    severity: Literal["warning", "error"] = "warning" if finding.subject is Subject.APART else "error"
-    if finding.place is None or origin is None:
-        return SceneFinding(severity, subject, whose, said, None, None)
-    x, y, z = to_local(origin, [finding.place])[0].tolist()
-    flight = mission.flown.plan.predicted()
-    instants = np.linspace(flight.start, flight.end, INSTANTS)
-    away = np.linalg.norm(flight.at(instants).position - [x, y, z], axis=1)
-    return SceneFinding(severity, subject, whose, said, float(instants[away.argmin()]), (x, y, z))
+    severity: Literal["warning", "error"] = "error" if finding.part is not None or finding.times is None else "warning"
+    flight, stretch, time, place = flown.plan.predicted(), None, None, None
+    times = finding.times
+    if finding.part is not None and finding.subject is not Subject.CORNERS:
+        before, after = flown.ends(finding.part)
+        times = float(flown.plan.arrivals[before] if before >= 0 else flight.start), float(flown.plan.arrivals[after])
+    if times is not None and times[0] < times[1]:
+        instants = np.linspace(*times, STEPS)
+        stretch = np.column_stack([flight.at(instants).position, instants])
+    if finding.place is not None:
+        x, y, z = to_local(origin, [finding.place])[0].tolist()
+        place, instants = (x, y, z), np.linspace(*(times or (flight.start, flight.end)), INSTANTS)
+        away = np.linalg.norm(flight.at(instants).position - [x, y, z], axis=1)
+        time = float(instants[away.argmin()])
+    return SceneFinding(severity, subject, whose, said, time, place, stretch)

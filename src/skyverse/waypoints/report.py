@@ -30,14 +30,14 @@ _NOUNS = {
 """What the numbers of a finding are, where its subject alone does not say it."""
 
 _NEAR = {
-    FindingKind.GROUND: "may be {off:.3g} m above ground, where {limit:.3g} m above it are required",
+    FindingKind.GROUND: "may be {off:.3g} m above ground, where {limit:.1f} m are required",
     FindingKind.FENCE: "may come within {off:.3g} m of the fence",
-    FindingKind.OBSTACLE: "may come within {off:.3g} m of {name}, of which {limit:.3g} m must be kept",
+    FindingKind.OBSTACLE: "may come within {off:.3g} m of {name}, where {limit:.1f} m off it are required",
 }
 _INSIDE = {
-    FindingKind.GROUND: "may be {off:.3g} m below ground, where {limit:.3g} m above it are required",
+    FindingKind.GROUND: "may be {off:.3g} m below ground, where {limit:.1f} m above it are required",
     FindingKind.FENCE: "may cross the fence",
-    FindingKind.OBSTACLE: "may be {off:.3g} m inside {name}, of which {limit:.3g} m must be kept",
+    FindingKind.OBSTACLE: "may be {off:.3g} m inside {name}, where {limit:.1f} m off it are required",
 }
 _RETURN = "no return at {altitude:.4g} m above home is proven from {begin} to {end} min of the flight: {kind}"
 _REFUSED = "{autopilot} takes no {kind} in missions, and refuses these orders"
@@ -111,7 +111,7 @@ def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding)
         latitude, longitude, sea = finding.place
         said += f"; at {latitude:.5f}, {longitude:.5f}, {_above_home(fleet, number, sea)}"
     if finding.clear_at is not None:
-        said += f"; clear from {_above_home(fleet, number, finding.clear_at)}, {finding.clear_at:.1f} m amsl"
+        said += f"; clear from {_above_home(fleet, number, finding.clear_at)} ({finding.clear_at:.1f} m amsl)"
     return f"{subject} {items}".rstrip(), said
 
 
