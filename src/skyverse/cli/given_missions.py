@@ -93,8 +93,8 @@ def judged(
     notes: list[Note] = []
     with watched(notes) as on_note:
         found = judge(read, build_options("check", _USUAL | maps, on_note), FlightSettings(**how))
-    for note in filter(must_be_heeded, notes):
-        print(told(note), file=sys.stderr)
+    for said in dict.fromkeys(map(told, filter(must_be_heeded, notes))):  # maps may be read more than once
+        print(said, file=sys.stderr)
     return found
 
 
@@ -118,7 +118,8 @@ def tell(
         print(json_text([one | found for one, found in data]), end="")
     for number, mission in enumerate(() if as_json else fleet.missions):
         verdict = "proven" if mission.is_proven else counted(sum(one.wrong for one in mission.findings), "fault")
-        table((mission.flown.waypoints.name, verdict), check_table(fleet, number))
+        print(f"{mission.flown.waypoints.name}: {verdict}")
+        table(("what was judged", "found"), check_table(fleet, number))
         for finding in mission.findings:
             print(("" if finding.wrong else f"{Caution.WARNING}: ") + finding_line(fleet, number, finding))
         for said in assumptions(fleet, number):

@@ -37,6 +37,8 @@ class FlightSettings:
             require_choice(self.autopilot, ("px4", "ardupilot", "dji"), "autopilot")
         if self.home is not None:
             require_row(self.home, 2, "home")
+            for degrees, what, most in zip(self.home, ("latitude", "longitude"), (90.0, 180.0), strict=True):
+                require_number(degrees, "home", f"a {what} in degrees", -most, most)
         if self.speed is not None:
             require_number(self.speed, "speed", "m/s", 0.2, 1000.0)
         require_number(self.radius, "radius", "metres", 0.0, 1000.0)

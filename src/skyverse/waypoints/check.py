@@ -215,14 +215,18 @@ class _Met(NamedTuple):
 def _met(judge: MissionJudge, part: Part, met: Incursion | None) -> _Met:
     scenario, fault = judge.scenario, part.checked.fault
     if isinstance(fault, Breach):
-        under = -1.0 if scenario.terrain is None else float(scenario.terrain.height(fault.place[:2]) - fault.place[2])
         if fault.rule is LegRule.GROUND:
             return _Met(FindingKind.GROUND, fault.place, "", fault.allowed - fault.off, fault.allowed)
-        if fault.rule is LegRule.BOUNDS and under > 0:  # what is below the bounds is below ground
-            needed = scenario.ground_clearance + judge.error.vertical
-            return _Met(FindingKind.GROUND, fault.place, "", -under, needed)
-        kind = FindingKind.BOUNDS if fault.rule is LegRule.BOUNDS else FindingKind.CEILING
-        return _Met(kind, fault.place, "", -fault.off, 0.0)
+        if fault.rule is LegRule.CEILING:
+            return _Met(FindingKind.CEILING, fault.place, "", -fault.off, 0.0)
+        low, high = np.subtract(fault.place, scenario.bounds.min), np.subtract(scenario.bounds.max, fault.place)
+        found, limit = -fault.off, 0.0
+        if low[2] > min(low.min(), high.min()):
+            return _Met(FindingKind.BOUNDS, fault.place, "", found, limit)
+        if scenario.terrain is not None:  # what is below the bounds is below ground, or near it
+            found = float(fault.place[2] - scenario.terrain.height(fault.place[:2]))
+            limit = scenario.ground_clearance + judge.error.vertical
+        return _Met(FindingKind.GROUND, fault.place, "", found, limit)
     if met is None:
         return _Met(FindingKind.UNDECIDED, part.points[-1 if not part.radius else 2])
     if met.obstacle in (GROUND_NUMBER, CEILING_NUMBER):

@@ -58,7 +58,7 @@ _SAID = {
     FindingKind.RETURN: "the return of an aeroplane is not judged",
     FindingKind.NOT_AEROPLANE: "the file is for an aeroplane, and is judged as flown by a vehicle that can stop",
     FindingKind.COUNT: "{found:,.0f} items, and usual boards with {autopilot} take {limit:,.0f}",
-    FindingKind.LENGTH: "a leg of {found:,.0f} m, and {autopilot} may refuse more than {limit:,.0f} m",
+    FindingKind.LENGTH: "it is {found:,.0f} m long, and {autopilot} may refuse more than {limit:,.0f} m",
 }
 
 
@@ -104,8 +104,11 @@ def finding_line(fleet: CheckedFleet, number: int, finding: MissionFinding) -> s
 
 def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding) -> tuple[str, str]:
     """Return what a finding of a mission is about, with the numbers of items, and what is wrong with that."""
-    several = finding.part is None and finding.subject in (Subject.LEGS, Subject.LIMITS)
-    subject, items = _NOUNS.get(finding.subject, finding.subject.value), (_listed if several else _span)(finding.items)
+    legs = finding.kind in (FindingKind.SPEED, FindingKind.LENGTH)
+    noun = "leg" if legs else _NOUNS.get(finding.subject, "") if finding.items else ""
+    several = not legs and finding.part is None and finding.subject in (Subject.LEGS, Subject.LIMITS)
+    items = (_listed if several else _span)(finding.items)
+    subject = noun + "s" * (several and len(finding.items) > 1) or finding.subject.value
     said = _said(fleet.missions[number], finding)
     if finding.place is not None:
         latitude, longitude, sea = finding.place

@@ -87,7 +87,13 @@ def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: F
     level = 0.0 if options.ground is None else options.ground.metres
     altitudes = [level if ground is None else ground for ground in grounds]
     places = to_local(origin, [[*home, z] for home, z in zip(homes, altitudes, strict=True)])
+    if options.vehicle is None and options.max_speed is None:  # of no vehicle it is known that it is too slow
+        told_speeds = (settings.speed, *(speed for one in missions for speed in _speeds(one)))
+        options = replace(options, max_speed=max((one for one in told_speeds if one is not None), default=None))
     limits = outdoor_limits(options)
+    if options.vehicle is None and options.tracking_error is None and limits.tracking_error is not None:
+        aside, up = limits.tracking_error
+        assumed.append(f"no vehicle is named: it may stray {aside:g} m aside and {up:g} m up and down in calm air")
     uavs = [
         with_limits(UAV(name=name, start=(x, y, z + 1.0), home=z), limits)
         for name, (x, y, z) in zip(_names(missions), places.tolist(), strict=True)
@@ -207,6 +213,11 @@ def _names(missions: Sequence[Waypoints]) -> list[str]:
     """Return a name for each mission: its file's, numbered where several have it."""
     stems = [Path(one.name).name.partition(".")[0] or "mission" for one in missions]
     return [stem if stems.count(stem) == 1 else f"{stem}-{k}" for k, stem in enumerate(stems, 1)]
+
+
+def _speeds(waypoints: Waypoints) -> list[float | None]:
+    """Return all speeds of a mission, m/s, where it says any."""
+    return [waypoints.speed, *(order.speed for order in waypoints.orders)]
 
 
 def _altitude_of_home(waypoints: Waypoints, settings: FlightSettings) -> float | None:
