@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import terrain_follower as follower
 from handmade_exports import local
 from test_terrain_following import ALLOWANCE, EXACT, least_lift, random_case
 
+import terrain_follower as follower
 from skyverse import Bounds, Frame, Origin, Scenario
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.leg_geometry import leg_deviation

@@ -147,7 +147,7 @@ def test_returns_begin_wherever_a_cut_takeoff_leads(tmp_path):
     second = turned + np.linspace(0, 1, 200)[:, None] * (plan.waypoints[2] - turned)
     parts = legs.parts(0.2)
     low, high = parts.box
-    low, high = low - legs.off(parts)[0][:, None], high + legs.off(parts)[0][:, None]
+    low, high = low - legs.off(parts)[:, None], high + legs.off(parts)[:, None]
     for leg, places in ((0, first[::10]), (1, second)):
         own = parts.leg == leg
         assert (leg == 0) == (parts.box[0][own, 2].min() == 9.5)

@@ -5,10 +5,10 @@ from dataclasses import replace
 import handmade_exports as handmade
 import numpy as np
 import pytest
-import terrain_follower as follower
 from test_terrain_following import ALLOWANCE, EXACT, GNSS, ORIGIN, rough
 
 import skyverse as sky
+import terrain_follower as follower
 
 pytest.importorskip("pyproj", reason="an independent geodesy")
 pytestmark = pytest.mark.usefixtures("unjudged")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-import terrain_follower as follower
 
 import skyverse as sky
+import terrain_follower as follower
 from skyverse import Terrain, to_local, to_wgs84
 from skyverse.exports import LegChecker, LegSpace, refused
 

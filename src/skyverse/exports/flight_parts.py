@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.leg_geometry import leg_deviation, towards
+from skyverse.exports.leg_geometry import greatest_on_legs, ground_under, leg_deviation, towards
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Terrain
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 
 HALVINGS = 40
@@ -102,6 +104,8 @@ class FlightLegs:
         (m,) metres by which the UAV may be off the line of a cut at the beginning of its leg.
     aside, rise
         (m,) metres by which the UAV may be beside a leg, and above or below it.
+    terrain, above
+        The ground, and the heights above it, (m, 2) metres, between which legs that follow it lead; NaN for all others.
     """
 
     plan: FlightPlan
@@ -109,11 +113,29 @@ class FlightLegs:
     width: Floats
     aside: Floats
     rise: Floats
+    terrain: Terrain | None
+    above: Floats
 
-    def off(self, parts: Parts) -> tuple[Floats, Floats]:
-        """Return how far beside parts, and above or below them, the UAV may be without straying, (n,) metres each."""
-        width = (1 - parts.shares[:, 0]) * self.width[parts.leg]
-        return self.aside[parts.leg] + width, self.rise[parts.leg] + width
+    def off(self, parts: Parts) -> Floats:
+        """Return how far beside parts the UAV may be without straying, (n,) metres."""
+        return self.aside[parts.leg] + self._width(parts)
+
+    def _width(self, parts: Parts) -> Floats:
+        return np.asarray((1 - parts.shares[:, 0]) * self.width[parts.leg])
+
+    def heights(self, parts: Parts) -> tuple[Floats, Floats]:
+        """Return the least and the greatest z at which the UAV may be on parts without straying, (n,) metres each."""
+        (low, high), rise = parts.box, self.rise[parts.leg] + self._width(parts)
+        bottom, top = low[:, 2], high[:, 2]
+        above = self.above[parts.leg]
+        some = np.flatnonzero(np.isfinite(above[:, 0]))
+        if self.terrain is not None and len(some):
+            lines, first = parts.corners[some, :, 0].copy(), above[some, :1]
+            lines[..., 2] = first + parts.shares[some] * (above[some, 1:] - first)
+            upside = derived(self.terrain, heights=-self.terrain.heights, lowest=None)
+            bottom[some] = -greatest_on_legs(lines * [1.0, 1.0, -1.0], self.terrain.lowest_ground, -np.inf)
+            top[some] = greatest_on_legs(lines, upside, -np.inf)
+        return bottom - rise, top + rise
 
     def parts(self, longest: float) -> Parts:
         """Return parts of all legs that are no longer than `longest` metres."""
@@ -155,17 +177,26 @@ class FlightLegs:
 
 def flown_legs(plan: FlightPlan, scenario: Scenario, low: float) -> FlightLegs:
     """Return the legs of a flight plan; one that ends with a landing goes down to z = `low`, metres."""
-    points = plan.waypoints
+    points, terrain, over = plan.waypoints, scenario.terrain, plan.route.over_ground
     cut, width = _cut_corners(plan)
     aside = MAVLINK_ROUNDING + leg_deviation(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
-    rise = plan.route.deviations
+    rise, above = plan.route.deviations.copy(), np.full((len(aside), 2), np.nan)
+    for k in np.flatnonzero(np.isfinite(over)):
+        assert terrain is not None
+        ends = points[k : k + 2]
+        strays, aside[k] = scenario.uavs[plan.route.uav].tracking_error.horizontal, aside[k] + over[k]
+        slope = ground_under(terrain, ends, aside[k] + strays).slope
+        # within the radius it is as much higher or lower, and so may the ground be both there and here
+        rise[k] = math.hypot(aside[k], 2 * slope * aside[k]) + slope * strays
+        above[k], cut[k], width[k] = ends[:, 2] - terrain.height(ends[:, :2]), 0.0, 0.0
     if len(plan.ending) == 1:
         landed = np.array([*plan.ending[0][:2], min(low, points[-1][2])])
         points, cut = np.concatenate([points, landed[None]]), np.concatenate([cut, np.zeros((1, 3))])
         aside, rise = np.r_[aside, MAVLINK_ROUNDING], np.r_[rise, MAVLINK_ROUNDING]
-        width = np.r_[width, 0.0]
+        width, above = np.r_[width, 0.0], np.concatenate([above, np.full((1, 2), np.nan)])
     begins = np.stack([points[:-1], points[:-1] + cut], axis=1)
-    return FlightLegs(plan, np.stack([begins, np.repeat(points[1:, None], 2, axis=1)], axis=1), width, aside, rise)
+    sides = np.stack([begins, np.repeat(points[1:, None], 2, axis=1)], axis=1)
+    return FlightLegs(plan, sides, width, aside, rise, terrain, above)
 
 
 def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:

@@ -73,6 +73,9 @@ class Route:
         (m - 1,) metres: how far each flown leg between two of the `waypoints` may be off the straight line.
     lifts
         As those of its `LegChecker`.
+    over_ground
+        (m - 1,) metres that the UAV may be beside each leg along which its height above ground changes evenly; NaN for
+        others, whose `deviations` say all.
     """
 
     uav: int
@@ -85,6 +88,7 @@ class Route:
     holds: Floats
     deviations: Floats
     lifts: tuple[tuple[Floats, Floats], ...]
+    over_ground: Floats
 
     @property
     def radius(self) -> float:
@@ -273,7 +277,7 @@ def _made(
         times = np.concatenate([times[:1], times])
     deviations = legs.deviations(points, radius, holds)[1 if climb else 0 :]
     radii = np.full(len(points), radius)
-    return Route(uav, points, times, radii, climb, search.lead, off, holds, deviations, legs.lifts)
+    return Route(uav, points, times, radii, climb, search.lead, off, holds, deviations, legs.lifts, deviations * np.nan)
 
 
 def _count_on_pad(legs: LegChecker, curve: Floats) -> int:

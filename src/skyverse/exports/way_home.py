@@ -185,8 +185,7 @@ class _Returns:
 
     def _heights(self, parts: Parts, level: float) -> Heights:
         """Return how high the ways home from parts lead, with the error of a UAV that is too high to climb."""
-        (low, high), rise = parts.box, self.legs.off(parts)[1]
-        bottom, top = low[:, 2] - rise, high[:, 2] + rise
+        bottom, top = self.legs.heights(parts)
         knows = top + self.error.vertical <= level  # it climbs to a height that it knows
         sinks = np.where(knows, 0.0, self.error.vertical)
         highest, lowest = np.maximum(top + sinks, level), np.maximum(bottom - sinks, level)
@@ -195,7 +194,7 @@ class _Returns:
 
     def _aside(self, parts: Parts) -> Floats:
         """Return how far from the middle of its part a UAV may be to the side without straying, (n,) metres."""
-        return parts.radius + self.legs.off(parts)[0]
+        return parts.radius + self.legs.off(parts)
 
     def _climb(self, parts: Parts, heights: Heights) -> Iterator[Lines]:
         """Yield the lines straight up from parts; above a pad, those on the pad and those from its top on."""
@@ -212,7 +211,7 @@ class _Returns:
 
     def _level_line(self, parts: Parts, heights: Heights) -> Iterator[Lines]:
         """Return the lines from above parts to above home, as tall as the heights are at which they may be flown."""
-        tall = rounded_up(MAVLINK_ROUNDING + (heights.highest - heights.lowest) / 2)
+        tall = rounded_up(MAVLINK_ROUNDING + (heights.highest - heights.lowest) / 2, self.error.vertical)
         centre, aside = heights.highest + MAVLINK_ROUNDING - tall, self._aside(parts)
         more = leg_deviation(self.scenario, self._away(parts) + aside + 2 * self.error.horizontal)
         across = _at(parts.middle, centre), _at(self.home, centre)
@@ -237,10 +236,10 @@ class _Returns:
         """Tell which parts are within the bounds, and all of their ways home, (n,)."""
         (low, high), bounds = parts.box, self.scenario.bounds
         least, most = np.array(bounds.min) - SURFACE_DEPTH, np.array(bounds.max) + SURFACE_DEPTH
-        aside, rise = (np.maximum(off - LEG_ALLOWANCE, 0.0) for off in self.legs.off(parts))
+        aside = np.maximum(self.legs.off(parts) - LEG_ALLOWANCE, 0.0)
         reach = np.column_stack([aside, aside]) + 2 * self.error.horizontal
         inside = (low[:, :2] - reach >= least[:2]).all(axis=1) & (high[:, :2] + reach <= most[:2]).all(axis=1)
-        top = np.maximum(high[:, 2] + rise, level) + self.error.vertical
+        top = np.maximum(self.legs.heights(parts)[1] - LEG_ALLOWANCE, level) + self.error.vertical
         home = self.home[:2] - self.error.horizontal, self.home[:2] + self.error.horizontal
         return inside & (top <= most[2]) & bool((home[0] >= least[:2]).all() and (home[1] <= most[:2]).all())
 

@@ -1,5 +1,6 @@
 """What returning UAVs keep clear of, and whether the lines that they fly are clear and proven."""
 
+import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -60,18 +61,15 @@ class ReturnSpace:
 
         `off`, (n,) metres each, is how far the UAV may be aside of them, and above or below, without straying.
         """
-        growth = rounded_up(np.hypot(*off))
-        for more in np.unique(growth).tolist():
-            some = np.flatnonzero(growth == more)
-            yield Lines(self.obstacles, Segments(ends[0][some], ends[1][some], more, error), some)
         ground = self.ground_below_climbs if climb else self.ground
-        if ground is None:
-            return
-        wide, tall = (rounded_up(one) for one in off)
+        wide, tall = rounded_up(off[0]), off[1]
         for aside, above in np.unique(np.column_stack([wide, tall]), axis=0).tolist():
             some = np.flatnonzero((wide == aside) & (tall == above))
-            beside = TrackingError(horizontal=error.horizontal + aside)  # to the ground what is below is a margin
-            yield Lines(ground, Segments(ends[0][some], ends[1][some], error.vertical + above, beside), some)
+            a, b = ends[0][some], ends[1][some]
+            yield Lines(self.obstacles, Segments(a, b, aside, strayed(error, 0.0, above)), some)
+            if ground is not None:  # to which what is below is a margin
+                beside = TrackingError(horizontal=error.horizontal + aside)
+                yield Lines(ground, Segments(a, b, error.vertical + above, beside), some)
 
 
 def proven(each: Sequence[Lines]) -> bool:
@@ -98,6 +96,13 @@ def strayed(error: TrackingError, aside: float, upright: float) -> TrackingError
     return TrackingError(horizontal=error.horizontal + aside, vertical=error.vertical + upright)
 
 
-def rounded_up(growth: Floats) -> Floats:
-    """Return growths, metres, rounded up to `MIN_GROWTH` times powers of two, since a world is made for each."""
-    return np.asarray(MIN_GROWTH * 2.0 ** np.ceil(np.log2(np.maximum(growth, MIN_GROWTH) / MIN_GROWTH)))
+def rounded_up(growth: Floats, exactly: float = math.inf) -> Floats:
+    """Return growths, metres, rounded up to few, since a world is made for each.
+
+    They are `MIN_GROWTH` times powers of two up to one that stays `exactly` as it is, and from there on so much more.
+    """
+
+    def power(least: Floats) -> Floats:
+        return np.asarray(MIN_GROWTH * 2.0 ** np.ceil(np.log2(np.maximum(least, MIN_GROWTH) / MIN_GROWTH)))
+
+    return np.where(growth > exactly, exactly + power(growth - exactly), np.minimum(power(growth), exactly))
