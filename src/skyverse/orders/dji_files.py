@@ -3,9 +3,8 @@
 import io
 import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from skyverse.documents.kmz import repacked, unpacked
@@ -14,7 +13,7 @@ from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, 
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.orders.map_routes import kml_content, read_kml
 from skyverse.orders.places import Given, Step, parse_place, steps, written
-from skyverse.orders.xml_places import arrange, each, find, root_of, set_text, text, written_root
+from skyverse.orders.xml_places import arrange, each, find, local_name, root_of, set_text, text, written_root
 
 HEIGHT_MODES: dict[str, type[Altitude]] = {
     **{"relativeToStartPoint": AboveHome, "EGM96": AboveSea, "WGS84": AboveSea},
@@ -37,15 +36,106 @@ BEFORE = -1
 """The index of a waypoint before the first, after which the actions of a wayline's start come."""
 
 
-class _Wayline(NamedTuple):
-    """A wayline, or a template's: the file's root, its settings, the folder and the waypoints, and what names it."""
+class _Wayline:
+    """A wayline, or a template's: the root of its file, which `where` names, its settings, and its waypoints."""
 
-    root: Element
-    config: Element
-    folder: Element
-    marks: list[Element]
-    executed: bool
-    where: str
+    geoid: float | None = None
+    """How far the sea lies above the ellipsoid there, as given."""
+    pairs: Sequence[Element] = ()
+    """The waypoints of a template that tell how far, by two heights of each."""
+
+    def __init__(self, root: Element, config: Element, folder: Element, where: str) -> None:
+        self.root, self.config, self.folder, self.where = root, config, folder, where
+        self.executed, self.marks = where.endswith(".wpml"), each(folder, "Placemark")
+        self.common = {local_name(one): (one.text or "").strip() for one in folder}
+        self.mode = self.common.get("executeHeightMode") or text(folder, "waylineCoordinateSysParam/heightMode")
+
+    def number(self, parent: Element, path: str, least: float = -math.inf) -> float | None:
+        """Return the number that an element within another has, ``None`` where there is none."""
+        found = text(parent, path)
+        return parse_number(found, f"{self.where}: {path.rpartition('/')[2]!r}", least) if found else None
+
+    def geoid_at(self, k: int) -> float | None:
+        """Return how far the sea lies above the ellipsoid, as given, or by the two heights of a template's waypoint."""
+        if self.geoid is not None or not self.pairs:
+            return self.geoid
+        ellipsoid, sea = (self.number(self.pairs[k], tag) for tag in ("ellipsoidHeight", "height"))
+        return None if ellipsoid is None or sea is None or ellipsoid == sea else ellipsoid - sea  # some copy them
+
+    def orders(self) -> Iterator[Order]:
+        """Yield what the drone is told, from the take-off on."""
+        config, last = self.config, len(self.marks)
+        rise, actions = self.number(config, "takeOffSecurityHeight", 0.0), self._actions()
+        if rise is not None:
+            place = (math.nan, math.nan, AboveHome(rise))
+            yield Order(0, OrderKind.TAKEOFF, text(config, "flyToWaylineMode"), place=place)
+        yield from actions[BEFORE]
+        for k, mark in enumerate(self.marks):
+            yield self._waypoint(mark, k)
+            yield from actions[k]
+        finish = text(config, "finishAction") or "noAction"
+        ends = {"autoLand": (math.nan, math.nan, AboveHome(0.0)), "gotoFirstWaypoint": self._place(self.marks[0], 0)}
+        if finish != "noAction":
+            yield Order(last, FINISH_ACTIONS.get(finish, OrderKind.OTHER), finish, place=ends.get(finish))
+
+    def _own(self, mark: Element, flag: str, path: str, common: str) -> str:
+        """Return what a waypoint has itself, or, where it says so or has nothing, what all have in common."""
+        return ("" if text(mark, flag) == "1" else text(mark, path)) or self.common.get(common, "")
+
+    def _place(self, mark: Element, k: int) -> GlobalPlace:
+        tag = "executeHeight" if self.executed else "ellipsoidHeight" if self.mode == "WGS84" else "height"
+        longitude, latitude, *_ = [*text(mark, "Point/coordinates").split(","), ""]
+        row = (latitude, longitude, self._own(mark, "useGlobalHeight", tag, "globalHeight"))
+        place = parse_place(row, HEIGHT_MODES[self.mode], f"{self.where}: waypoint {k + 1}")
+        if self.mode != "WGS84":
+            return place
+        geoid = self.geoid_at(k)
+        if geoid is None:
+            said = f"{self.where}: has heights above the ellipsoid"
+            raise InputError(said, give=[Remedy("geoid", None, "for how far mean sea level lies above it there")])
+        return *place[:2], AboveSea(place[2].metres - geoid)
+
+    def _waypoint(self, mark: Element, k: int) -> Order:
+        turn = self._own(mark, "useGlobalTurnParam", "waypointTurnParam/waypointTurnMode", "globalWaypointTurnMode")
+        straight = self._own(mark, "", "useStraightLine", "globalUseStraightLine") == "1" or turn == "coordinateTurn"
+        damped = turn in ("coordinateTurn", "toPointAndPassWithContinuityCurvature") and straight
+        speed = self._own(mark, "useGlobalSpeed", "waypointSpeed", "autoFlightSpeed")
+        turned = text(mark, "waypointHeadingParam/waypointHeadingMode") == "smoothTransition"
+        return Order(
+            k + 1,
+            OrderKind.WAYPOINT,
+            turn or "waypoint",
+            place=self._place(mark, k),
+            radius=self.number(mark, "waypointTurnParam/waypointTurnDampingDist", 0.0) if damped else None,
+            seconds=MOMENT if turn.startswith("toPointAndStop") else 0.0,
+            speed=(parse_number(speed, f"{self.where}: waypoint {k + 1}: speed", 0.0) or None) if speed else None,
+            heading=self.number(mark, "waypointHeadingParam/waypointHeadingAngle") if turned else None,
+            curved=not (straight or turn == STOP),
+        )
+
+    def _actions(self) -> dict[int, list[Order]]:
+        """Return the orders of all groups of actions, by the index of the waypoint after which they come."""
+        found: dict[int, list[Order]] = defaultdict(list)
+        for group in [*each(self.folder, "startActionGroup"), *each(self.folder, "actionGroup")]:
+            first, last = BEFORE, BEFORE
+            if not group.tag.endswith("startActionGroup"):
+                tags, most = ("actionGroupStartIndex", "actionGroupEndIndex"), len(self.marks) - 1
+                first, last = (int(parse_number(text(group, tag), f"{self.where}: {tag!r}", 0, most)) for tag in tags)
+            trigger = text(group, "actionTrigger/actionTriggerType")
+            spacing = self.number(group, "actionTrigger/actionTriggerParam", 0.0)
+            if trigger == "multipleTiming":
+                speed = self.number(self.marks[first], "waypointSpeed", 0.0)
+                spacing = spacing * speed if spacing and speed else None
+            for action in each(group, "action"):
+                name = text(action, "actionActuatorFunc")
+                kind, params = ACTIONS.get(name, OrderKind.OTHER), "actionActuatorFuncParam/"
+                hover = self.number(action, params + "hoverTime", 0.0) if name == "hover" else None
+                yaw = self.number(action, params + "aircraftHeading") if name == "rotateYaw" else None
+                apart = spacing if trigger.startswith("multiple") and kind is OrderKind.CAMERA else None
+                found[first].append(Order(first + 1, kind, name, seconds=hover or 0.0, heading=yaw, spacing=apart))
+                if apart is not None:
+                    found[last].append(Order(last + 1, kind, name, spacing=0.0))
+        return found
 
 
 def _is_dji(inner: str) -> bool:
@@ -76,11 +166,11 @@ def _wayline(content: bytes, where: str) -> _Wayline | None:
     configs = each(root, "missionConfig")
     if not folders or not configs:
         return None
-    marks = each(folders[0], "Placemark")
-    for k, mark in enumerate(marks):
+    line = _Wayline(root, configs[0], folders[0], where)
+    for k, mark in enumerate(line.marks):
         if text(mark, "index") != str(k):
             raise InputError(f"{where}: waypoint {k + 1}: 'index': expected {k}, found {shown(text(mark, 'index'))}")
-    return _Wayline(root, configs[0], folders[0], marks, executed, where)
+    return line
 
 
 def read_kmz(content: bytes, name: str, given: Given) -> Waypoints:
@@ -91,119 +181,22 @@ def read_kmz(content: bytes, name: str, given: Given) -> Waypoints:
     lines = [one for inner, part in files.items() if (one := _wayline(part, f"{name}: {inner}")) is not None]
     if not lines:
         raise InputError(f"{name}: expected waylines, or a template with waypoints; save it anew in DJI Pilot 2")
-    reader = _Reader(lines[0], lines[-1], name, given)
-    config, home = lines[0].config, None
+    line, template = lines[0], lines[-1]
+    if line.mode not in HEIGHT_MODES:
+        raise InputError(f"{name}: height mode: expected {', '.join(HEIGHT_MODES)}, found {shown(line.mode)}")
+    line.geoid = given.geoid
+    if template.mode == "EGM96" and len(template.marks) == len(line.marks):
+        line.pairs = template.marks
+    home = None
     start = next(filter(None, (text(one.config, "takeOffRefPoint") for one in lines)), "0,0")
     latitude, longitude, height = parse_place([*start.split(","), "0", "0"], AboveSea, f"{name}: 'takeOffRefPoint'")
     if latitude or longitude:
-        geoid = reader.geoid(0)
+        geoid = line.geoid_at(0)
         home = latitude, longitude, None if geoid is None else height.metres - geoid
-    orders = tuple(replace(order, item=k) for k, order in enumerate(reader.orders()))
-    common = reader.number(lines[0].folder, "autoFlightSpeed", 0.0)
-    speed, back = (reader.number(config, tag, 0.0) for tag in ("globalTransitionalSpeed", "globalRTHHeight"))
+    orders = tuple(replace(order, item=k) for k, order in enumerate(line.orders()))
+    common = line.number(line.folder, "autoFlightSpeed", 0.0)
+    speed, back = (line.number(line.config, tag, 0.0) for tag in ("globalTransitionalSpeed", "globalRTHHeight"))
     return Waypoints(name, orders, home, speed or common or None, "dji", return_altitude=back)
-
-
-class _Reader:
-    """Reads the orders of a wayline; a template may tell how far the sea is above the ellipsoid."""
-
-    def __init__(self, line: _Wayline, template: _Wayline, name: str, given: Given) -> None:
-        self._line, self._name, self._given = line, name, given
-        modes = "waylineCoordinateSysParam/heightMode"
-        self._mode = text(line.folder, "executeHeightMode") or text(line.folder, modes)
-        if self._mode not in HEIGHT_MODES:
-            raise InputError(f"{name}: height mode: expected {', '.join(HEIGHT_MODES)}, found {shown(self._mode)}")
-        paired = text(template.folder, modes) == "EGM96" and len(template.marks) == len(line.marks)
-        self._pairs = template.marks if paired else []
-
-    def number(self, parent: Element, path: str, least: float = -math.inf) -> float | None:
-        """Return the number that an element within another has, ``None`` where there is none."""
-        found = text(parent, path)
-        return parse_number(found, f"{self._name}: {path.rpartition('/')[2]!r}", least) if found else None
-
-    def geoid(self, k: int) -> float | None:
-        """Return how far the sea lies above the ellipsoid, as given, or by the two heights of a template's waypoint."""
-        if self._given.geoid is not None or not self._pairs:
-            return self._given.geoid
-        ellipsoid, sea = (self.number(self._pairs[k], tag) for tag in ("ellipsoidHeight", "height"))
-        return None if ellipsoid is None or sea is None or ellipsoid == sea else ellipsoid - sea  # some copy them
-
-    def orders(self) -> Iterator[Order]:
-        """Yield what the drone is told, from the take-off on."""
-        config, last = self._line.config, len(self._line.marks)
-        rise, actions = self.number(config, "takeOffSecurityHeight", 0.0), self._actions()
-        if rise is not None:
-            place = (math.nan, math.nan, AboveHome(rise))
-            yield Order(0, OrderKind.TAKEOFF, text(config, "flyToWaylineMode"), place=place)
-        yield from actions[BEFORE]
-        for k, mark in enumerate(self._line.marks):
-            yield self._waypoint(mark, k)
-            yield from actions[k]
-        finish = text(config, "finishAction") or "noAction"
-        first = self._place(self._line.marks[0], 0)
-        ends = {"autoLand": (math.nan, math.nan, AboveHome(0.0)), "gotoFirstWaypoint": first}
-        if finish != "noAction":
-            yield Order(last, FINISH_ACTIONS.get(finish, OrderKind.OTHER), finish, place=ends.get(finish))
-
-    def _own(self, mark: Element, flag: str, path: str, common: str) -> str:
-        """Return what a waypoint has itself, or, where it says so or has nothing, what all have in common."""
-        return ("" if text(mark, flag) == "1" else text(mark, path)) or text(self._line.folder, common)
-
-    def _place(self, mark: Element, k: int) -> GlobalPlace:
-        tag = "executeHeight" if self._line.executed else "ellipsoidHeight" if self._mode == "WGS84" else "height"
-        longitude, latitude, *_ = [*text(mark, "Point/coordinates").split(","), ""]
-        row = (latitude, longitude, self._own(mark, "useGlobalHeight", tag, "globalHeight"))
-        place = parse_place(row, HEIGHT_MODES[self._mode], f"{self._name}: waypoint {k + 1}")
-        if self._mode != "WGS84":
-            return place
-        geoid = self.geoid(k)
-        if geoid is None:
-            said = f"{self._name}: has heights above the ellipsoid"
-            raise InputError(said, give=[Remedy("geoid", None, "for how far mean sea level lies above it there")])
-        return *place[:2], AboveSea(place[2].metres - geoid)
-
-    def _waypoint(self, mark: Element, k: int) -> Order:
-        turn = self._own(mark, "useGlobalTurnParam", "waypointTurnParam/waypointTurnMode", "globalWaypointTurnMode")
-        straight = self._own(mark, "", "useStraightLine", "globalUseStraightLine") == "1" or turn == "coordinateTurn"
-        damped = turn in ("coordinateTurn", "toPointAndPassWithContinuityCurvature") and straight
-        speed = self._own(mark, "useGlobalSpeed", "waypointSpeed", "autoFlightSpeed")
-        turned = text(mark, "waypointHeadingParam/waypointHeadingMode") == "smoothTransition"
-        return Order(
-            k + 1,
-            OrderKind.WAYPOINT,
-            turn or "waypoint",
-            place=self._place(mark, k),
-            radius=self.number(mark, "waypointTurnParam/waypointTurnDampingDist", 0.0) if damped else None,
-            seconds=MOMENT if turn.startswith("toPointAndStop") else 0.0,
-            speed=(parse_number(speed, f"{self._name}: waypoint {k + 1}: speed", 0.0) or None) if speed else None,
-            heading=self.number(mark, "waypointHeadingParam/waypointHeadingAngle") if turned else None,
-            curved=not (straight or turn == STOP),
-        )
-
-    def _actions(self) -> dict[int, list[Order]]:
-        """Return the orders of all groups of actions, by the index of the waypoint after which they come."""
-        found: dict[int, list[Order]] = defaultdict(list)
-        folder = self._line.folder
-        for group in [*each(folder, "startActionGroup"), *each(folder, "actionGroup")]:
-            first, last = BEFORE, BEFORE
-            if not group.tag.endswith("startActionGroup"):
-                tags, most = ("actionGroupStartIndex", "actionGroupEndIndex"), len(self._line.marks) - 1
-                first, last = (int(parse_number(text(group, tag), f"{self._name}: {tag!r}", 0, most)) for tag in tags)
-            trigger = text(group, "actionTrigger/actionTriggerType")
-            spacing = self.number(group, "actionTrigger/actionTriggerParam", 0.0)
-            if trigger == "multipleTiming":
-                speed = self.number(self._line.marks[first], "waypointSpeed", 0.0)
-                spacing = spacing * speed if spacing and speed else None
-            for action in each(group, "action"):
-                name = text(action, "actionActuatorFunc")
-                kind, params = ACTIONS.get(name, OrderKind.OTHER), "actionActuatorFuncParam/"
-                hover = self.number(action, params + "hoverTime", 0.0) if name == "hover" else None
-                yaw = self.number(action, params + "aircraftHeading") if name == "rotateYaw" else None
-                apart = spacing if trigger.startswith("multiple") and kind is OrderKind.CAMERA else None
-                found[first].append(Order(first + 1, kind, name, seconds=hover or 0.0, heading=yaw, spacing=apart))
-                if apart is not None:
-                    found[last].append(Order(last + 1, kind, name, spacing=0.0))
-        return found
 
 
 def kmz_content(waypoints: Waypoints, before: Waypoints) -> bytes:

@@ -15,18 +15,21 @@ def root_of(content: bytes, name: str) -> Element:
     return read_tree(io.BytesIO(content), name, whole=True)
 
 
+def local_name(element: Element) -> str:
+    """Return the name of an element without its prefix, ``""`` of a comment."""
+    return element.tag.rpartition(":")[2] if isinstance(element.tag, str) else ""
+
+
 def each(parent: Element, name: str) -> list[Element]:
     """Return the elements of a name within another, however deep."""
-    return [one for one in parent.iter() if isinstance(one.tag, str) and one.tag.rpartition(":")[2] == name]
+    return [one for one in parent.iter() if local_name(one) == name]
 
 
 def find(parent: Element, path: str) -> Element | None:
     """Return the first element at a path of names within another, ``None`` where there is none."""
     found: Element | None = parent
     for name in path.split("/"):
-        children = () if found is None else found
-        named = (one for one in children if isinstance(one.tag, str) and one.tag.rpartition(":")[2] == name)
-        found = next(named, None)
+        found = next((one for one in (() if found is None else found) if local_name(one) == name), None)
     return found
 
 
