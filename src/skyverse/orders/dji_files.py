@@ -11,7 +11,7 @@ from skyverse.documents.kmz import repacked, unpacked
 from skyverse.errors import InputError, Remedy, parse_number, shown
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.orders.map_routes import kml_content, read_kml
+from skyverse.orders.map_routes import read_route, route_content
 from skyverse.orders.places import Given, Step, parse_place, steps, written
 from skyverse.orders.xml_places import arrange, each, find, local_name, root_of, set_text, text, written_root
 
@@ -177,7 +177,7 @@ def read_kmz(content: bytes, name: str, given: Given) -> Waypoints:
     """Return the orders of a ``.kmz``: of DJI's waylines, or else of the template, or else of the KML file in it."""
     files = _files(content, name)
     if not any(map(_is_dji, files)):
-        return read_kml(next(iter(files.values())), name, given)
+        return read_route(next(iter(files.values())), name, given)
     lines = [one for inner, part in files.items() if (one := _wayline(part, f"{name}: {inner}")) is not None]
     if not lines:
         raise InputError(f"{name}: expected waylines, or a template with waypoints; save it anew in DJI Pilot 2")
@@ -204,7 +204,7 @@ def kmz_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     name = waypoints.name
     files = _files(waypoints.stored, name)
     if not any(map(_is_dji, files)):
-        parts = {inner: kml_content(replace(waypoints, stored=part), before) for inner, part in files.items()}
+        parts = {inner: route_content(replace(waypoints, stored=part), before) for inner, part in files.items()}
         return repacked(waypoints.stored, name, parts)
     lines = {inner: _wayline(part, f"{name}: {inner}") for inner, part in files.items()}
     count = next(len(one.marks) for one in lines.values() if one is not None)

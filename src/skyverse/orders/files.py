@@ -12,7 +12,7 @@ from skyverse.model.frame import require_geoid
 from skyverse.model.waypoints import Waypoints
 from skyverse.orders.dji_files import kmz_content, read_kmz
 from skyverse.orders.litchi_files import litchi_content, read_litchi
-from skyverse.orders.map_routes import gpx_content, kml_content, read_gpx, read_kml
+from skyverse.orders.map_routes import read_route, route_content
 from skyverse.orders.mavlink_files import plan_content, read_plan, read_wpl, wpl_content
 from skyverse.orders.places import REFERENCES, Given
 
@@ -30,8 +30,8 @@ FORMATS = {
     ".txt": _Format(read_wpl, wpl_content),
     ".kmz": _Format(read_kmz, kmz_content),
     ".csv": _Format(read_litchi, litchi_content),
-    ".kml": _Format(read_kml, kml_content),
-    ".gpx": _Format(read_gpx, gpx_content),
+    ".kml": _Format(read_route, route_content),
+    ".gpx": _Format(read_route, route_content),
 }
 MAX_ORDERS = 100_000
 """Orders that a file may have at most; autopilots take some thousands."""
@@ -87,28 +87,26 @@ def write_waypoints(waypoints: Waypoints, path: str | Path) -> None:
     """
     require_kind(waypoints, Waypoints, "waypoints")
     path = path_of(path)
-    form = require_same_format(Path(waypoints.name), path)
-    before = form.read(waypoints.stored, waypoints.name, Given(*waypoints.told))
-    same = (before.orders, before.home) == (waypoints.orders, waypoints.home)
-    same &= waypoints.autopilot != "dji" or before.return_altitude == waypoints.return_altitude
-    content = waypoints.stored if same else form.content(waypoints, before)
+    require_same_format(Path(waypoints.name), path)
     with whole_file(path) as beside:
-        beside.write_bytes(content)
+        beside.write_bytes(rewritten(waypoints).stored)
 
 
 def rewritten(waypoints: Waypoints) -> Waypoints:
-    """Return what a mission is read as once it is written."""
+    """Return a mission as it is read once it is written: unchanged, or with what its orders have changed."""
     form, given = _format(Path(waypoints.name)), Given(*waypoints.told)
-    content = form.content(waypoints, form.read(waypoints.stored, waypoints.name, given))
+    before = form.read(waypoints.stored, waypoints.name, given)
+    same = (before.orders, before.home) == (waypoints.orders, waypoints.home)
+    if same and (waypoints.autopilot != "dji" or before.return_altitude == waypoints.return_altitude):
+        return waypoints
+    content = form.content(waypoints, before)
     return replace(form.read(content, waypoints.name, given), told=given, stored=content)
 
 
-def require_same_format(source: Path, path: Path) -> _Format:
-    """Return the format of a file, or raise `InputError` where it is not that of the file that was read."""
-    form = _format(path)
-    if form is not _format(source):
+def require_same_format(source: Path, path: Path) -> None:
+    """Raise `InputError` where the format of a file is not that of the file that was read."""
+    if _format(path) is not _format(source):
         raise InputError(f"{path}: expected a suffix as that of {source}, since it is written as it was read")
-    return form
 
 
 def is_waypoint_file(path: str | Path) -> bool:
