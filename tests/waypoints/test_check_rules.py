@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from written_missions import item, plan
+from written_missions import item, litchi, litchi_row, plan
 
 import skyverse as sky
 
@@ -189,8 +189,8 @@ def test_home_outside_of_the_fence_is_found_at_the_take_off(tmp_path):
     assert ("take-off", (1,), "fence") in found
 
 
-def test_legs_that_follow_the_ground_are_flown_along_it(tmp_path):
-    """Over a ridge that a straight leg would meet."""
+def ridge(folder):
+    """Write a ridge 60 m high, east of home, at longitude 8.002."""
     import rasterio
 
     n = 120
@@ -198,18 +198,38 @@ def test_legs_that_follow_the_ground_are_flown_along_it(tmp_path):
     heights = np.broadcast_to(400 + 60 * np.exp(-(((east - 70) / 8.0) ** 2)), (n, n)).astype("float32")
     transform = rasterio.Affine(0.0001, 0, 7.995, 0, -0.0001, 47.006)
     with rasterio.open(
-        tmp_path / "dem.tif", "w", driver="GTiff", height=n, width=n, count=1, dtype="float32", crs="EPSG:4326",
+        folder / "dem.tif", "w", driver="GTiff", height=n, width=n, count=1, dtype="float32", crs="EPSG:4326",
         transform=transform,
     ) as file:  # fmt: skip
         file.write(heights, 1)
         file.units = ("metre",)
-    verdicts = {}
+    return [folder / "dem.tif"]
+
+
+def test_litchi_s_heights_above_ground_are_those_of_waypoints_alone_and_its_legs_are_straight(tmp_path):
+    """Litchi takes home to be as high as the ground below the first waypoint: here it is 60 m higher."""
+    rows = [litchi_row(47.0, longitude, 40.0) for longitude in (8.0, 8.004)]
+    for home, lift in ((8.0, 0.0), (8.002, 60.0)):
+        fleet = checked(
+            tmp_path, litchi(rows), suffix="csv", ground=None, terrain=ridge(tmp_path),
+            settings={"home": (47.0, home), "return_altitude": 90.0},
+        )  # fmt: skip
+        points, scenario = fleet.missions[0].flown.plan.waypoints, fleet.scenario
+        above = points[-2:, 2] - scenario.terrain.height(points[-2:, :2])
+        np.testing.assert_allclose(above, 40.0 + lift, atol=1.0)
+        assert not any(visit.follows for visit in fleet.missions[0].flown.visits)
+        assert any(subject == "legs" and what == "ground" for subject, _, what in wrong(fleet)) == (lift == 0.0)
+
+
+def test_legs_that_follow_the_ground_are_flown_along_it(tmp_path):
+    """Over a ridge that a straight leg would meet."""
+    terrain, verdicts = ridge(tmp_path), {}
     for frame in (3, 10):
         way = tour((0, 0.004, 40), (NORTH, 0.004, 40))
         for one in way[1:3]:
             one["frame"] = frame
         fleet = checked(
-            tmp_path, wpl(way), suffix="waypoints", ground=None, terrain=[tmp_path / "dem.tif"],
+            tmp_path, wpl(way), suffix="waypoints", ground=None, terrain=terrain,
             settings={"autopilot": "ardupilot", "return_altitude": 90.0},
         )  # fmt: skip
         verdicts[frame] = wrong(fleet)

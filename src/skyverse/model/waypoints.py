@@ -120,6 +120,9 @@ class Waypoints:
         Whether the file is for one.
     return_altitude
         Metres above home at which the vehicle returns; ``None`` where the file does not say it.
+    ground_followed
+        Whether legs between heights above ground follow it. If not, as Litchi's, they are straight, and such a height
+        is one above home, more by how much higher the ground is there than below the first waypoint.
     fence, rally
         The geofence, and places to return to in place of home.
     told
@@ -136,6 +139,7 @@ class Waypoints:
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None
     aeroplane: bool = False
     return_altitude: float | None = None
+    ground_followed: bool = True
     fence: Geofence = Geofence()
     rally: tuple[GlobalPlace, ...] = ()
     told: tuple[str | None, float | None] = (None, None)

@@ -74,7 +74,8 @@ def read_litchi(content: bytes, name: str, given: Given) -> Waypoints:
     table = _table(content, name)
     held: dict[str, object] = {"poi": None, "photos": "0.0"}
     orders = [order for row in range(len(table.rows)) for order in _told(table, row, held, given)]
-    return Waypoints(name, tuple(replace(order, item=k) for k, order in enumerate(orders)), autopilot="dji")
+    orders = [replace(order, item=k) for k, order in enumerate(orders)]
+    return Waypoints(name, tuple(orders), autopilot="dji", ground_followed=False)
 
 
 def _told(table: _Table, row: int, held: dict[str, object], given: Given) -> Iterator[Order]:

@@ -25,6 +25,7 @@ from skyverse.space.world import World
 from skyverse.waypoints.check import CheckedMission
 from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
 from skyverse.waypoints.taut_line import taut_line, with_fewer_bends
+from skyverse.waypoints.unrolled import lift_over_ground
 
 SPARE = 0.1
 """Metres that are kept beyond what is required, as files round."""
@@ -390,7 +391,8 @@ class Mender:
         if kind is AboveHome:
             metres = float(place[2] - self.flown.plan.home[2])
         elif kind is AboveGround and self.scenario.terrain is not None:
-            metres = float(place[2] - self.scenario.terrain.height(place[:2]))
+            lift = lift_over_ground(self.waypoints, self.scenario, float(self.flown.plan.home[2]))
+            metres = float(place[2] - lift - self.scenario.terrain.height(place[:2]))
         else:
             metres = sea
         return (

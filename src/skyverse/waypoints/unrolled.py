@@ -76,6 +76,7 @@ class Unrolled:
     def __post_init__(self) -> None:
         self.autopilot, self.speed = self.told.autopilot, self.told.speed
         self.here, self.flies, self.aside = self.home.copy(), False, 0.0
+        self.lift = lift_over_ground(self.waypoints, self.scenario, float(self.home[2]))
 
     def run(self) -> None:
         """Follow all orders, to the first that ends the flight."""
@@ -151,7 +152,7 @@ class Unrolled:
             self.visits[0] = self.visits[0]._replace(at=self.here)
             if level > to[2]:
                 self._visit(order, np.array([*to[:2], level]), 0.0, follows=False)
-        follows = isinstance(order.place[2], AboveGround)
+        follows = isinstance(order.place[2], AboveGround) and self.waypoints.ground_followed
         for place in self._circle(order, to) if order.turns else [to]:
             if follows:
                 place = self._over_ground(order, place, to)
@@ -241,10 +242,23 @@ class Unrolled:
             if self.scenario.terrain is None:
                 where = f"{self.waypoints.name}: item {order.number}"
                 raise InputError(f"{where}: a height above ground needs the ground", field="terrain")
-            z = float(self.scenario.terrain.height([x, y])) + altitude.metres
+            z = float(self.scenario.terrain.height([x, y])) + self.lift + altitude.metres
         else:
             z = altitude.metres - origin.altitude
         return np.array([x, y, z])
+
+
+def lift_over_ground(waypoints: Waypoints, scenario: Scenario, home: float) -> float:
+    """Return how much higher all is flown than the heights above ground that a mission has, metres.
+
+    Where they do not follow the ground, the autopilot takes home, `home` metres high, for as high as the ground below
+    the first waypoint.
+    """
+    first = next((one.place for one in waypoints.orders if one.place and one.kind is OrderKind.WAYPOINT), None)
+    if waypoints.ground_followed or scenario.terrain is None or scenario.frame.origin is None or first is None:
+        return 0.0
+    below = to_local(scenario.frame.origin, [[*first[:2], 0.0]])[0, :2]
+    return home - float(scenario.terrain.height(below))
 
 
 def base_over(scenario: Scenario, place: Floats) -> Floats:
