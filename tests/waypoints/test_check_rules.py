@@ -263,3 +263,14 @@ def test_what_is_not_proven_of_aeroplanes_is_said(tmp_path, vehicle):
     (mission,) = checked(tmp_path, json.dumps(text), vehicle=vehicle).missions
     heeded = {one.subject.value for one in mission.findings if not one.wrong}
     assert ("corners" in heeded, "limits" in heeded) == (vehicle == "mapping", vehicle == "camera")
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_an_order_that_moves_home_is_found_by_its_number(tmp_path, suffix):
+    """Autopilots return to where it says, and count heights above home from there."""
+    items = tour((NORTH, 0, 30), (NORTH, NORTH, 40))
+    items.insert(2, item(179, 0, 0, 0, 0, 47.001, 8.001, 430, frame=0, number=3))
+    for number, one in enumerate(items, 1):
+        one["doJumpId"] = number
+    found = checked(tmp_path, plan(items) if suffix == "plan" else wpl(items), suffix=suffix)
+    assert wrong(found) == [("home", (3,), "home moved")]

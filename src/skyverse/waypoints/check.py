@@ -156,13 +156,16 @@ def _of_home(flown: FlownMission, ground: float | None) -> Iterator[MissionFindi
 
 def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
     """Yield what is not known of orders, or not flown by this autopilot."""
-    orders = flown.waypoints.orders
+    waypoints, orders = flown.waypoints, flown.waypoints.orders
     curved = tuple(order.number for order in orders if order.curved)
     if curved:
         yield MissionFinding(Subject.LEGS, FindingKind.CURVED, curved)
+    moved = tuple(waypoints.passed_on.get("DO_SET_HOME", ()))
+    if moved:
+        yield MissionFinding(Subject.HOME, FindingKind.HOME_MOVED, moved)
     if not flown.plan.corners_proven:
         yield MissionFinding(Subject.CORNERS, FindingKind.TURNS)
-    if flown.waypoints.aeroplane and math.isfinite(flown.plan.rates.climb):
+    if waypoints.aeroplane and math.isfinite(flown.plan.rates.climb):
         yield MissionFinding(Subject.LIMITS, FindingKind.NOT_AEROPLANE)
     if flown.plan.autopilot.name == "px4":
         follow = tuple(dict.fromkeys(visit.order.number for visit in flown.visits if visit.follows))

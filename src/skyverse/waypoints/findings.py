@@ -35,6 +35,7 @@ class FindingKind(Enum):
     CLIMB, LEVEL_WAY, DESCENT, NEAR_HOME = WAYS
     """Of a return, what is not clear."""
     HOME_ALTITUDE = "altitude of home"
+    HOME_MOVED = "home moved"
     NO_TERRAIN_FOLLOWING = "heights above ground"
     NO_CIRCLES = "circles of multirotors"
     SPEED = "speed"

@@ -50,6 +50,8 @@ _SAID = {
     FindingKind.LANDING: "it cannot land there, as {name}",
     FindingKind.HOME_ALTITUDE: "home is at {found:.1f} m above the sea by the file, and the ground there at "
     "{limit:.1f} m by the terrain: it was planned over another ground",
+    FindingKind.HOME_MOVED: "these orders move home, from which returns and heights above home count from there on: "
+    "all is judged as if they were left out",
     FindingKind.NO_TERRAIN_FOLLOWING: _REFUSED,
     FindingKind.NO_CIRCLES: _REFUSED,
     FindingKind.SPEED: "{found:.3g} m/s is commanded, and {name} flies {limit:.3g} m/s at most",
