@@ -286,6 +286,8 @@ def questions_about_space():
             space.segments_free(points[:20], points[20:])
             space.first_crossing(points[:20], points[20:])
             space.distance(points)
+        strayed = sky.World(scenario, sky.TrackingError(horizontal=2.5, vertical=0.1))
+        strayed.without_support(points[0], float(points[0, 2]))
     rubble = sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=rng.random((12, 12, 8)) < 0.5)
     sky.World(world(16, ()).model_copy(update={"obstacles": (rubble,)}))
 
@@ -298,7 +300,7 @@ def maps_and_pages():
         triangles(rings)
     touched(rng.uniform(0, 6, (30, 3, 3)), np.zeros((6, 6, 6), dtype=bool))
     unpack(np.zeros(2, np.uint8), np.zeros(1, np.uint8))
-    raise_cells(np.zeros((2, 2)), np.zeros((3, 3)), np.mgrid[0:2.1:0.7, 0:2.1:0.7], rng.random((3, 3)), 1, 1e-9)
+    raise_cells(np.zeros((2, 2)), np.zeros((3, 3)), 0.7 * np.mgrid[:3, :3], rng.random((3, 3)), 1, 1e-9)
     with tempfile.TemporaryDirectory() as folder:
         read_octomap(octree(Path(folder) / "tree.bt", rng))
 

@@ -50,9 +50,12 @@ def steepest_in_cells(h: Floats, step: Floats) -> Floats:
 
     Within a cell the ground is nowhere steeper than its steeper edges along x and along y together.
     """
-    east, north = np.abs(h[1:] - h[:-1]) / step[0], np.abs(h[:, 1:] - h[:, :-1]) / step[1]
-    slope: Floats = np.sqrt(np.maximum(east[:, 1:], east[:, :-1]) ** 2 + np.maximum(north[1:], north[:-1]) ** 2)
-    return slope
+    east, north = h[1:] - h[:-1], h[:, 1:] - h[:, :-1]
+    for rise, length in ((east, step[0]), (north, step[1])):  # in place, as memory takes longer than arithmetic
+        np.square(np.divide(rise, length, out=rise), out=rise)
+    slope: Floats = np.maximum(east[:, 1:], east[:, :-1])
+    slope += np.maximum(north[1:], north[:-1])
+    return np.sqrt(slope, out=slope)
 
 
 def raised_heights(terrain: Terrain, error: TrackingError) -> Floats:
@@ -70,7 +73,10 @@ def raised_heights(terrain: Terrain, error: TrackingError) -> Floats:
         padding = [(0, 0), (0, 0)]
         padding[axis] = (more + 1, more + 1)
         steepest = _greatest_of_neighbours(np.pad(steepest, padding), 2 * more + 2, axis)
-    return h + error.vertical + radius * steepest
+    raised: Floats = steepest * radius
+    raised += h
+    raised += error.vertical
+    return raised
 
 
 def _greatest_of_neighbours(values: Floats, count: int, axis: int) -> Floats:

@@ -51,31 +51,45 @@ def make_ground(terrain: Terrain | None, extra: float = 0.0) -> Ground:
         none = np.zeros(0)
         return Ground(np.zeros((0, 0)), none, none, 0.0, 0.0, np.zeros((0, 2)), np.zeros((0, 3), np.int64))
     heights = terrain.heights.copy()  # a copy that is not read-only: for other arrays kernels would be compiled anew
-    extremes, levels = _pyramid(heights)
-    dx, dy = terrain.step
-    slope = math.hypot(np.abs(np.diff(heights, axis=0)).max() / dx, np.abs(np.diff(heights, axis=1)).max() / dy)
-    return Ground(heights, np.array(terrain.origin), np.array(terrain.step), extra, slope, extremes, levels)
+    rows, columns = (count - 1 for count in heights.shape)
+    levels, total = [(0, rows, columns)], 0
+    while rows * columns > 1:
+        rows, columns = (rows + 1) // 2, (columns + 1) // 2
+        levels.append((total, rows, columns))
+        total += rows * columns
+    extremes, rises = np.empty((total, 2)), np.zeros(2)
+    fill_extremes(heights, np.array(levels, dtype=np.int64), extremes, rises)
+    step = np.array(terrain.step)
+    slope = math.hypot(*(rises / step))
+    return Ground(heights, np.array(terrain.origin), step, extra, slope, extremes, np.array(levels, dtype=np.int64))
 
 
-def _pyramid(heights: Floats) -> tuple[Floats, Ints]:
-    """Return `Ground.extremes` and `Ground.levels` of a terrain's heights."""
-    low = np.minimum(np.minimum(heights[:-1, :-1], heights[1:, :-1]), np.minimum(heights[:-1, 1:], heights[1:, 1:]))
-    high = np.maximum(np.maximum(heights[:-1, :-1], heights[1:, :-1]), np.maximum(heights[:-1, 1:], heights[1:, 1:]))
-    levels, extremes, total = [(0, *low.shape)], [np.zeros((0, 2))], 0
-    while low.size > 1:
-        low, high = _halved(low, np.minimum), _halved(high, np.maximum)
-        levels.append((total, *low.shape))
-        extremes.append(np.column_stack((low.ravel(), high.ravel())))
-        total += low.size
-    return np.concatenate(extremes), np.array(levels, dtype=np.int64)
-
-
-def _halved(values: Floats, least: np.ufunc) -> Floats:
-    """Return the least, or greatest, of two by two values each, for half as many rows and columns."""
-    n, m = values.shape
-    values = np.pad(values, ((0, n % 2), (0, m % 2)), mode="edge")
-    values = least(values[::2], values[1::2])
-    return np.asarray(least(values[:, ::2], values[:, 1::2]))
+@query
+def fill_extremes(heights: Floats, levels: Ints, extremes: Floats, rises: Floats) -> None:
+    """Fill in `Ground.extremes`, and the greatest differences of neighbouring heights along x and along y, (2,)."""
+    nx, ny = heights.shape
+    for i in range(nx):
+        for j in range(ny):
+            if i > 0:
+                rises[0] = max(rises[0], abs(heights[i, j] - heights[i - 1, j]))
+            if j > 0:
+                rises[1] = max(rises[1], abs(heights[i, j] - heights[i, j - 1]))
+    for level in range(1, len(levels)):
+        begin, rows, columns = levels[level]
+        before, n, m = levels[level - 1]
+        for i in range(rows):
+            for j in range(columns):
+                low, high = math.inf, -math.inf
+                if level == 1:  # the corners of two by two cells
+                    for k in range(2 * i, min(2 * i + 3, nx)):
+                        for q in range(2 * j, min(2 * j + 3, ny)):
+                            low, high = min(low, heights[k, q]), max(high, heights[k, q])
+                else:
+                    for k in range(2 * i, min(2 * i + 2, n)):
+                        for q in range(2 * j, min(2 * j + 2, m)):
+                            low = min(low, extremes[before + k * m + q, 0])
+                            high = max(high, extremes[before + k * m + q, 1])
+                extremes[begin + i * columns + j, 0], extremes[begin + i * columns + j, 1] = low, high
 
 
 @inner_query

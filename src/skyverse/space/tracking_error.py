@@ -14,6 +14,7 @@ from skyverse._typing import Floats
 from skyverse.model.quantities import derived
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
+from skyverse.numerics.kernel import kernel, writable
 from skyverse.numerics.tolerances import REACH_ROUNDING
 
 NO_ERROR = TrackingError()
@@ -50,10 +51,9 @@ def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:
     """
     if terrain is None or error == NO_ERROR:
         return terrain
-    h = terrain.heights
-    slope = _steepest_in_cells(h, terrain.step)
-    for axis, step in enumerate(terrain.step):
-        slope = _steepest_near(slope, axis, math.ceil(error.horizontal / step))
+    h = writable(terrain.heights)
+    x, y = (min(math.ceil(error.horizontal / one), n) for one, n in zip(terrain.step, h.shape, strict=True))
+    slope = steepest_near(h, terrain.step, (x, y))
     return derived(terrain, heights=h + (error.horizontal * slope + error.vertical), lowest=None)
 
 
@@ -88,32 +88,43 @@ def steepest_within(terrain: Terrain, place: Floats, radius: float) -> float:
     (i, aside), (j, along) = parts
     if not (len(i) and len(j)):
         return 0.0
-    h = terrain.heights[i[0] : i[-1] + 2, j[0] : j[-1] + 2]
-    slope = _steepest_in_cells(h, terrain.step)
+    slope = steepest_in_cells(writable(terrain.heights[i[0] : i[-1] + 2, j[0] : j[-1] + 2]), *terrain.step)
     return float(slope[np.hypot(aside[:, None], along) < near].max(initial=0.0))
 
 
-def _steepest_in_cells(h: Floats, step: tuple[float, float]) -> Floats:
+@kernel
+def steepest_in_cells(h: Floats, dx: float, dy: float) -> Floats:
     """Return the steepest slope in each cell between heights (n, m), metres of height a metre, (n - 1, m - 1)."""
-    along_x, along_y = np.abs(np.diff(h, axis=0)) / step[0], np.abs(np.diff(h, axis=1)) / step[1]
-    return np.asarray(
-        np.hypot(np.maximum(along_x[:, :-1], along_x[:, 1:]), np.maximum(along_y[:-1], along_y[1:])),
-        dtype=np.float64,
-    )
+    found = np.empty((h.shape[0] - 1, h.shape[1] - 1))
+    for i in range(found.shape[0]):
+        for j in range(found.shape[1]):
+            along_x = max(abs(h[i + 1, j] - h[i, j]), abs(h[i + 1, j + 1] - h[i, j + 1])) / dx
+            along_y = max(abs(h[i, j + 1] - h[i, j]), abs(h[i + 1, j + 1] - h[i + 1, j])) / dy
+            found[i, j] = math.sqrt(along_x * along_x + along_y * along_y)
+    return found
 
 
-def _steepest_near(slope: Floats, axis: int, reach: int) -> Floats:
-    """Return along an axis, for each node, the largest value of the cells beside it and `reach` more on each side."""
-    beside = min(reach, slope.shape[axis]) + 1
-    widths = [(0, 0), (0, 0)]
-    widths[axis] = (beside, beside)
-    found = np.pad(slope, widths, mode="edge").swapaxes(0, axis)
-    wide = 1  # cells of which the greatest is found
-    while wide < 2 * beside:
-        shift = min(wide, 2 * beside - wide)
-        found = np.maximum(found[shift:], found[:-shift])
-        wide += shift
-    return np.asarray(found.swapaxes(0, axis))
+@kernel
+def steepest_near(h: Floats, step: tuple[float, float], reach: tuple[int, int]) -> Floats:
+    """Return for each node of heights (n, m) the steepest slope of the cells beside it and `reach` more on each side.
+
+    The greatest of several neighbours is found in place, of twice as many with each pass.
+    """
+    slope, beside = steepest_in_cells(h, step[0], step[1]), (reach[0] + 1, reach[1] + 1)
+    found = np.zeros((slope.shape[0] + 2 * beside[0], slope.shape[1] + 2 * beside[1]))
+    for i in range(slope.shape[0]):
+        for j in range(slope.shape[1]):
+            found[i + beside[0], j + beside[1]] = slope[i, j]
+    for axis in range(2):
+        wide = 1
+        while wide < 2 * beside[axis]:
+            shift = min(wide, 2 * beside[axis] - wide)
+            right, up = (shift, 0) if axis == 0 else (0, shift)
+            for i in range(found.shape[0] - right):
+                for j in range(found.shape[1] - up):
+                    found[i, j] = max(found[i, j], found[i + right, j + up])
+            wide += shift
+    return found[: h.shape[0], : h.shape[1]].copy()
 
 
 def inner_bounds(low: Floats, high: Floats, error: TrackingError) -> tuple[Floats, Floats]:
