@@ -28,7 +28,10 @@ def planner_of(name: str, settings: list[str], scenario: "Scenario") -> "Planner
     values = values_of(settings)
     if name == "auto" and values:
         raise InputError("--set: expected --planner with it, as in --planner mvo --set universes=50")
-    planner: Planner = given(make_planner, name, **values)
+    try:
+        planner: Planner = given(make_planner, name, **values)
+    except InputError as error:
+        raise InputError(f"--set {error}" if error.sentence.field in values else error.sentence) from error
     return planner.choose(scenario) if isinstance(planner, Auto) else planner
 
 

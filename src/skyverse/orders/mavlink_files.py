@@ -266,12 +266,14 @@ def _plan_slot(holder: list[Any], data: dict[str, Any], where: str, number: int,
     numbers = numbers_of([*params, *place], f"{where}: 'params'", zero_is_here=zero_is_here)
     item = StoredItem(data["command"], data["frame"], numbers)
     given = data.get("doJumpId", number)
+    if given == 0:  # of an item that stands for a landing pattern
+        data["doJumpId"] = given = number
     return _Slot(holder, data, where, given if isinstance(given, int) else number, item)
 
 
 def _without_landing(data: dict[str, Any], where: str) -> list[dict[str, Any]]:
     """Return an item as it is, or for a landing pattern those of QGroundControl's LandingComplexItem.cc."""
-    land = LANDINGS.get(data.get("complexItemType", ""))
+    land = LANDINGS.get(str(data.get("complexItemType")))
     if land is None:
         return [data]
     one = _checked(_Landing, data, where)

@@ -9,7 +9,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse._version import __version__
-from skyverse.errors import InputError, is_number, shown
+from skyverse.errors import InputError, require_number, shown
 from skyverse.model.result import History, Provenance, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.planners.results import refused_result
@@ -113,32 +113,11 @@ def provenance(planner: str, stop: Stop | None, seed: int | None) -> Provenance:
     return Provenance(__version__, planner, repr(stop), seed, machine)
 
 
-def require_integer(settings: object, name: str, least: float) -> None:
-    """Refuse a setting that is no whole number, or below the least."""
-    value = getattr(settings, name)
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InputError(f"{type(settings).__name__}'s {name} is a whole number from {least:g} on, not {value!r}")
-
-
-def require_number(settings: object, name: str, least: float, most: float) -> None:
-    """Refuse a setting that is no number, or not within these limits."""
-    value = getattr(settings, name)
-    if not (is_number(value) and least <= value <= most):
-        raise InputError(f"{type(settings).__name__}'s {name} is a number from {least:g} to {most:g}, not {value!r}")
-
-
-def require_boolean(settings: object, name: str) -> None:
-    """Refuse a setting that is neither true nor false."""
-    value = getattr(settings, name)
-    if not isinstance(value, bool):
-        raise InputError(f"{type(settings).__name__}'s {name} is True or False, not {value!r}")
-
-
 def require_schedules(settings: Any) -> None:
     """Refuse settings of the Multi-Verse Optimizer's two schedules that make none."""
-    require_number(settings, "wep_min", 0, 1)
-    require_number(settings, "wep_max", settings.wep_min, 1)
-    require_number(settings, "p", 1e-3, 1e3)
+    require_number(settings.wep_min, "wep_min", least=0, most=1)
+    require_number(settings.wep_max, "wep_max", least=settings.wep_min, most=1)
+    require_number(settings.p, "p", least=1e-3, most=1e3)
 
 
 def wep_and_tdr(settings: Any, spent: float) -> tuple[float, float]:

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 from numpy.random import Generator
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_flag, require_number, require_whole
 from skyverse.numerics.kernel import kernel
-from skyverse.planners.base import require_boolean, require_integer, require_number
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, put
@@ -60,13 +59,13 @@ class BBO(LatticeSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_integer(self, "habitats", 2)
-        require_integer(self, "elites", 0)
+        require_whole(self.habitats, "habitats", 2)
+        require_whole(self.elites, "elites", 0)
         if self.elites >= self.habitats:
             raise InputError(f"BBO's elites is a number below the {self.habitats} habitats, not {self.elites!r}")
-        require_boolean(self, "as_run")
-        require_boolean(self, "greedy")
-        require_number(self, "mutation", 0, 1)
+        require_flag(self.as_run, "as_run")
+        require_flag(self.greedy, "greedy")
+        require_number(self.mutation, "mutation", least=0, most=1)
 
     @property
     def population(self) -> int:

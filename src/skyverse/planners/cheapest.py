@@ -8,12 +8,13 @@ from numpy.random import Generator
 
 from skyverse import cost
 from skyverse._typing import Floats
+from skyverse.errors import require_whole
 from skyverse.model.result import Effort, Provenance, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import Stopwatch, writable
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
 from skyverse.planners.astar import AStar
-from skyverse.planners.base import DirectPlanner, require_integer
+from skyverse.planners.base import DirectPlanner
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.straight_legs import joined_to_ends, straight_bound
 from skyverse.planners.taut import Taut
@@ -70,9 +71,9 @@ class Cheapest(DirectPlanner):
     proof: int = 50_000
 
     def __post_init__(self) -> None:
-        require_integer(self, "legs", 0)
-        require_integer(self, "restarts", 0)
-        require_integer(self, "proof", 0)
+        require_whole(self.legs, "legs", 0)
+        require_whole(self.restarts, "restarts", 0)
+        require_whole(self.proof, "proof", 0)
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether paths leave the lattice: always."""

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 
 from skyverse._typing import Floats
+from skyverse.errors import require_flag, require_number, require_whole
 from skyverse.numerics.kernel import by_reference, kernel
-from skyverse.planners.base import require_boolean, require_integer, require_number
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, exhausted
@@ -94,15 +94,15 @@ class GSO(LatticeSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_integer(self, "glowworms", 2)
-        require_integer(self, "neighbours", 1)
-        require_boolean(self, "as_run")
-        require_number(self, "luciferin", -1e9, 1e9)
-        require_number(self, "decay", 0, 1)
-        require_number(self, "gain", 1e-9, 1e9)
-        require_number(self, "reach_max", 0, 1e9)
-        require_number(self, "reach", 0, self.reach_max)
-        require_number(self, "beta", 0, 1e9)
+        require_whole(self.glowworms, "glowworms", 2)
+        require_whole(self.neighbours, "neighbours", 1)
+        require_flag(self.as_run, "as_run")
+        require_number(self.luciferin, "luciferin", least=-1e9, most=1e9)
+        require_number(self.decay, "decay", least=0, most=1)
+        require_number(self.gain, "gain", least=1e-9, most=1e9)
+        require_number(self.reach_max, "reach_max", least=0, most=1e9)
+        require_number(self.reach, "reach", least=0, most=self.reach_max)
+        require_number(self.beta, "beta", least=0, most=1e9)
 
     @property
     def population(self) -> int:

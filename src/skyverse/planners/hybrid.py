@@ -8,9 +8,10 @@ from numpy.random import Generator
 
 from skyverse import cost
 from skyverse._typing import Ints
+from skyverse.errors import require_flag, require_number, require_whole
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import DETOUR_GAIN, GAIN_ROUNDING, NOT_DEARER
-from skyverse.planners.base import require_boolean, require_integer, require_number, require_schedules, wep_and_tdr
+from skyverse.planners.base import require_schedules, wep_and_tdr
 from skyverse.planners.contact import contact_of, without_movers
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.metaheuristic import LatticeRun
@@ -105,12 +106,12 @@ class HybridMVO(LatticeSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_integer(self, "universes", 2)
-        require_integer(self, "straighten", 0)
-        require_integer(self, "tries", 1)
+        require_whole(self.universes, "universes", 2)
+        require_whole(self.straighten, "straighten", 0)
+        require_whole(self.tries, "tries", 1)
         for name in ("rejoin", "segments", "wormholes"):
-            require_boolean(self, name)
-        require_number(self, "roam", 0, 1)
+            require_flag(getattr(self, name), name)
+        require_number(self.roam, "roam", least=0, most=1)
         require_schedules(self)
 
     @property

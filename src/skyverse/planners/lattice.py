@@ -8,10 +8,10 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_whole
 from skyverse.model.result import Result
 from skyverse.numerics.kernel import query
-from skyverse.planners.base import Seed, require_integer
+from skyverse.planners.base import Seed
 from skyverse.planners.kept_paths import checked_paths, kept_paths, nodes_ahead, rejoin
 from skyverse.planners.metaheuristic import LatticeRun, Metaheuristic
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, generate
@@ -48,7 +48,7 @@ class LatticeSearch(Metaheuristic[LatticeRun]):
         if self.generator not in ("goal-directed", "uniform"):
             raise InputError(f"generator is 'goal-directed' or 'uniform', not {self.generator!r}")
         for name in ("threshold", "repair_threshold", "retries"):
-            require_integer(self, name, 1)
+            require_whole(getattr(self, name), name, 1)
 
     def begin(self, run: LatticeRun) -> object:
         """Take up the paths that were given, as far as they reach the goal, and generate the rest of the population."""

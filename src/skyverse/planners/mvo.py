@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
+from skyverse.errors import require_flag, require_whole
 from skyverse.numerics.kernel import inner_query, query
-from skyverse.planners.base import require_boolean, require_integer, require_schedules, wep_and_tdr
+from skyverse.planners.base import require_schedules, wep_and_tdr
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import (
@@ -80,9 +81,9 @@ class MVO(LatticeSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_integer(self, "universes", 2)
-        require_boolean(self, "as_run")
-        require_boolean(self, "greedy")
+        require_whole(self.universes, "universes", 2)
+        require_flag(self.as_run, "as_run")
+        require_flag(self.greedy, "greedy")
         require_schedules(self)
 
     @property

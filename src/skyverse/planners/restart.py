@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from numpy.random import Generator
 
+from skyverse.errors import require_whole
 from skyverse.numerics.kernel import kernel
-from skyverse.planners.base import require_integer
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.metaheuristic import LatticeRun
 from skyverse.planners.moves import (
@@ -36,7 +36,7 @@ class RandomRestart(LatticeSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_integer(self, "samples", 1)
+        require_whole(self.samples, "samples", 1)
 
     @property
     def population(self) -> int:

@@ -7,10 +7,11 @@ import numpy as np
 
 from skyverse._typing import Ints
 from skyverse.cost import make_pricing
+from skyverse.errors import require_whole
 from skyverse.model.result import Effort, Provenance, Result, Status
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.numerics.kernel import Stopwatch
-from skyverse.planners.base import DirectPlanner, require_integer
+from skyverse.planners.base import DirectPlanner
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
@@ -63,7 +64,7 @@ class Taut(DirectPlanner):
     proof: int = 400
 
     def __post_init__(self) -> None:
-        require_integer(self, "proof", 0)
+        require_whole(self.proof, "proof", 0)
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether paths leave the lattice: always."""

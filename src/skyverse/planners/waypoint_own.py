@@ -6,15 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_flag, require_number, require_whole
 from skyverse.model.arrays import exp, power
-from skyverse.planners.base import (
-    require_boolean,
-    require_integer,
-    require_number,
-    require_schedules,
-    wep_and_tdr,
-)
+from skyverse.planners.base import require_schedules, wep_and_tdr
 from skyverse.planners.waypoints import Evaluate, Iterations, WaypointSearch
 
 
@@ -56,7 +50,7 @@ class WaypointMVO(WaypointSearch):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_schedules(self)
-        require_boolean(self, "greedy")
+        require_flag(self.greedy, "greedy")
 
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
         """Run the optimiser; see `WaypointSearch.optimise`."""
@@ -118,11 +112,11 @@ class WaypointGSO(WaypointSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_number(self, "luciferin", -1e9, 1e9)
-        require_number(self, "gain", 1e-9, 1e9)
-        require_integer(self, "neighbours", 1)
+        require_number(self.luciferin, "luciferin", least=-1e9, most=1e9)
+        require_number(self.gain, "gain", least=1e-9, most=1e9)
+        require_whole(self.neighbours, "neighbours", 1)
         for name in ("decay", "length", "reach", "beta"):
-            require_number(self, name, 0, 1)
+            require_number(getattr(self, name), name, least=0, most=1)
 
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
         """Run the optimiser; see `WaypointSearch.optimise`."""
@@ -177,9 +171,9 @@ class WaypointBBO(WaypointSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_number(self, "mutation", 0, 1)
-        require_integer(self, "elites", 0)
-        require_boolean(self, "greedy")
+        require_number(self.mutation, "mutation", least=0, most=1)
+        require_whole(self.elites, "elites", 0)
+        require_flag(self.greedy, "greedy")
         if self.elites >= self.candidates:
             raise InputError(
                 f"WaypointBBO's elites is a number below the {self.candidates} candidates, not {self.elites!r}"

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.planners.base import require_number
+from skyverse.errors import require_number
 from skyverse.planners.waypoints import Evaluate, Iterations, WaypointSearch
 
 
@@ -30,7 +30,7 @@ class CMAES(WaypointSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_number(self, "sigma", 1e-9, 1e9)
+        require_number(self.sigma, "sigma", least=1e-9, most=1e9)
 
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
         """Run the optimiser; see `WaypointSearch.optimise`."""
@@ -106,8 +106,8 @@ class DE(WaypointSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_number(self, "weighting", 0, 2)
-        require_number(self, "crossover", 0, 1)
+        require_number(self.weighting, "weighting", least=0, most=2)
+        require_number(self.crossover, "crossover", least=0, most=1)
 
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
         """Run the optimiser; see `WaypointSearch.optimise`."""

@@ -11,11 +11,11 @@ import numpy as np
 
 from skyverse import cost
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_number, require_whole
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.planners.base import numbers_of, require_integer, require_number
+from skyverse.planners.base import numbers_of
 from skyverse.planners.metaheuristic import LatticeRun, Metaheuristic, Run, make_workspace
 from skyverse.planners.moves import (
     NODES,
@@ -96,9 +96,9 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
     """The package that the method needs in addition to those of skyverse, if any."""
 
     def __post_init__(self) -> None:
-        require_integer(self, "waypoints", 1)
-        require_integer(self, "candidates", 6)
-        require_number(self, "collision", 0, 1e9)
+        require_whole(self.waypoints, "waypoints", 1)
+        require_whole(self.candidates, "candidates", 6)
+        require_number(self.collision, "collision", least=0, most=1e9)
         if self.legs not in ("lattice", "straight"):
             raise InputError(f"{type(self).__name__}'s legs is 'lattice' or 'straight', not {self.legs!r}")
         if not isinstance(self.objective, PathObjective | None):
