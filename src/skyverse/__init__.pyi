@@ -164,10 +164,10 @@ from .stop import Progress as Progress
 from .stop import Stop as Stop
 from .stop import TargetCost as TargetCost
 from .trajectory import fly_along as fly_along
+from .waypoints.changes import Change as Change
 from .waypoints.check import CheckedMission as CheckedMission
 from .waypoints.findings import MissionFinding as MissionFinding
 from .waypoints.fleet import CheckedFleet as CheckedFleet
 from .waypoints.fleet import check_waypoints as check_waypoints
-from .waypoints.mender import Change as Change
 from .waypoints.repair import RepairedFleet as RepairedFleet
 from .waypoints.repair import repair_waypoints as repair_waypoints

@@ -57,8 +57,8 @@ def mended(path, world, *, settings=None, **more):
     fixed = path.with_name(f"fixed-{path.name}")
     made = sky.repair_waypoints([sky.read_waypoints(path)], world, settings, **more)
     sky.write_waypoints(made.missions[0], fixed)
-    up = made.missions[0].return_altitude  # which the autopilot's parameters hold, not its mission
-    settings = settings if up is None else sky.FlightSettings(return_altitude=up)
+    new = made.missions[0]  # the autopilot's parameters hold how it returns, not its mission
+    settings = sky.FlightSettings(return_altitude=new.return_altitude, retraces=new.retraces)
     (found,) = sky.check_waypoints([sky.read_waypoints(fixed)], world, settings).missions
     return made, found, *(json.loads(one.read_text())["mission"]["items"] for one in (path, fixed))
 

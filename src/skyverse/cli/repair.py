@@ -86,7 +86,8 @@ def _parameters(mended: "RepairedFleet", files: list[Path]) -> list[Path]:
     for mission, file in zip(mended.checked.missions, files, strict=True):
         plan, back = mission.flown.plan, mission.back
         own = parameter_file(file, file.suffix, plan)
-        if mission.flown.waypoints.return_altitude is not None and own is not None and back is not None:
+        told = mission.flown.waypoints
+        if (told.retraces or told.return_altitude is not None) and own is not None and back is not None:
             write_text(own, parameters_text(plan, mended.checked.scenario.uavs[plan.route.uav], back))
             written.append(own)
     return written

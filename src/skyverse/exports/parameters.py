@@ -30,8 +30,14 @@ PX4_MAX_SPEED = 12.0
 """m/s: PX4's default of `MPC_XY_VEL_MAX`, which is only raised."""
 PX4_SPEED_MARGIN = 1.1
 """By which factor PX4 may fly faster than commanded to catch up, as far as it takes that."""
+PX4_STRAIGHT, PX4_ALONG_MISSION = 0, 2
+"""Values of PX4's `RTL_TYPE`: straight home, and along the mission: to its landing, or else back to its take-off."""
 FS_RETURN = 1
 """The value of ArduPilot's `FS_THR_ENABLE` and `FS_GCS_ENABLE`: always return."""
+SMART_RETURNS = {"FS_THR_ENABLE": 4, "FS_GCS_ENABLE": 3, "BATT_FS_LOW_ACT": 3, "FENCE_ACTION": 3}
+"""With these ArduPilot goes back where it came from, by SmartRTL, if anything makes it return."""
+SMART_PATH = {"SRTL_ACCURACY": 2, "SRTL_POINTS": 500}
+"""How exactly SmartRTL does that, metres, and how many places it keeps at most."""
 FS_MISSION_GOES_ON, FS_PILOT_GOES_ON = 0b11, 0b10000
 """Bits of ArduPilot's `FS_OPTIONS`: a mission goes on without remote control, and without ground station; and without
 ground station a pilot with a remote control goes on, which is the default."""
@@ -110,11 +116,11 @@ def _both_names(until: str, since: str, metres: float, *, whole: bool = False) -
 
 
 def _return_parameters(back: WayHome) -> list[Parameter]:
-    """Return the parameters that make an autopilot return straight, at one altitude, and land."""
+    """Return the parameters that make an autopilot return straight, at one altitude, or as it came, and land."""
     altitude, plan = back.altitude, back.plan
     if plan.autopilot.name == "px4":
         return [
-            Parameter("RTL_TYPE", 0, whole=True),
+            Parameter("RTL_TYPE", PX4_ALONG_MISSION if back.retraces else PX4_STRAIGHT, whole=True),
             Parameter("RTL_RETURN_ALT", altitude),
             Parameter("RTL_CONE_ANG", 0, whole=True),
             Parameter("RTL_DESCEND_ALT", min(altitude, DESCEND_ALTITUDE)),
@@ -131,6 +137,7 @@ def _return_parameters(back: WayHome) -> list[Parameter]:
         Parameter("RTL_CONE_SLOPE", 0),
         Parameter("RALLY_INCL_HOME", 1, whole=True),
         Parameter("RALLY_LIMIT_KM", 0),
+        *(Parameter(name, value, whole=True) for name, value in SMART_PATH.items() if back.retraces),
     ]
 
 
@@ -148,9 +155,9 @@ def _link_parameters(back: WayHome) -> list[Parameter]:
             Parameter("COM_RCL_EXCEPT", 0, whole=True),
         ]
     options = FS_PILOT_GOES_ON if back.everywhere else FS_PILOT_GOES_ON | FS_MISSION_GOES_ON
+    actions = SMART_RETURNS if back.retraces else dict.fromkeys(("FS_THR_ENABLE", "FS_GCS_ENABLE"), FS_RETURN)
     return [
-        Parameter("FS_THR_ENABLE", FS_RETURN, whole=True),
-        Parameter("FS_GCS_ENABLE", FS_RETURN, whole=True),
+        *(Parameter(name, value, whole=True) for name, value in actions.items()),
         Parameter("FS_OPTIONS", options, whole=True),
     ]
 

@@ -89,12 +89,15 @@ class WayHome:
         From when to when its way home is not proven, if it keeps its schedule.
     lines
         What the referee has to prove of the way home at all other instants.
+    retraces
+        Whether it leads back along the mission in place of straight home; then the legs of the mission are proven.
     """
 
     plan: FlightPlan
     altitude: float
     gaps: tuple[Gap, ...]
     lines: tuple[Lines, ...]
+    retraces: bool = False
 
     @property
     def level(self) -> float:

@@ -23,6 +23,8 @@ class FlightSettings:
         Metres from a waypoint at which the autopilot turns to the next, where the file leaves it open.
     return_altitude
         Metres above home at which the vehicle returns; the file's, or else the autopilot's usual one, when left out.
+    retraces
+        Whether it returns along its mission in place of straight home: PX4 with `RTL_TYPE` 2, Copter by SmartRTL.
     """
 
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None
@@ -31,6 +33,7 @@ class FlightSettings:
     radius: float = 2.0
     """`NAV_ACC_RAD` of PX4's multirotors, and `WPNAV_RADIUS` of Copter."""
     return_altitude: float | None = None
+    retraces: bool = False
 
     def __post_init__(self) -> None:
         if self.autopilot is not None:

@@ -123,6 +123,8 @@ class Waypoints:
     ground_followed
         Whether legs between heights above ground follow it. If not, as Litchi's, they are straight, and such a height
         is one above home, more by how much higher the ground is there than below the first waypoint.
+    retraces
+        Whether it returns along its mission in place of straight home: PX4 with ``RTL_TYPE`` 2, Copter by SmartRTL.
     fence, rally
         The geofence, and places to return to in place of home.
     told
@@ -140,6 +142,7 @@ class Waypoints:
     aeroplane: bool = False
     return_altitude: float | None = None
     ground_followed: bool = True
+    retraces: bool = False
     fence: Geofence = Geofence()
     rally: tuple[GlobalPlace, ...] = ()
     told: tuple[str | None, float | None] = (None, None)

@@ -174,7 +174,8 @@ def changed_item(item: StoredItem, order: Order) -> StoredItem:
         *numbers[4:6], altitude = order.place
         numbers[6] = altitude.metres
         frame = frame if FRAMES.get(frame) is type(altitude) else frame_of(type(altitude))
-    return StoredItem(item.command, frame, tuple(numbers))
+    lands = order.kind is OrderKind.LAND and was.kind is OrderKind.RETURN
+    return StoredItem(Command.LAND if lands else item.command, frame, tuple(numbers))
 
 
 def added_item(order: Order) -> StoredItem:

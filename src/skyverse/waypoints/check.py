@@ -18,7 +18,7 @@ from skyverse.exports.landing import Descents, why_not_level
 from skyverse.exports.leg_geometry import greatest_on_legs
 from skyverse.exports.leg_space import Breach, LegRule
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
-from skyverse.exports.way_home import WayHome, ways_home
+from skyverse.exports.way_home import Gap, WayHome, ways_home
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived
@@ -30,11 +30,14 @@ from skyverse.waypoints.defaults import DEFAULTS
 from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject, kind_of
 from skyverse.waypoints.flown import FlownMission
 from skyverse.waypoints.mission_judge import LIFT_STEP, MissionJudge, Part
+from skyverse.waypoints.way_back import flown_back, why_not_back
 
 OFF_HOME = 10.0
 """Metres by which the altitude of home in a file may be off the ground there; relative heights are off as much."""
 SPEED_ROUNDING = 0.05
 """m/s to which files round speeds."""
+NOT_BACK = "the way back along the mission is not clear"
+"""Why no return is proven of a vehicle that retraces its mission."""
 
 
 class Height(NamedTuple):
@@ -102,10 +105,17 @@ def check_flown(flown: FlownMission, scenario: Scenario, ground: float | None) -
     found = [*_of_home(flown, ground), *_of_orders(flown)]
     found += _of_parts(judge, flown)
     found += [*_of_landing(flown, scenario), *_of_limits(flown, scenario)]
-    plan = _with_end(flown, scenario)
+    plan = _with_end(flown)
     unlimited = derived(scenario, max_height=None)  # a return is an emergency, and as high as it must be
     (back,) = ways_home(unlimited, [plan], flown.return_altitude)
-    found += _of_way_home(flown, scenario, back)
+    returns = list(_of_way_home(flown, scenario, back))
+    if flown.retraces and back is not None:
+        known = {(one.items, one.what) for one in found}
+        along = [one for one in _of_way_back(flown, scenario) if (one.items, one.what) not in known]
+        gaps = (Gap(0.0, float(plan.arrivals[-1]), NOT_BACK, plan.home),) if along else ()
+        back = replace(back, gaps=gaps, lines=(), retraces=True)
+        returns = [*along, *(one for one in returns if one.subject is Subject.END and not flown.returns_along)]
+    found += returns
     low, high = _heights(flown, scenario) if scenario.terrain is not None else (None, None)
     return CheckedMission(
         replace(flown, plan=plan),
@@ -202,7 +212,7 @@ def _of_part(judge: MissionJudge, flown: FlownMission, part: Part, met: Incursio
     elif kind not in (FindingKind.CEILING, FindingKind.BOUNDS):
         lift = judge.clear_lift(part)
         clear = None if lift is None else at[2] + lift
-    return MissionFinding(subject, kind, items, at, name, found, limit, clear, part=part.k)
+    return MissionFinding(subject, kind, items, at, name, found, limit, clear, part=part.k, corner=bool(part.radius))
 
 
 class _Met(NamedTuple):
@@ -280,11 +290,13 @@ def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFindi
         yield MissionFinding(Subject.LIMITS, FindingKind.LENGTH, items, found=lengths[longest], limit=limit)
 
 
-def _with_end(flown: FlownMission, scenario: Scenario) -> FlightPlan:
-    """Return the flight with its end: a return leads up, over home and down."""
+def _with_end(flown: FlownMission) -> FlightPlan:
+    """Return the flight with its end: a return leads up, over home and down, or with PX4 back along the mission."""
     plan = flown.plan
     if flown.end != "rtl":
         return plan
+    if flown.returns_along:
+        return replace(plan, ending=np.stack([*plan.waypoints[-2::-1], plan.home]))
     level = max(float(plan.home[2]) + flown.return_altitude, float(plan.waypoints[-1][2]))
     return replace(
         plan,
@@ -306,6 +318,15 @@ def _of_way_home(flown: FlownMission, scenario: Scenario, back: WayHome | None) 
         subject = Subject.END if ends and gap is back.gaps[-1] else Subject.WAY_HOME
         at, times = _globe(scenario, gap.place), (gap.begin, gap.end)
         yield MissionFinding(subject, FindingKind(gap.why), items, at, times=times)
+
+
+def _of_way_back(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFinding]:
+    """Yield what is wrong with the way back along a mission."""
+    why = why_not_back(flown)
+    if why is not None:
+        yield MissionFinding(Subject.WAY_HOME, FindingKind.NO_WAY_BACK, name=why)
+        return
+    yield from (replace(one, subject=Subject.WAY_HOME) for one in _of_parts(*flown_back(flown, scenario)))
 
 
 def _heights(flown: FlownMission, scenario: Scenario) -> tuple[Height, Height]:

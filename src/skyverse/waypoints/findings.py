@@ -34,6 +34,7 @@ class FindingKind(Enum):
     LANDING = "landing"
     CLIMB, LEVEL_WAY, DESCENT, NEAR_HOME = WAYS
     """Of a return, what is not clear."""
+    NO_WAY_BACK = "no way back along the mission"
     HOME_ALTITUDE = "altitude of home"
     HOME_MOVED = "home moved"
     NO_TERRAIN_FOLLOWING = "heights above ground"
@@ -73,7 +74,8 @@ class MissionFinding:
     place
         Latitude, longitude and metres above mean sea level, where it has a place.
     name
-        The kind and name of an obstacle, the name of another vehicle or of what has a limit, or why it cannot land.
+        The kind and name of an obstacle, the name of another vehicle or of what has a limit, or why it cannot land or
+        go back.
     found, limit
         What was found and what is allowed: metres from the ground, the ceiling, the bounds or an obstacle, negative
         beyond it; the altitude of home in the file and the ground there; a speed, m/s; a count; metres of a leg.
@@ -83,6 +85,8 @@ class MissionFinding:
         Seconds into the mission from which and until which it is so, of a return and of vehicles that come too close.
     part
         Which leg or corner of the flight it is, as `FlownMission.visits` count them.
+    corner
+        Whether it is a corner.
     """
 
     subject: Subject
@@ -95,6 +99,7 @@ class MissionFinding:
     clear_at: float | None = None
     times: tuple[float, float] | None = None
     part: int | None = None
+    corner: bool = False
 
     @property
     def wrong(self) -> bool:

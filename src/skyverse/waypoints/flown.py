@@ -36,7 +36,9 @@ class FlownMission:
     end
         What the vehicle does at the last of them.
     return_altitude
-        Metres above home at which it returns.
+        Metres above home at which it returns, where it does not retrace its mission.
+    retraces
+        Whether it does.
     lifts
         (base, top) of the axes over places where it takes off and lands, (3,) metres each; see `LegChecker`.
     assumed
@@ -48,6 +50,7 @@ class FlownMission:
     plan: FlightPlan
     end: End
     return_altitude: float
+    retraces: bool
     lifts: tuple[tuple[Floats, Floats], ...]
     assumed: tuple[str, ...]
 
@@ -70,6 +73,11 @@ class FlownMission:
         """How many legs its orders ask for after the take-off."""
         return sum(not self.is_part(k) for k in range(1, len(self.visits)))
 
+    @property
+    def returns_along(self) -> bool:
+        """Whether an order to return leads along the mission, too; ArduPilot's leads straight home."""
+        return self.retraces and self.plan.autopilot.name == "px4"
+
     def is_part(self, k: int) -> bool:
         """Tell whether visit k is one on the way of its order over the ground."""
         if not 0 <= k < len(self.visits) - 1:
@@ -87,7 +95,7 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
     visits, autopilot = unrolled.visits, told.autopilot
     if len(visits) < 2:
         raise InputError(f"{waypoints.name}: expected a place to fly to after the take-off, found none")
-    lifts = tuple(_lifts(scenario, uav, [base_over(scenario, place) for place in (home, *unrolled.landings)]))
+    lifts = tuple(lifts_over(scenario, uav, [base_over(scenario, place) for place in (home, *unrolled.landings)]))
     base, places = lifts[0][0], np.array([visit.at for visit in visits])
     rises = vehicle.fixed_wing is None  # straight up, which no aeroplane does
     takeoff = max(float(places[0, 2] - base[2]), 0.0) if rises else 0.0
@@ -104,7 +112,8 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
     if unrolled.end == "land":
         plan = replace(plan, ending=np.array(landing_places(scenario, [plan])))
     assumed = tuple(dict.fromkeys((*told.assumed, *unrolled.assumed)))
-    return FlownMission(waypoints, tuple(visits), plan, unrolled.end, told.return_altitude, lifts, assumed)
+    up, retraces = told.return_altitude, settings.retraces or waypoints.retraces
+    return FlownMission(waypoints, tuple(visits), plan, unrolled.end, up, retraces, lifts, assumed)
 
 
 def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
@@ -117,7 +126,7 @@ def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
     return off
 
 
-def _lifts(scenario: Scenario, uav: int, bases: Sequence[Floats]) -> Iterator[tuple[Floats, Floats]]:
+def lifts_over(scenario: Scenario, uav: int, bases: Sequence[Floats]) -> Iterator[tuple[Floats, Floats]]:
     """Yield from where to where over each base the error of a UAV counts for what is beside it alone."""
     nominal, strayed = World(scenario), World(scenario, scenario.uavs[uav].tracking_error)
     for base in bases:

@@ -14,13 +14,19 @@ import numpy as np
 from skyverse.exports.separation import Apart, fleet_apart, kept_distance
 from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.maps.assembly.options import BuildOptions
+from skyverse.model.altitude import AboveHome
 from skyverse.model.flight_settings import FlightSettings
+from skyverse.model.geodesy import to_wgs84
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.orders.files import rewritten
+from skyverse.waypoints.changes import Change, changes
+from skyverse.waypoints.check import CheckedMission
+from skyverse.waypoints.findings import Subject
 from skyverse.waypoints.fleet import CheckedFleet, check_at, site_of
-from skyverse.waypoints.mender import Change, Mender, net_changes, renumbered
+from skyverse.waypoints.mender import Mender, renumbered
+from skyverse.waypoints.way_back import why_not_back
 
 SITES = 3
 """How often missions are mended, each time at the site that they have then."""
@@ -73,70 +79,96 @@ def repair_waypoints(
         As of `check_waypoints`.
     """
     settings = settings or FlightSettings()
-    if settings.return_altitude is not None:  # each mission may come to have another
-        missions = [replace(one, return_altitude=settings.return_altitude) for one in missions]
-        settings = replace(settings, return_altitude=None)
+    # each mission may come to have others
+    up, retraces = settings.return_altitude, settings.retraces
+    missions = [
+        replace(one, return_altitude=one.return_altitude if up is None else up, retraces=one.retraces or retraces)
+        for one in missions
+    ]
+    settings = replace(settings, return_altitude=None, retraces=False)
     built = isinstance(where, BuildOptions)
-    made, changes = list(missions), [list[Change]() for _ in missions]
+    made, met = tuple(missions), tuple(dict[int, str]() for _ in missions)
     for _ in range(SITES):  # where waypoints are added, the maps are read a little otherwise
-        site, before = site_of(made, where, settings), tuple(made)
-        _mended(missions, made, changes, partial(check_at, site=site, settings=settings, lower=built), lift_only)
-        # not all can be written; return altitudes stand in files of parameters
-        again = [replace(rewritten(one), return_altitude=one.return_altitude) for one in made]
+        site, before = site_of(made, where, settings), made
+        made = _mended(made, met, partial(check_at, site=site, settings=settings, lower=built), lift_only)
+        # not all can be written; how it returns stands in files of parameters
+        again = [replace(rewritten(one), return_altitude=one.return_altitude, retraces=one.retraces) for one in made]
         checked = check_at(again, site_of(again, where, settings), settings, lower=built)
-        if checked.is_proven or tuple(made) == before:
+        if checked.is_proven or made == before:
             break
-    told_of = (tuple(net_changes(*each)) for each in zip(missions, made, changes, strict=True))
-    return RepairedFleet(tuple(made), tuple(told_of), checked)
+    told_of = (tuple(changes(*each)) for each in zip(missions, made, met, strict=True))
+    return RepairedFleet(made, tuple(told_of), checked)
 
 
 def _mended(
-    missions: Sequence[Waypoints],
-    made: list[Waypoints],
-    changes: list[list[Change]],
+    made: tuple[Waypoints, ...],
+    met: Sequence[dict[int, str]],
     check: Callable[[Sequence[Waypoints]], CheckedFleet],
     lift_only: bool,
-) -> None:
-    """Mend missions at one site, round by round, and keep what has the fewest faults, the first of it."""
-    checked = check(made)
-    tries = []
-    for _ in range(ROUNDS):
-        tries.append((_faults(checked), tuple(made), [list(one) for one in changes]))
-        mended = False
-        for k, mission in enumerate(checked.missions):
-            former = {one.item: one.number for one in missions[k].orders if one.item is not None}
-            mender = Mender(mission, former, lift_only=lift_only)
-            if mender.run():
-                made[k], mended = mender.waypoints, True
-                changes[k] += [one for one in mender.told if one.items]
-        if not mended:
-            mended = _with_better_returns(made, changes, checked)
-        if not mended and not lift_only:
-            mended = _delayed(made, changes, checked)
-        if not mended:
-            break
+) -> tuple[Waypoints, ...]:
+    """Mend missions at one site, round by round, and return what has the fewest faults, the shortest of it."""
+    tries: list[tuple[int, float, tuple[Waypoints, ...]]] = []
+
+    def legs(mission: CheckedMission) -> Waypoints:
+        return Mender(mission, lift_only=lift_only).mended()
+
+    def climbs(mission: CheckedMission) -> Waypoints:
+        return Mender(mission, lift_only=lift_only).with_room_for_climbs()
+
+    ways = [legs, _returning_higher, climbs, *([] if lift_only else [_retracing])]
+    while True:
         checked = check(made)
-    tries.append((_faults(checked), tuple(made), list(changes)))
-    _, made[:], changes[:] = min(tries, key=lambda one: one[0])
+        wrong = [[one for one in mission.findings if one.wrong] for mission in checked.missions]
+        length = sum(mission.summary.length for mission in checked.missions)
+        tries.append((sum(map(len, wrong)), length, made))
+        if checked.is_proven or len(tries) > ROUNDS:
+            break
+        for findings, mission, known in zip(wrong, made, met, strict=True):
+            items = {order.number: order.item for order in mission.orders}
+            told = ((items.get(number), one.what) for one in findings for number in one.items if one.deep is not None)
+            known.update({item: what for item, what in told if item is not None and item not in known})
+        if len(tries) > ROUNDS // 2 and climbs in ways:  # which leaves rounds for another way home
+            ways.remove(climbs)
+        after = (tuple(map(way, checked.missions)) for way in ways)
+        before, made = made, next((one for one in after if one != made), made)
+        if made == before and not lift_only:
+            made = _kept_apart(made, checked)
+        if made == before:
+            break
+    return min(tries, key=lambda one: one[:2])[2]
 
 
-def _faults(checked: CheckedFleet) -> int:
-    return sum(one.wrong for mission in checked.missions for one in mission.findings)
+def _returning_higher(mission: CheckedMission) -> Waypoints:
+    """Return a mission with the return altitude from which the fewest instants are without a way home."""
+    told, back = mission.flown.waypoints, mission.back
+    if back is None or back.everywhere or mission.flown.retraces:
+        return told
+    unlimited = derived(mission.scenario, max_height=None)
+    (best,) = ways_home(unlimited, [replace(mission.flown.plan, ending=np.zeros((0, 3)))])
+    return replace(told, return_altitude=best.altitude) if best is not None and _lost(best) < _lost(back) else told
 
 
-def _with_better_returns(made: list[Waypoints], changes: list[list[Change]], checked: CheckedFleet) -> bool:
-    """Choose return altitudes where those of the autopilots are not proven, and tell whether any was chosen."""
-    chosen = False
-    for k, mission in enumerate(checked.missions):
-        if mission.back is None or mission.back.everywhere:
-            continue
-        unlimited = derived(mission.scenario, max_height=None)
-        (best,) = ways_home(unlimited, [replace(mission.flown.plan, ending=np.zeros((0, 3)))])
-        if best is not None and _lost(best) < _lost(mission.back):
-            made[k], chosen = replace(made[k], return_altitude=best.altitude), True
-            changes[k] = [one for one in changes[k] if not one.said.startswith("returns at")]
-            changes[k].append(Change((), f"returns at {best.altitude:g} m above home"))
-    return chosen
+def _retracing(mission: CheckedMission) -> Waypoints:
+    """Return a mission that returns along itself, if all that is wrong with it is the straight way home."""
+    wrong = {one.subject for one in mission.findings if one.wrong}
+    if mission.flown.retraces or not wrong <= {Subject.WAY_HOME, Subject.END} or why_not_back(mission.flown):
+        return mission.flown.waypoints
+    return replace(_landing_at_home(mission), retraces=True)
+
+
+def _landing_at_home(mission: CheckedMission) -> Waypoints:
+    """Return a mission that lands at home, below the end of its take-off, in place of a return."""
+    flown, told, origin = mission.flown, mission.flown.waypoints, mission.scenario.frame.origin
+    assert origin is not None
+    home = tuple(to_wgs84(origin, flown.plan.home[None])[0, :2].round(7).tolist())
+    top = AboveHome(round(float(flown.visits[0].at[2] - flown.plan.home[2]), 2))
+    orders = list[Order]()
+    for order in told.orders:
+        if order.kind is OrderKind.RETURN:
+            orders.append(Order(0, OrderKind.WAYPOINT, "NAV_WAYPOINT", place=(*home, top)))
+            order = replace(order, kind=OrderKind.LAND, name="NAV_LAND", place=(*home, AboveHome(0.0)))
+        orders.append(order)
+    return replace(told, orders=renumbered(orders))
 
 
 def _lost(back: WayHome) -> float:
@@ -144,8 +176,8 @@ def _lost(back: WayHome) -> float:
     return sum(gap.end - gap.begin for gap in back.gaps)
 
 
-def _delayed(made: list[Waypoints], changes: list[list[Change]], checked: CheckedFleet) -> bool:
-    """Delay a mission that comes too close to another until it keeps apart, by timing if it can, and tell whether."""
+def _kept_apart(made: tuple[Waypoints, ...], checked: CheckedFleet) -> tuple[Waypoints, ...]:
+    """Delay a mission that comes too close to another until it keeps apart, by timing if it can, or fly it higher."""
     plans = [one.flown.plan for one in checked.missions]
     for first, late in checked.apart.of(Apart.CLOSE):
         found: dict[Apart, float] = {}
@@ -157,23 +189,18 @@ def _delayed(made: list[Waypoints], changes: list[list[Change]], checked: Checke
             if seconds > LONG_WAIT and min(found, key=list(Apart).index) is not Apart.CLOSE:
                 break
         best = min(found, key=list(Apart).index)
-        if best is Apart.CLOSE and not any(one.said.startswith("flies") for one in changes[late]):
+        if best is Apart.CLOSE:
             keep = kept_distance(checked.scenario, first, late)
             below, above = (plans[k].waypoints[:, 2] for k in (first, late))
             up = keep.above + keep.error_above + 1.0 + float(below.max() - above.min())
-            items = tuple(order.number for order in made[late].orders if _higher(order, up) is not order)
-            made[late] = replace(made[late], orders=tuple(_higher(order, up) for order in made[late].orders))
-            changes[late].append(Change(items, f"flies {up:.3g} m higher, to keep apart"))
-            return True
-        if best is not Apart.CLOSE:
+            other = replace(made[late], orders=tuple(_higher(order, up) for order in made[late].orders))
+        else:
             wait = Order(0, OrderKind.DELAY, "NAV_DELAY", seconds=found[best])
-            waits = replace(made[late], orders=renumbered((wait, *made[late].orders)))
-            if len(rewritten(waits).orders) == len(made[late].orders):  # its file cannot tell it
+            other = replace(made[late], orders=renumbered((wait, *made[late].orders)))
+            if len(rewritten(other).orders) == len(made[late].orders):  # its file cannot tell it
                 continue
-            made[late] = waits
-            changes[late].append(Change((), f"starts {found[best]:g} s later, to keep apart"))
-            return True
-    return False
+        return (*made[:late], other, *made[late + 1 :])
+    return made
 
 
 def _higher(order: Order, up: float) -> Order:

@@ -48,6 +48,7 @@ _SAID = {
     FindingKind.CURVED: "the curves that these orders ask for are not published, so nothing is proven of them: "
     "fly straight legs",
     FindingKind.LANDING: "it cannot land there, as {name}",
+    FindingKind.NO_WAY_BACK: "it does not return along its mission, since {name}",
     FindingKind.HOME_ALTITUDE: "home is at {found:.1f} m above the sea by the file, and the ground there at "
     "{limit:.1f} m by the terrain: it was planned over another ground",
     FindingKind.HOME_MOVED: "these orders move home, from which returns and heights above home count from there on: "
@@ -213,6 +214,8 @@ def _kept(wrong: int) -> str:
 
 def _end(mission: CheckedMission) -> str:
     up = f"returns at {mission.flown.return_altitude:.4g} m above home, and lands there"
+    if mission.flown.returns_along:
+        up = "returns along its mission, and lands at home"
     return {"loiter": "stays at its last place", "land": "lands", "rtl": up}[mission.flown.end]
 
 
@@ -223,7 +226,7 @@ def _way_home(mission: CheckedMission) -> str:
     where = (
         f"{PROVEN} at every instant" if back.everywhere else f"{NOT} in {counted(len(back.gaps), 'part')} of the flight"
     )
-    return f"{where}, at {back.altitude:.4g} m above home"
+    return f"{where}, {'along its mission' if back.retraces else f'at {back.altitude:.4g} m above home'}"
 
 
 def _height(height: Height) -> str:
