@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.landing import Descents, why_not_level
 from skyverse.exports.leg_geometry import greatest_on_legs
 from skyverse.exports.leg_space import Breach, LegRule
@@ -105,7 +104,7 @@ def check_flown(flown: FlownMission, scenario: Scenario, ground: float | None) -
     found = [*_of_home(flown, ground), *_of_orders(flown)]
     found += _of_parts(judge, flown)
     found += [*_of_landing(flown, scenario), *_of_limits(flown, scenario)]
-    plan = _with_end(flown)
+    plan = flown.plan
     unlimited = derived(scenario, max_height=None)  # a return is an emergency, and as high as it must be
     (back,) = ways_home(unlimited, [plan], flown.return_altitude)
     returns = list(_of_way_home(flown, scenario, back))
@@ -118,7 +117,7 @@ def check_flown(flown: FlownMission, scenario: Scenario, ground: float | None) -
     found += returns
     low, high = _heights(flown, scenario) if scenario.terrain is not None else (None, None)
     return CheckedMission(
-        replace(flown, plan=plan),
+        flown,
         scenario,
         tuple(sorted(found, key=lambda one: (not one.wrong, list(Subject).index(one.subject)))),
         low,
@@ -257,16 +256,11 @@ def _of_landing(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFind
     if flown.end != "land":
         return
     uav, top, place = plan.route.uav, plan.waypoints[-1], plan.ending[-1]
-    above = _at_height(top, max(float(top[2]), float(place[2])))
+    above = np.array([*top[:2], max(top[2], place[2])])
     why = why_not_level(scenario, uav, place) or Descents(scenario).why_not_clear(uav, above, place)
     if why is not None:
         items = (flown.visits[-1].order.number,)
         yield MissionFinding(Subject.END, FindingKind.LANDING, items, _globe(scenario, place), why)
-
-
-def _at_height(place: Floats, z: float) -> Floats:
-    """Return a place, (3,) metres, at another height."""
-    return np.array([place[0], place[1], z])
 
 
 def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFinding]:
@@ -288,20 +282,6 @@ def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFindi
     if lengths and lengths[longest] > defaults.longest_leg:
         items, limit = flown.numbers(longest + 1), defaults.longest_leg
         yield MissionFinding(Subject.LIMITS, FindingKind.LENGTH, items, found=lengths[longest], limit=limit)
-
-
-def _with_end(flown: FlownMission) -> FlightPlan:
-    """Return the flight with its end: a return leads up, over home and down, or with PX4 back along the mission."""
-    plan = flown.plan
-    if flown.end != "rtl":
-        return plan
-    if flown.returns_along:
-        return replace(plan, ending=np.stack([*plan.waypoints[-2::-1], plan.home]))
-    level = max(float(plan.home[2]) + flown.return_altitude, float(plan.waypoints[-1][2]))
-    return replace(
-        plan,
-        ending=np.stack([_at_height(plan.waypoints[-1], level), _at_height(plan.home, level), plan.home]),
-    )
 
 
 def _of_way_home(flown: FlownMission, scenario: Scenario, back: WayHome | None) -> Iterator[MissionFinding]:

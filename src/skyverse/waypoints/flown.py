@@ -113,7 +113,17 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
         plan = replace(plan, ending=np.array(landing_places(scenario, [plan])))
     assumed = tuple(dict.fromkeys((*told.assumed, *unrolled.assumed)))
     up, retraces = told.return_altitude, settings.retraces or waypoints.retraces
-    return FlownMission(waypoints, tuple(visits), plan, unrolled.end, up, retraces, lifts, assumed)
+    made = FlownMission(waypoints, tuple(visits), plan, unrolled.end, up, retraces, lifts, assumed)
+    return replace(made, plan=replace(plan, ending=_return(made))) if made.end == "rtl" else made
+
+
+def _return(flown: FlownMission) -> Floats:
+    """Return where a return leads after the last waypoint: up, over home and down, or back along the mission."""
+    points, home = flown.plan.waypoints, flown.plan.home
+    if flown.returns_along:
+        return np.stack([*points[-2::-1], home])
+    level = max(float(home[2]) + flown.return_altitude, float(points[-1, 2]))
+    return np.array([[*points[-1, :2], level], [*home[:2], level], home])
 
 
 def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:

@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,7 +55,7 @@ class Visit(NamedTuple):
     radius: float
     hold: float
     speed: float
-    follows: bool
+    follows: bool = False
     aside: float = 0.0
 
 
@@ -75,7 +75,7 @@ class Unrolled:
 
     def __post_init__(self) -> None:
         self.autopilot, self.speed = self.told.autopilot, self.told.speed
-        self.here, self.flies, self.aside = self.home.copy(), False, 0.0
+        self.here, self.flies = self.home.copy(), False
         self.lift = lift_over_ground(self.waypoints, self.scenario, float(self.home[2]))
 
     def run(self) -> None:
@@ -92,8 +92,7 @@ class Unrolled:
                 if order.times < 0:
                     self.assumed.append(f"jump {order.number} never ends: what follows one round of it is judged")
                 if order.times < 0 and since.get(order.number) == len(self.visits):
-                    said = "expected a place between a jump for ever and where it leads to, found none"
-                    raise InputError(f"{self.waypoints.name}: item {order.number}: {said}")
+                    raise self._refused(order, "expected a place between a jump for ever and its target, found none")
                 since[order.number] = len(self.visits)
                 if jumped[order.number] < times:
                     jumped[order.number] += 1
@@ -101,9 +100,10 @@ class Unrolled:
             elif self._follow(order, last=at > last_of):
                 return
             if len(self.visits) > MAX_VISITS:
-                raise InputError(
-                    f"{self.waypoints.name}: item {order.number}: its jumps lead to more than {MAX_VISITS:,} places"
-                )
+                raise self._refused(order, f"its jumps lead to more than {MAX_VISITS:,} places")
+
+    def _refused(self, order: Order, said: str, field: str | None = None) -> InputError:
+        return InputError(f"{self.waypoints.name}: item {order.number}: {said}", field=field)
 
     def _follow(self, order: Order, *, last: bool) -> bool:
         """Follow one order, and tell whether it ends the flight."""
@@ -130,41 +130,40 @@ class Unrolled:
 
     def _take_off(self, order: Order) -> None:
         if order.place is None:
-            raise InputError(f"{self.waypoints.name}: item {order.number}: expected an altitude to take off to")
+            raise self._refused(order, "expected an altitude to take off to")
         top = self._local(order, (math.nan, math.nan, order.place[2]))
-        near = DEFAULTS[self.autopilot.name].altitude_radius
-        self._visit(order, top, near, follows=False)
+        self._visit(order, top, DEFAULTS[self.autopilot.name].altitude_radius)
         self.flies = True
         aim = self._local(order, order.place)
         if self.autopilot.name == "px4" and math.dist(aim[:2], top[:2]) > SAME_PLACE:  # it then flies to that place
-            self._visit(order, np.array([*aim[:2], top[2]]), self._radius(order), follows=False)
+            self._visit(order, np.array([*aim[:2], top[2]]), self._radius(order))
 
     def _fly_to(self, order: Order) -> None:
         assert order.place is not None
         to = self._local(order, order.place)
         if not self.flies:
             self.assumed.append("it has no take-off: it is taken to rise above home to the height of its first place")
-            self._visit(order, np.array([*self.here[:2], to[2]]), 0.0, follows=False)
+            self._visit(order, np.array([*self.here[:2], to[2]]))
             self.flies = True
         if len(self.visits) == 1 and self.visits[0].order.name == DJI_SAFELY:
             level = max(float(self.here[2]), float(to[2]))
             self.here = np.array([*self.here[:2], level])
             self.visits[0] = self.visits[0]._replace(at=self.here)
             if level > to[2]:
-                self._visit(order, np.array([*to[:2], level]), 0.0, follows=False)
+                self._visit(order, np.array([*to[:2], level]))
         follows = isinstance(order.place[2], AboveGround) and self.waypoints.ground_followed
         for place in self._circle(order, to) if order.turns else [to]:
-            if follows:
-                place = self._over_ground(order, place, to)
-            radius, aside = 0.0 if order.seconds or order.turns else self._radius(order), self.aside * follows
-            self._visit(order, place, radius, follows=follows, aside=aside)
+            parts, aside = self._over_ground(order, place, to) if follows else ([place], 0.0)
+            for part in parts:
+                cut = part is parts[-1] and not (order.seconds or order.turns)
+                self._visit(order, part, self._radius(order) if cut else 0.0, follows=follows, aside=aside)
         if order.seconds:
             self.visits[-1] = self.visits[-1]._replace(hold=max(min(order.seconds, 1e6), STOP))
 
-    def _over_ground(self, order: Order, place: Floats, like: Floats) -> Floats:
-        """Visit places on the way to one that is as high above ground as `like`, which is returned.
+    def _over_ground(self, order: Order, place: Floats, like: Floats) -> tuple[list[Floats], float]:
+        """Return the ends of parts of the way to a place that is as high above ground as `like`, nearly straight each.
 
-        Each part between them is nearly straight.
+        With them comes how far the vehicle may be beside them, as it has cut the corner before, metres.
         """
         terrain, begin, before = self.scenario.terrain, self.here, self.visits[-1]
         assert terrain is not None
@@ -175,35 +174,29 @@ class Unrolled:
             x, y = (begin + share * (place - begin))[:2].tolist()
             return np.array([x, y, float(terrain.height([x, y])) + first + share * (last - first)])
 
-        def shares(low: float, high: float) -> Iterator[float]:
+        def parts(low: float, high: float) -> Iterator[Floats]:
             pair = np.stack([at(low), at(high)])
             if math.dist(*pair[:, :2]) <= LEAST_PART or ground_under(terrain, pair, 0.0).bend <= MAX_BEND:
-                yield high
+                yield pair[1]
             else:
-                yield from shares(low, (low + high) / 2)
-                yield from shares((low + high) / 2, high)
+                yield from parts(low, (low + high) / 2)
+                yield from parts((low + high) / 2, high)
 
-        for share in shares(0.0, 1.0):
-            if share < 1:
-                self._visit(order, at(share), 0.0, follows=True, aside=aside)
-        self.aside = aside
-        return at(1.0)
+        return [*parts(0.0, 1.0)], aside
 
     def _land(self, order: Order, *, last: bool) -> None:
         over = self._local(order, order.place) if order.place is not None else self.here
-        self._visit(order, np.array([*over[:2], self.here[2]]), 0.0, follows=False)
-        self.visits[-1] = self.visits[-1]._replace(hold=STOP)
+        self._visit(order, np.array([*over[:2], self.here[2]]), hold=STOP)
         if last:
             self.end = "land"
             return
         ground = np.array([*over[:2], float(ground_height(self.scenario, over[:2]))])
         self.landings.append(ground)
-        self._visit(order, base_over(self.scenario, ground), 0.0, follows=False)
-        self.visits[-1] = self.visits[-1]._replace(hold=STOP)
+        self._visit(order, base_over(self.scenario, ground), hold=STOP)
         self.flies = False
 
-    def _visit(self, order: Order, at: Floats, radius: float, *, follows: bool, aside: float = 0.0) -> None:
-        self.visits.append(Visit(order, at, radius, 0.0, self.speed, follows, aside))
+    def _visit(self, order: Order, at: Floats, radius: float = 0.0, hold: float = 0.0, **over_ground: Any) -> None:
+        self.visits.append(Visit(order, at, radius, hold, self.speed, **over_ground))
         self.here = at
 
     def _radius(self, order: Order) -> float:
@@ -228,10 +221,7 @@ class Unrolled:
         stays = math.isnan(latitude) or math.isnan(longitude)
         if latitude == 0 and longitude == 0:
             if self.autopilot.name != "ardupilot" and order.kind is OrderKind.WAYPOINT:
-                raise InputError(
-                    f"{self.waypoints.name}: item {order.number}: latitude and longitude are 0, where "
-                    f"{self.autopilot.title} would fly to"
-                )
+                raise self._refused(order, f"latitude and longitude are 0, where {self.autopilot.title} would fly to")
             stays = True
         x, y = self.here[:2] if stays else to_local(origin, [[latitude, longitude, 0.0]])[0, :2]
         if self.autopilot.name == "ardupilot" and altitude.metres == 0 and self.flies:  # Copter stays as high as it is
@@ -240,8 +230,7 @@ class Unrolled:
             z = self.home[2] + altitude.metres
         elif isinstance(altitude, AboveGround):
             if self.scenario.terrain is None:
-                where = f"{self.waypoints.name}: item {order.number}"
-                raise InputError(f"{where}: a height above ground needs the ground", field="terrain")
+                raise self._refused(order, "a height above ground needs the ground", "terrain")
             z = float(self.scenario.terrain.height([x, y])) + self.lift + altitude.metres
         else:
             z = altitude.metres - origin.altitude
