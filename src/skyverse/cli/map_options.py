@@ -25,17 +25,12 @@ from skyverse.cli.watch import console
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import BuildOptions, MapDetail, MapFiles, MapRegion
 from skyverse.maps.georeference.reading import Raster, Reading
+from skyverse.model.built_with import FILES
 from skyverse.model.caution import stands_out
 from skyverse.model.vehicle_profiles import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note
-
-what = Group("What to read", sort_key=1)
-fleet = Group("What the UAVs are", sort_key=1)
-where = Group("What part of the world, and how", sort_key=2)
-terrain_files = Group("How terrain files are to be read, where they do not say", sort_key=3)
-other_files = Group("How files of buildings and zones are to be read, where they do not say", sort_key=4)
 
 
 def _risk(word: str) -> tuple[str, float]:
@@ -84,13 +79,7 @@ class _TextOption(NamedTuple):
 
 
 _several = Parameter(consume_multiple=True)
-_TEXTS = {
-    "terrain": _TextOption(list[Path], settings=_several),
-    "buildings": _TextOption(list[Path], settings=_several),
-    "zones": _TextOption(list[Path], settings=_several),
-    "voxels": _TextOption(list[Path], settings=_several),
-    "fence": _TextOption(list[Path], settings=_several),
-    "max_heights": _TextOption(list[Path], settings=_several),
+_TEXTS = {name: _TextOption(list[Path], settings=_several) for name in FILES} | {
     "soft_zones": _TextOption(list[str], "`FILE=RISK`", lambda words: list(map(_risk, words)), _several),
     "licence": _TextOption(list[str], "`FILE=TEXT`", lambda words: dict(map(_licence, words)), _several),
     "uav": _TextOption(
@@ -121,13 +110,14 @@ _TEXTS = {
 }
 """By the option's name; the values of all others are numbers and words, written as they are."""
 Verb = TypeVar("Verb", bound=Callable[..., object])
+_where = Group("What part of the world, and how", sort_key=2)
 MAPS = {
-    MapFiles: what,
-    FleetLimits: fleet,
-    MapRegion: where,
-    MapDetail: where,
-    Raster: terrain_files,
-    Reading: other_files,
+    MapFiles: Group("What to read", sort_key=1),
+    FleetLimits: Group("What the UAVs are", sort_key=1),
+    MapRegion: _where,
+    MapDetail: _where,
+    Raster: Group("How terrain files are to be read, where they do not say", sort_key=3),
+    Reading: Group("How files of buildings and zones are to be read, where they do not say", sort_key=4),
 }
 
 
@@ -192,15 +182,8 @@ def values_of(owner: type, given: dict[str, Any]) -> dict[str, Any]:
 
 def map_files(given: Mapping[str, Any]) -> list[Path]:
     """Return all files that options of maps name."""
-    soft = (Path(path) for path, _ in map(_risk, given.get("soft_zones", ())))
-    return [
-        *(
-            path
-            for kind in ("terrain", "buildings", "zones", "fence", "max_heights", "voxels")
-            for path in given.get(kind, ())
-        ),
-        *soft,
-    ]
+    files = [path for name in FILES - {"soft_zones"} for path in given.get(name, ())]
+    return [*files, *(Path(file) for file, _ in map(_risk, given.get("soft_zones", ())))]
 
 
 def build_options(name: str, given: dict[str, Any], on_note: "Callable[[Note], object]") -> BuildOptions:

@@ -14,8 +14,8 @@ from .ground_relief import along as along
 from .ground_relief import cleared as cleared
 from .ground_relief import relief as relief
 from .ground_relief import tinted as tinted
+from .judged_page import JudgedScene as JudgedScene
 from .judged_page import judged_page as judged_page
-from .judged_page import judged_scene as judged_scene
 from .map_figure import INK as INK
 from .map_figure import blank as blank
 from .map_figure import legend_entries as legend_entries

@@ -1,20 +1,15 @@
 """Missions of autopilots that were judged, as one web page: what is wrong, where, and what was judged."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
 from skyverse._version import __version__
 from skyverse.draw.margin_traces import told
 from skyverse.draw.mission_page import listed_sentences
-from skyverse.draw.scenes import LandingPlace, NumberedPlace, Scene, SceneFinding
+from skyverse.draw.scenes import Scene
 from skyverse.draw.template import MAX_SHOWN_FINDINGS, card, facts_list, filled, finding_line, scene_data, table, tiles
-from skyverse.draw.track import track
 from skyverse.model.caution import stands_out
-from skyverse.model.mission import PlannedFlight
-from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
-from skyverse.model.trajectory import Trajectory
 
 _LINES = (
     "Numbers: items, as ground stations count them. Red: legs that fail, with a dot where that is worst. Amber: from "
@@ -37,30 +32,6 @@ class JudgedScene(Scene):
     cautions: tuple[str, ...]
     notes: tuple[str, ...]
     figures: tuple[tuple[str, str, str], ...]
-
-
-def judged_scene(
-    scenario: Scenario,
-    flights: Sequence[Trajectory],
-    findings: Sequence[SceneFinding],
-    places: Sequence[NumberedPlace],
-    landings: Sequence[LandingPlace],
-    **words: tuple[tuple[str, ...], ...] | tuple[str, ...],
-) -> JudgedScene:
-    """Return the scene of flights, one for each UAV of a scenario; the `words` are those of `JudgedScene`."""
-    flown = zip(scenario.uavs, flights, strict=True)
-    return JudgedScene(
-        scenario=scenario,
-        tracks=tuple(
-            track(PlannedFlight(uav=uav, trajectory=flight), number, scenario.bounds)
-            for number, (uav, flight) in enumerate(flown)
-        ),
-        spare_targets=(),
-        findings=tuple(findings),
-        places=tuple(places),
-        landings=tuple(landings),
-        **words,  # type: ignore[arg-type]
-    )
 
 
 def judged_page(scene: JudgedScene) -> str:

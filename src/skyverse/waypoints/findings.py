@@ -1,13 +1,13 @@
 """What may be wrong with a mission that people have: records without sentences, which `report` makes of them."""
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 from skyverse.exports.way_home import WAYS
 from skyverse.model.shapes import FENCE, Shape
 
 
-class Subject(Enum):
+class Subject(StrEnum):
     """What a finding is about: the rows of the table."""
 
     LEGS = "legs"
@@ -20,7 +20,7 @@ class Subject(Enum):
     APART = "separation"
 
 
-class FindingKind(Enum):
+class FindingKind(StrEnum):
     """What is found."""
 
     GROUND = "ground"

@@ -5,13 +5,15 @@ from typing import Literal
 
 import numpy as np
 
-from skyverse.draw import NumberedPlace, SceneFinding, judged_page, judged_scene
+from skyverse.draw import JudgedScene, LandingPlace, NumberedPlace, SceneFinding, judged_page
+from skyverse.draw.track import track
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_local
+from skyverse.model.mission import PlannedFlight
 from skyverse.model.short_lines import counted, told_clock, told_metres
 from skyverse.waypoints.findings import MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
-from skyverse.waypoints.report import assumptions, check_table, finding_line, homes_marked, subject_and_words
+from skyverse.waypoints.report import assumptions, check_table, finding_line, subject_and_words
 from skyverse.waypoints.site import with_fence
 
 INSTANTS = 4000
@@ -31,12 +33,17 @@ def check_page(fleet: CheckedFleet) -> str:
     shown = fleet.scenario
     for mission in fleet.missions:
         shown = with_fence(shown, mission.flown.waypoints, mission.flown.plan.autopilot.name)
-    scene = judged_scene(
-        shown,
-        [mission.flown.plan.predicted() for mission in fleet.missions],
-        [_drawn(fleet, number, one) for number, one in told if one.wrong],
-        list(_places(fleet)),
-        homes_marked(fleet),
+    flights = [(uav, one.flown.plan.predicted()) for uav, one in zip(shown.uavs, fleet.missions, strict=True)]
+    scene = JudgedScene(
+        scenario=shown,
+        tracks=tuple(
+            track(PlannedFlight(uav=uav, trajectory=flight), number, shown.bounds)
+            for number, (uav, flight) in enumerate(flights)
+        ),
+        spare_targets=(),
+        findings=tuple(_drawn(fleet, number, one) for number, one in told if one.wrong),
+        places=tuple(_places(fleet)),
+        landings=tuple(_homes(fleet)),
         verdicts=(
             ("", *(mission.flown.waypoints.name for mission in fleet.missions)),
             *((name, *(one.get(name, "") for one in tables)) for name in names),
@@ -72,6 +79,14 @@ def _places(fleet: CheckedFleet) -> Iterator[NumberedPlace]:
                 shown.add(visit.order.number)
                 x, y, z = visit.at.tolist()
                 yield NumberedPlace(uav, visit.order.number, (x, y, z), float(time), visit.order.number in wrong)
+
+
+def _homes(fleet: CheckedFleet) -> Iterator[LandingPlace]:
+    for number, mission in enumerate(fleet.missions):
+        x, y, z = mission.flown.plan.home.tolist()
+        level = z + mission.flown.return_altitude
+        words = f"{fleet.scenario.uavs[number].name}: home; it returns {mission.flown.return_altitude:.4g} m above it"
+        yield LandingPlace(number, words, (x, y, z), level)
 
 
 def _drawn(fleet: CheckedFleet, number: int, finding: MissionFinding) -> SceneFinding:

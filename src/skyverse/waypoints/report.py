@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from skyverse.draw import LandingPlace
 from skyverse.exports.separation import Apart
 from skyverse.model.caution import Caution
 from skyverse.model.flight_table import told_energy
@@ -29,39 +28,34 @@ _NOUNS = {
 }
 """What the numbers of a finding are, where its subject alone does not say it."""
 
-_NEAR = {
-    FindingKind.GROUND: "may be {off:.3g} m above ground, where {limit:.1f} m are required",
-    FindingKind.FENCE: "may come within {off:.3g} m of the fence",
-    FindingKind.OBSTACLE: "may come within {off:.3g} m of {name}, where {limit:.1f} m off it are required",
-}
-_INSIDE = {
-    FindingKind.GROUND: "may be {off:.3g} m below ground, where {limit:.1f} m above it are required",
-    FindingKind.FENCE: "may cross the fence",
-    FindingKind.OBSTACLE: "may be {off:.3g} m inside {name}, where {limit:.1f} m off it are required",
-}
-_RETURN = "no return at {altitude:.4g} m above home is proven from {begin} to {end} min of the flight: {kind}"
-_REFUSED = "{autopilot} takes no {kind} in missions, and refuses these orders"
+_NEAR = "may {near} {one.name}, where {one.limit:.1f} m off it are required"
+_RETURN = "no return at {mission.back.altitude:.4g} m above home is proven from {times} min of the flight: {one.kind}"
+_REFUSED = "{autopilot} takes no {one.kind} in missions, and refuses these orders"
 _SAID = {
-    FindingKind.CEILING: "may be {off:.3g} m above the ceiling of {max_height:.4g} m above ground",
+    FindingKind.GROUND: "may be {off:.3g} m {above} ground, where {one.limit:.1f} m above it are required",
+    FindingKind.CEILING: "may be {off:.3g} m above the ceiling of {mission.scenario.max_height:.4g} m above ground",
+    FindingKind.OBSTACLE: _NEAR,
+    FindingKind.ZONE: _NEAR,
+    FindingKind.FENCE: "may {crosses} the fence",
     FindingKind.BOUNDS: "may be {off:.3g} m out of bounds",
     FindingKind.UNDECIDED: "could not be decided",
     FindingKind.CURVED: "the curves that these orders ask for are not published, so nothing is proven of them: "
     "fly straight legs",
-    FindingKind.LANDING: "it cannot land there, as {name}",
-    FindingKind.NO_WAY_BACK: "it does not return along its mission, since {name}",
-    FindingKind.HOME_ALTITUDE: "home is at {found:.1f} m above the sea by the file, and the ground there at "
-    "{limit:.1f} m by the terrain: it was planned over another ground",
+    FindingKind.LANDING: "it cannot land there, as {one.name}",
+    FindingKind.NO_WAY_BACK: "it does not return along its mission, since {one.name}",
+    FindingKind.HOME_ALTITUDE: "home is at {one.found:.1f} m above the sea by the file, and the ground there at "
+    "{one.limit:.1f} m by the terrain: it was planned over another ground",
     FindingKind.HOME_MOVED: "these orders move home, from which returns and heights above home count from there on: "
     "all is judged as if they were left out",
     FindingKind.NO_TERRAIN_FOLLOWING: _REFUSED,
     FindingKind.NO_CIRCLES: _REFUSED,
-    FindingKind.SPEED: "{found:.3g} m/s is commanded, and {name} flies {limit:.3g} m/s at most",
-    FindingKind.CLOSE: "comes too close to {name}{at}, if both start together",
+    FindingKind.SPEED: "{one.found:.3g} m/s is commanded, and {one.name} flies {one.limit:.3g} m/s at most",
+    FindingKind.CLOSE: "comes too close to {one.name}{at}, if both start together",
     FindingKind.TURNS: "{autopilot} turns an aeroplane at a distance of its own: legs are proven, and corners are not",
     FindingKind.RETURN: "the return of an aeroplane is not judged",
     FindingKind.NOT_AEROPLANE: "the file is for an aeroplane, and is judged as flown by a vehicle that can stop",
-    FindingKind.COUNT: "{found:,.0f} items, and usual boards with {autopilot} take {limit:,.0f}",
-    FindingKind.LENGTH: "it is {found:,.0f} m long, and {autopilot} may refuse more than {limit:,.0f} m",
+    FindingKind.COUNT: "{one.found:,.0f} items, and usual boards with {autopilot} take {one.limit:,.0f}",
+    FindingKind.LENGTH: "it is {one.found:,.0f} m long, and {autopilot} may refuse more than {one.limit:,.0f} m",
 }
 
 
@@ -86,16 +80,15 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     zones = met[FindingKind.ZONE] + met[FindingKind.FENCE]
     rows.append(("fence and zones", _kept(zones) if flown.waypoints.fence or scenario.obstacles else "none"))
     rows.append(("bounds", _kept(met[FindingKind.BOUNDS])))
-    summary = mission.summary
-    energy = "" if summary.energy is None else f", about {told_energy(summary.energy)}"
-    rows.append(("flight", f"{told_clock(summary.time)} min, {told_metres(summary.length)}{energy}"))
+    length, time, energy = told_metres(mission.summary.length), told_clock(mission.summary.time), mission.summary.energy
+    rows.append(("flight", f"{time} min, {length}" + ("" if energy is None else f", about {told_energy(energy)}")))
     if mission.photos is not None:
         rows.append(("photos", f"{mission.photos:,} by distance"))
     rows.append(("limits", "kept" if not mission.of(Subject.LIMITS) else f"{Caution.NOT} kept"))
-    others = [(pair, kind) for pair, kind in fleet.apart.pairs.items() if number in pair]
-    for (first, second), kind in others:
-        other = scenario.uavs[second if first == number else first].name
-        rows.append((f"apart from {other}", KEPT.get(kind, f"{Caution.NOT}: too close")))
+    for pair, kind in fleet.apart.pairs.items():
+        if number in pair:
+            other = scenario.uavs[sum(pair) - number].name
+            rows.append((f"apart from {other}", KEPT.get(kind, f"{Caution.NOT}: too close")))
     return rows
 
 
@@ -123,26 +116,19 @@ def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding)
 
 def _said(mission: CheckedMission, finding: MissionFinding) -> str:
     """Return what is wrong, in words that stand alone."""
-    kind, found, limit = finding.kind, finding.found or 0.0, finding.limit or 0.0
-    if kind in (FindingKind.GROUND, FindingKind.OBSTACLE, FindingKind.ZONE, FindingKind.FENCE):
-        words = _NEAR if found >= 0 else _INSIDE
-        said = words.get(kind, words[FindingKind.OBSTACLE])
-    else:
-        said = _SAID.get(kind, _RETURN)
-    back, (begin, end) = mission.back, map(told_clock, finding.times or (0.0, 0.0))
-    at = "" if finding.times is None else f" at {begin} min"
-    return said.format(
-        kind=kind.value,
-        name=finding.name,
-        found=found,
-        off=abs(found),
-        limit=limit,
-        at=at,
-        begin=begin,
-        end=end,
+    found, times = finding.found or 0.0, [told_clock(at) for at in finding.times or ()]
+    off, inside = abs(found), found < 0
+    near = f"be {off:.3g} m inside" if inside else f"come within {off:.3g} m of"
+    return _SAID.get(finding.kind, _RETURN).format(
+        one=finding,
+        mission=mission,
         autopilot=mission.flown.plan.autopilot.title,
-        altitude=0.0 if back is None else back.altitude,
-        max_height=mission.scenario.max_height or 0.0,
+        off=off,
+        above="below" if inside else "above",
+        near=near,
+        crosses="cross" if inside else near,
+        at=f" at {times[0]} min" if times else "",
+        times=" to ".join(times),
     )
 
 
@@ -164,43 +150,33 @@ def assumptions(fleet: CheckedFleet, number: int) -> Iterator[str]:
 
 def as_data(fleet: CheckedFleet) -> list[dict[str, Any]]:
     """Return what is found of each mission as plain data, in the order in which they were given."""
-    made = []
-    for number, mission in enumerate(fleet.missions):
-        findings = [
-            asdict(one)
-            | {"subject": one.subject.value, "kind": one.kind.value, "what": one.what, "deep": one.deep}
-            | {"wrong": one.wrong, "said": _said(mission, one)}
+    return [_data(fleet, number, mission) for number, mission in enumerate(fleet.missions)]
+
+
+def _data(fleet: CheckedFleet, number: int, mission: CheckedMission) -> dict[str, Any]:
+    back = mission.back
+    return {
+        "file": mission.flown.waypoints.name,
+        "proven": mission.is_proven,
+        "findings": [
+            asdict(one) | {"what": one.what, "deep": one.deep, "wrong": one.wrong, "said": _said(mission, one)}
             for one in mission.findings
-        ]
-        rows = dict(check_table(fleet, number))
-        summary = asdict(mission.summary)
-        heights = {
-            name: None if height is None else height._asdict()
-            for name, height in (("lowest", mission.lowest), ("highest", mission.highest))
-        }
-        back = mission.back
-        home = None if back is None else {"altitude": back.altitude, "everywhere": back.everywhere}
-        made.append(
-            {
-                "file": mission.flown.waypoints.name,
-                "proven": mission.is_proven,
-                "findings": findings,
-                "table": rows,
-                "flight": summary,
-                "photos": mission.photos,
-                "way_home": home,
-                **heights,
-                "assumed": list(assumptions(fleet, number)),
-            }
-        )
-    return made
+        ],
+        "table": dict(check_table(fleet, number)),
+        "flight": asdict(mission.summary),
+        "photos": mission.photos,
+        "way_home": None if back is None else {"altitude": back.altitude, "everywhere": back.everywhere},
+        "lowest": mission.lowest and mission.lowest._asdict(),
+        "highest": mission.highest and mission.highest._asdict(),
+        "assumed": list(assumptions(fleet, number)),
+    }
 
 
 def _verdict(mission: CheckedMission, subject: Subject, count: int) -> str:
-    wrong = mission.of(subject)
-    if not wrong:
-        return f"{count:,} {PROVEN}" if count != 1 else PROVEN
-    return NOT if count == 1 else f"{NOT}: {len(wrong):,} of {count:,}"
+    wrong = {one.items for one in mission.of(subject)}
+    if count == 1:
+        return NOT if wrong else PROVEN
+    return f"{NOT}: {len(wrong):,} of {count:,}" if wrong else f"{count:,} {PROVEN}"
 
 
 def _radii(radii: np.ndarray[Any, Any]) -> str:
@@ -223,9 +199,8 @@ def _way_home(mission: CheckedMission) -> str:
     back = mission.back
     if back is None:
         return "not judged"
-    where = (
-        f"{PROVEN} at every instant" if back.everywhere else f"{NOT} in {counted(len(back.gaps), 'part')} of the flight"
-    )
+    parts = counted(len(back.gaps), "part")
+    where = f"{PROVEN} at every instant" if back.everywhere else f"{NOT} in {parts} of the flight"
     return f"{where}, {'along its mission' if back.retraces else f'at {back.altitude:.4g} m above home'}"
 
 
@@ -242,14 +217,3 @@ def _listed(items: Sequence[int]) -> str:
     """Return items one by one, the first of many: ``3, 7``."""
     more = f" and {len(items) - MOST_LISTED} more" if len(items) > MOST_LISTED else ""
     return ", ".join(map(str, items[:MOST_LISTED])) + more
-
-
-def homes_marked(fleet: CheckedFleet) -> tuple[LandingPlace, ...]:
-    """Return the homes to which vehicles return, as a page marks them."""
-    made = []
-    for number, mission in enumerate(fleet.missions):
-        x, y, z = mission.flown.plan.home.tolist()
-        level = z + mission.flown.return_altitude
-        words = f"{fleet.scenario.uavs[number].name}: home; it returns {mission.flown.return_altitude:.4g} m above it"
-        made.append(LandingPlace(number, words, (x, y, z), level))
-    return tuple(made)
