@@ -56,7 +56,7 @@ def check(
         raise InputError("expected a mission to judge, found none", field="missions")
     import skyverse as sky
 
-    planned = [one for one in missions if one.lower().endswith(".json")]
+    planned = [one for one in missions if Path(one).suffix.lower() in ("", ".json")]
     if planned:
         if len(missions) > 1 or given or page is not None:
             said = "expected it alone, with --scenario at most, found more"
