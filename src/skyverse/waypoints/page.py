@@ -98,7 +98,7 @@ def _drawn(fleet: CheckedFleet, number: int, finding: MissionFinding) -> SceneFi
     severity: Literal["warning", "error"] = "error" if finding.part is not None or finding.times is None else "warning"
     flight, stretch, time, place = flown.plan.predicted(), None, None, None
     times = finding.times
-    if finding.part is not None and finding.subject is not Subject.CORNERS:
+    if finding.part is not None and finding.subject in (Subject.LEGS, Subject.TAKEOFF):
         before, after = flown.ends(finding.part)
         times = float(flown.plan.arrivals[before] if before >= 0 else flight.start), float(flown.plan.arrivals[after])
     if times is not None and times[0] < times[1]:
