@@ -88,7 +88,7 @@ class LegChecker:
         return self._remembered(self.corner if radius else self.leg, points, *radius)
 
     def _remembered(self, check: Callable[..., Checked], points: Floats, *radius: float) -> tuple[Checked, bytes]:
-        asked = np.r_[points.ravel(), radius].tobytes()
+        asked = points.tobytes() + np.array(radius, dtype=np.float64).tobytes()
         if asked not in self._known:
             self._known[asked] = check(*points, *radius)
         return self._known[asked], asked

@@ -7,6 +7,7 @@ orders, the place, what is met, how deep, and the altitude that would clear it.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -58,24 +59,39 @@ class CheckedMission:
         Where, with the fence of its own file.
     findings
         What is wrong with it, and what must be heeded.
-    lowest, highest
-        The least and the greatest height above ground after the take-off, if the ground is known.
     back
         Its way home; ``None`` for an aeroplane.
-    summary
-        Length, time and energy of the flight.
-    photos
-        How many photos its triggers by distance take; ``None`` if it has none.
     """
 
     flown: FlownMission
     scenario: Scenario
     findings: tuple[MissionFinding, ...]
-    lowest: Height | None
-    highest: Height | None
     back: WayHome | None
-    summary: FlightSummary
-    photos: int | None
+
+    @cached_property
+    def _heights(self) -> tuple[Height | None, Height | None]:
+        return (None, None) if self.scenario.terrain is None else _heights(self.flown, self.scenario)
+
+    @property
+    def lowest(self) -> Height | None:
+        """The least height above ground after the take-off, if the ground is known."""
+        return self._heights[0]
+
+    @property
+    def highest(self) -> Height | None:
+        """The greatest height above ground after the take-off, if the ground is known."""
+        return self._heights[1]
+
+    @cached_property
+    def summary(self) -> FlightSummary:
+        """Length, time and energy of the flight."""
+        plan = self.flown.plan
+        return flight_summary(self.scenario.uavs[plan.route.uav], plan.waypoints, plan.predicted())
+
+    @property
+    def photos(self) -> int | None:
+        """How many photos its triggers by distance take; ``None`` if it has none."""
+        return _photos(self.flown)
 
     @property
     def is_proven(self) -> bool:
@@ -115,16 +131,11 @@ def check_flown(flown: FlownMission, scenario: Scenario, ground: float | None) -
         back = replace(back, gaps=gaps, lines=(), retraces=True)
         returns = [*along, *(one for one in returns if one.subject is Subject.END and not flown.returns_along)]
     found += returns
-    low, high = _heights(flown, scenario) if scenario.terrain is not None else (None, None)
     return CheckedMission(
         flown,
         scenario,
         tuple(sorted(found, key=lambda one: (not one.wrong, list(Subject).index(one.subject)))),
-        low,
-        high,
         back,
-        flight_summary(scenario.uavs[uav], plan.waypoints, plan.predicted()),
-        _photos(flown),
     )
 
 

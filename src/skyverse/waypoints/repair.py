@@ -26,6 +26,7 @@ from skyverse.waypoints.check import CheckedMission
 from skyverse.waypoints.findings import Subject
 from skyverse.waypoints.fleet import CheckedFleet, check_at, site_of
 from skyverse.waypoints.mender import Mender, renumbered
+from skyverse.waypoints.site import same_site
 from skyverse.waypoints.way_back import why_not_back
 
 SITES = 3
@@ -90,10 +91,12 @@ def repair_waypoints(
     made, met = tuple(missions), tuple(dict[int, str]() for _ in missions)
     for _ in range(SITES):  # where waypoints are added, the maps are read a little otherwise
         site, before = site_of(made, where, settings), made
-        made = _mended(made, met, partial(check_at, site=site, settings=settings, lower=built), lift_only)
+        check = partial(check_at, settings=settings, lower=built)
+        checked, made = _mended(made, met, partial(check, site=site), lift_only)
         # not all can be written; how it returns stands in files of parameters
         again = [replace(rewritten(one), return_altitude=one.return_altitude, retraces=one.retraces) for one in made]
-        checked = check_at(again, site_of(again, where, settings), settings, lower=built)
+        if again != list(before):
+            checked = check(again, site if same_site(again, before, settings) else site_of(again, where, settings))
         if checked.is_proven or made == before:
             break
     told_of = (tuple(changes(*each)) for each in zip(missions, made, met, strict=True))
@@ -105,9 +108,9 @@ def _mended(
     met: Sequence[dict[int, str]],
     check: Callable[[Sequence[Waypoints]], CheckedFleet],
     lift_only: bool,
-) -> tuple[Waypoints, ...]:
+) -> tuple[CheckedFleet, tuple[Waypoints, ...]]:
     """Mend missions at one site, round by round, and return what has the fewest faults, the shortest of it."""
-    tries: list[tuple[int, float, tuple[Waypoints, ...]]] = []
+    tries: list[tuple[int, float, CheckedFleet, tuple[Waypoints, ...]]] = []
 
     def legs(mission: CheckedMission) -> Waypoints:
         return Mender(mission, lift_only=lift_only).mended()
@@ -120,7 +123,7 @@ def _mended(
         checked = check(made)
         wrong = [[one for one in mission.findings if one.wrong] for mission in checked.missions]
         length = sum(mission.summary.length for mission in checked.missions)
-        tries.append((sum(map(len, wrong)), length, made))
+        tries.append((sum(map(len, wrong)), length, checked, made))
         if checked.is_proven or len(tries) > ROUNDS:
             break
         for findings, mission, known in zip(wrong, made, met, strict=True):
@@ -135,7 +138,7 @@ def _mended(
             made = _kept_apart(made, checked)
         if made == before:
             break
-    return min(tries, key=lambda one: one[:2])[2]
+    return min(tries, key=lambda one: one[:2])[2:]
 
 
 def _returning_higher(mission: CheckedMission) -> Waypoints:

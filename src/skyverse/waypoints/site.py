@@ -101,6 +101,13 @@ def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: F
     return Site(derived(scenario, uavs=tuple(uavs)), tuple(places), tuple(grounds), tuple(assumed))
 
 
+def same_site(missions: Sequence[Waypoints], others: Sequence[Waypoints], settings: FlightSettings) -> bool:
+    """Tell whether missions are flown at the site of others: from the same homes, and within the same area."""
+    each = [[home_of(one, settings) for one in some] for some in (missions, others)]
+    same = each[0] == each[1] and [one.home for one in missions] == [one.home for one in others]
+    return same and _area(missions, each[0], AROUND) == _area(others, each[1], AROUND)
+
+
 def _with_room(missions: Sequence[Waypoints], homes: Sequence[tuple[float, float]], options: BuildOptions) -> Scenario:
     """Return the scenario of maps around missions, with room for ways around them if the maps reach that far."""
     options = replace(options, uavs=(), targets=())
