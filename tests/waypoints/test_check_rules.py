@@ -274,3 +274,29 @@ def test_an_order_that_moves_home_is_found_by_its_number(tmp_path, suffix):
         one["doJumpId"] = number
     found = checked(tmp_path, plan(items) if suffix == "plan" else wpl(items), suffix=suffix)
     assert wrong(found) == [("home", (3,), "home moved")]
+
+
+@pytest.mark.parametrize(("vehicle", "fastest", "wrongs"), [(None, None, 0), (None, 10.0, 1), ("camera", None, 1)])
+def test_no_vehicle_is_too_slow_unless_it_or_its_speed_is_named(tmp_path, vehicle, fastest, wrongs):
+    way = tour((NORTH, 0, 30), (NORTH, NORTH, 30))
+    way.insert(2, item(178, 1, 18, -1, 0, 0, 0, 0, frame=2, number=5))
+    mission = checked(tmp_path, plan(way), vehicle=vehicle, max_speed=fastest).missions[0]
+    found = [one for one in mission.findings if one.wrong]
+    assert [one.kind.value for one in found] == ["speed"] * wrongs
+    assert all(one.found == 18 and one.limit in (10, 15) for one in found)
+
+
+def test_what_is_too_low_over_level_ground_is_told_as_too_near_to_the_ground(tmp_path):
+    found = checked(tmp_path, plan(tour((NORTH, 0, 30), (NORTH, NORTH, 1)))).missions[0].findings
+    legs = [one for one in found if one.subject.value == "legs"]
+    assert {one.kind.value for one in legs} == {"ground"}
+    assert {one.items for one in legs} == {(2, 3)}
+    assert all(
+        one.deep == pytest.approx(4.0, abs=0.1) and one.clear_at == pytest.approx(405.0, abs=0.1) for one in legs
+    )
+
+
+@pytest.mark.parametrize("home", [(95.0, 8.0), (47.0, 188.0), (47.0,), "here"])
+def test_a_home_off_the_globe_is_refused(refuses, home):
+    with refuses():
+        sky.FlightSettings(home=home)

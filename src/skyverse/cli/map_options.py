@@ -5,7 +5,7 @@ import inspect
 import re
 import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
@@ -208,26 +208,18 @@ def watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
     Where that ends in a refusal, all notes are printed, as they may explain it.
     """
     try:
-        with _shown(notes) as on_note:
-            yield on_note
+        with console().status("reading maps") if sys.stderr.isatty() else nullcontext() as shown:
+
+            def keep(note: "Note") -> None:
+                notes.append(note)
+                if shown is not None:
+                    shown.update(f"{Path(note.file).name} {note.text}"[:100])
+
+            yield keep
     except InputError:
         for note in notes:
             print(told(note), file=sys.stderr)
         raise
-
-
-@contextmanager
-def _shown(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
-    if not sys.stderr.isatty():
-        yield notes.append
-        return
-    with console().status("reading maps") as status:
-
-        def keep(note: "Note") -> None:
-            notes.append(note)
-            status.update(f"{Path(note.file).name} {note.text}"[:100])
-
-        yield keep
 
 
 def must_be_heeded(note: "Note") -> bool:

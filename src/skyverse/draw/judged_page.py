@@ -15,7 +15,7 @@ _LINES = (
     "Numbers: items, as ground stations count them. Red: legs that fail, with a dot where that is worst. Amber: from "
     "where no return is proven. Rings: what else is wrong. Squares: where it lands when it returns."
 )
-_MEND = "<p>A leg tells from which height it is clear. <code>skyverse repair</code> mends what it can.</p>"
+_MEND = "<p>Where a greater height helps, it is told. <code>skyverse repair</code> mends what it can.</p>"
 _WORDS = {"layers": {"trajectories": "Flights"}, "iterations": "", "value": "", "log": False}
 
 
