@@ -57,6 +57,7 @@ REFUSED = {
     "a version.plan": of_plan(version=1),
     "no items.plan": of_plan(items={"a": 1}),
     "speed.plan": of_plan(hoverSpeed=-3),
+    "a firmware.plan": of_plan(firmwareType={"a": 1}),
     "home.plan": of_plan(plannedHomePosition=[147.0, 8.0, 0]),
     "a structure.plan": given.plan([STRUCTURE]),
     "an older landing pattern.plan": given.plan([LANDING]),

@@ -242,7 +242,7 @@ def _changed(line: _Wayline, made: list[Step]) -> bytes:
         set_text(mark, "Point/coordinates", ",".join([written(longitude), written(latitude), *rest]))
         common = text(mark, "useGlobalHeight") == "1"
         for tag in ("executeHeight", "height", "ellipsoidHeight") if step.rise else ():
-            former = text(line.folder, "globalHeight") if common and tag == "height" else text(mark, tag)
+            former = line.common.get("globalHeight") if common and tag == "height" else text(mark, tag)
             metres = parse_number(former or "0", f"{line.where}: {tag!r}") + step.rise
             set_text(mark, tag, written(metres, 4))
         if common and step.rise and find(mark, "height") is not None:

@@ -91,8 +91,8 @@ class _Mission(_Part):
     version: Literal[2]
     items: list[dict[str, Any]]
     planned_home_position: Annotated[list[Number | None], Field(min_length=2, max_length=3)] | None = None
-    firmware_type: Any = None
-    vehicle_type: Any = None
+    firmware_type: Number | None = None
+    vehicle_type: Number | None = None
     cruise_speed: Speed | None = None
     hover_speed: Speed | None = None
 

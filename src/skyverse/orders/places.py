@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from skyverse.errors import InputError, parse_number
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
-from skyverse.model.waypoints import Order, OrderKind, Waypoints
+from skyverse.model.waypoints import OrderKind, Waypoints
 
 REFERENCES: dict[str, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
 
@@ -36,45 +36,25 @@ class Step(NamedTuple):
 
     Attributes
     ----------
-    source
-        Which of the file's places it is, or is made like.
-    new
-        Whether it is added after that one; or before it, if the file has none before.
-    order, former
-        What it shall be, and what its source is.
+    source, new
+        Which of the file's places it is; or is made like, and is added after, or before it if there is none before.
+    place, moved
+        Where it shall be, and whether that is elsewhere than its source.
+    rise
+        Metres by which it is higher than its source.
+    stops
+        Whether a stop is to be added, as at all that is new: nothing says how wide a turn may be there.
+    turns
+        Within how many metres it turns, if that is to be changed.
     """
 
     source: int
     new: bool
-    order: Order
-    former: Order
-
-    @property
-    def place(self) -> GlobalPlace:
-        """Where it shall be."""
-        assert self.order.place is not None
-        return self.order.place
-
-    @property
-    def moved(self) -> bool:
-        """Whether it is elsewhere than its source."""
-        return self.order.place != self.former.place
-
-    @property
-    def rise(self) -> float:
-        """Metres by which it is higher than its source."""
-        assert self.former.place is not None
-        return self.place[2].metres - self.former.place[2].metres
-
-    @property
-    def stops(self) -> bool:
-        """Whether a stop is to be added, as at all that is new: nothing says how wide a turn may be there."""
-        return self.new or self.order.seconds > self.former.seconds
-
-    @property
-    def turns(self) -> float | None:
-        """Within how many metres it turns, if that is to be changed."""
-        return None if self.new or self.order.radius == self.former.radius else self.order.radius
+    place: GlobalPlace
+    moved: bool
+    rise: float
+    stops: bool
+    turns: float | None
 
 
 def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterator[Step]:
@@ -109,4 +89,7 @@ def steps(before: Waypoints, after: Waypoints, in_file: Sequence[int]) -> Iterat
         if order.place is None or former.place is None or type(order.place[2]) is not type(former.place[2]):
             said = f"expected a place as that of {former.name} {former.number}"
             raise InputError(f"{after.name}: order {order.number}: {said}")
-        yield Step(max(source, 0), order.item is None, order, former)
+        new, rise = order.item is None, order.place[2].metres - former.place[2].metres
+        turns = None if new or order.radius == former.radius else order.radius
+        stops = new or order.seconds > former.seconds
+        yield Step(max(source, 0), new, order.place, order.place != former.place, rise, stops, turns)
