@@ -1,14 +1,11 @@
 """`skyverse check` of missions that people have: exit codes, JSON, pages, and what is refused."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import rasterio
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "waypoints"))
 
 from written_missions import item, plan
 

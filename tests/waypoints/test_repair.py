@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from written_missions import NAN, item, plan
 
 import skyverse as sky
 from skyverse.waypoints.taut_line import taut_line, with_fewer_bends
+from written_missions import NAN, item, plan
 
 ORIGIN = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0)
 TOWER = sky.Box(min=(140, -20, 0), max=(160, 20, 90), kind="building", name="tower")

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from test_repair import flight, mended, place, scenario
-from written_missions import item
 
 import skyverse as sky
 from skyverse.waypoints import FindingKind, Subject
+from written_missions import item
 
 SHUT = sky.Box(min=(60, -250, 0), max=(80, 100, 200), kind="building", name="block")
 """As high as the bounds: nothing leads over it."""

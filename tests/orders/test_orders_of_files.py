@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 
 import pytest
-import written_missions as given
 
 import skyverse as sky
+import written_missions as given
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.waypoints import OrderKind as Kind
 

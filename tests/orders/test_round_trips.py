@@ -8,11 +8,11 @@ import zipfile
 from dataclasses import replace
 
 import pytest
-import written_missions as given
 from hypothesis import given as drawn
 from hypothesis import strategies as st
 
 import skyverse as sky
+import written_missions as given
 from skyverse.model.waypoints import Order
 from skyverse.model.waypoints import OrderKind as Kind
 
