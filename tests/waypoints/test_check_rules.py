@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from written_missions import item, litchi, litchi_row, plan
 
 import skyverse as sky
+from written_missions import item, litchi, litchi_row, plan
 
 LEVEL = sky.AboveSea(400.0)
 NORTH = 0.001
