@@ -3,7 +3,7 @@
 import base64
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -195,8 +195,7 @@ def _ends(scene: Scene) -> Trace:
 def _findings(scene: Scene) -> list[Trace]:
     placed = [finding for finding in scene.findings if finding.position is not None]
     places = [finding.position[:2] for finding in placed if finding.position is not None]
-    lines = {one: one.stretch[:, :2] for one in scene.findings if one.stretch is not None}
-    drawn = stretches("scatter", [*lines], [*lines.values()])
+    drawn = stretches("scatter", scene.findings, lambda line: line[:, :2])
     return [*drawn, *rings(placed, np.array(places, dtype=np.float64).reshape(-1, 2))]
 
 
@@ -218,17 +217,15 @@ def finding_marks(found: Sequence[SceneFinding], size: int) -> Trace:
     }
 
 
-def stretches(form: str, found: Sequence[SceneFinding], lines: Sequence[Floats]) -> list[Trace]:
-    """Return the stretches of flights that are wrong, (n, 2) or (n, 3) each, one trace for each colour."""
+def stretches(form: str, found: Sequence[SceneFinding], seen: Callable[[Floats], Floats]) -> list[Trace]:
+    """Return the stretches of flights that are wrong, as `seen` makes points of theirs, one trace for each colour."""
     made = []
     for severity, colour in FINDINGS.items():
-        some = [line for one, line in zip(found, lines, strict=True) if one.severity == severity]
+        some = [seen(one.stretch) for one in found if one.severity == severity and one.stretch is not None]
         if some:
             points = np.concatenate([np.vstack([line, np.full_like(line[:1], np.nan)]) for line in some])
-            axes, style = "xyz"[: points.shape[1]], {"color": colour, "width": 6}
-            made.append(
-                trace(form, "lines", "Found wrong", columns(points, axes), None, {"role": "finding"}, line=style)
-            )
+            where, style = columns(points, "xyz"[: points.shape[1]]), {"color": colour, "width": 6}
+            made.append(trace(form, "lines", "Found wrong", where, None, {"role": "finding"}, line=style))
     return made
 
 

@@ -1,6 +1,7 @@
 """The altitude profile of each flight as plotly traces."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -68,12 +69,8 @@ def _marked(profile: Profile, uav: int, scene: Scene) -> Iterator[Trace]:
         return np.column_stack([along, [np.nan if one.position is None else one.position[2] for one in marked]])
 
     if found:
-        lines = {one: one.stretch for one in found if one.stretch is not None}
-        along = (
-            np.column_stack([np.interp(t, times, profile.distance), z])
-            for _, _, z, t in map(np.transpose, lines.values())
-        )
-        yield from stretches("scatter", [*lines], [*along])
+        along = partial(np.interp, xp=times, fp=profile.distance)
+        yield from stretches("scatter", found, lambda line: np.column_stack([along(line[:, 3]), line[:, 2]]))
         yield from rings(found, at(found))
     if places:
         yield from numbered(places, at(places))

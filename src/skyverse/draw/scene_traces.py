@@ -67,8 +67,7 @@ def findings(scene: Scene) -> list[Trace]:
     placed = [finding for finding in scene.findings if finding.position is not None]
     words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
     marks = finding_marks(placed, 16)
-    lines = {one: one.stretch[:, :3] for one in scene.findings if one.stretch is not None}
-    drawn = stretches("scatter3d", [*lines], [*lines.values()])
+    drawn = stretches("scatter3d", scene.findings, lambda line: line[:, :3])
     return [*drawn, _marks("Found wrong", (finding.position for finding in placed), words, marks, "finding")]
 
 

@@ -11,7 +11,7 @@ from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_local
 from skyverse.model.mission import PlannedFlight
 from skyverse.model.short_lines import counted, told_clock, told_metres
-from skyverse.waypoints.findings import MissionFinding, Subject
+from skyverse.waypoints.findings import Subject
 from skyverse.waypoints.fleet import CheckedFleet
 from skyverse.waypoints.report import assumptions, check_table, finding_line, subject_and_words
 from skyverse.waypoints.site import with_fence
@@ -41,7 +41,7 @@ def check_page(fleet: CheckedFleet) -> str:
             for number, (uav, flight) in enumerate(flights)
         ),
         spare_targets=(),
-        findings=tuple(_drawn(fleet, number, one) for number, one in told if one.wrong),
+        findings=tuple(one for number in numbers for one in _wrong(fleet, number)),
         places=tuple(_places(fleet)),
         landings=tuple(_homes(fleet)),
         verdicts=(
@@ -85,28 +85,30 @@ def _homes(fleet: CheckedFleet) -> Iterator[LandingPlace]:
     for number, mission in enumerate(fleet.missions):
         x, y, z = mission.flown.plan.home.tolist()
         level = z + mission.flown.return_altitude
-        words = f"{fleet.scenario.uavs[number].name}: home; it returns {mission.flown.return_altitude:.4g} m above it"
+        how = "along its mission" if mission.flown.retraces else f"{mission.flown.return_altitude:.4g} m above it"
+        words = f"{fleet.scenario.uavs[number].name}: home; it returns {how}"
         yield LandingPlace(number, words, (x, y, z), level)
 
 
-def _drawn(fleet: CheckedFleet, number: int, finding: MissionFinding) -> SceneFinding:
-    """Return a finding as it is drawn: its place, and the stretch of the flight that is wrong."""
-    origin, flown = fleet.scenario.frame.origin, fleet.missions[number].flown
+def _wrong(fleet: CheckedFleet, number: int) -> Iterator[SceneFinding]:
+    """Yield what is wrong with a mission as it is drawn: its place, and the stretch of the flight that is wrong."""
+    origin, mission = fleet.scenario.frame.origin, fleet.missions[number]
     assert origin is not None
-    subject, said = subject_and_words(fleet, number, finding)
+    flown, flight, arrivals = mission.flown, mission.flown.plan.predicted(), mission.flown.plan.arrivals.tolist()
     whose = (fleet.scenario.uavs[number].name,) if len(fleet.missions) > 1 else ()
-    severity: Literal["warning", "error"] = "error" if finding.part is not None or finding.times is None else "warning"
-    flight, stretch, time, place = flown.plan.predicted(), None, None, None
-    times = finding.times
-    if finding.part is not None and finding.subject in (Subject.LEGS, Subject.TAKEOFF):
-        before, after = flown.ends(finding.part)
-        times = float(flown.plan.arrivals[before] if before >= 0 else flight.start), float(flown.plan.arrivals[after])
-    if times is not None and times[0] < times[1]:
-        instants = np.linspace(*times, STEPS)
-        stretch = np.column_stack([flight.at(instants).position, instants])
-    if finding.place is not None:
-        x, y, z = to_local(origin, [finding.place])[0].tolist()
-        place, instants = (x, y, z), np.linspace(*(times or (flight.start, flight.end)), INSTANTS)
-        away = np.linalg.norm(flight.at(instants).position - [x, y, z], axis=1)
-        time = float(instants[away.argmin()])
-    return SceneFinding(severity, subject, whose, said, time, place, stretch)
+    for finding in (one for one in mission.findings if one.wrong):
+        severity: Literal["warning", "error"] = "warning" if finding.part is None and finding.times else "error"
+        times, stretch, time, place = finding.times, None, None, None
+        if finding.part is not None and finding.subject in (Subject.LEGS, Subject.TAKEOFF):
+            before, after = flown.ends(finding.part)
+            times = arrivals[before] if before >= 0 else flight.start, arrivals[after]
+        if times is not None and times[0] < times[1]:
+            instants = np.linspace(*times, STEPS)
+            stretch = np.column_stack([flight.at(instants).position, instants])
+        if finding.place is not None:
+            x, y, z = to_local(origin, [finding.place])[0].tolist()
+            place, instants = (x, y, z), np.linspace(*(times or (flight.start, flight.end)), INSTANTS)
+            away = np.linalg.norm(flight.at(instants).position - [x, y, z], axis=1)
+            time = float(instants[away.argmin()])
+        subject, said = subject_and_words(fleet, number, finding)
+        yield SceneFinding(severity, subject, whose, said, time, place, stretch)
