@@ -17,7 +17,7 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import TimedPath
 from skyverse.model.verdict import Certificate, Verdict, Violation
-from skyverse.numerics.tolerances import MIN_LEG_DURATION
+from skyverse.numerics.tolerances import MIN_LEG_DURATION, SAME_PLACE
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.separation import judge_separation
 from skyverse.referee.timed_paths import KeptDistance, paths_apart
@@ -168,6 +168,8 @@ def braking_seconds(a: Floats, b: Floats, speed: float, rates: AutopilotRates, t
     """
     way = np.abs(b - a)
     level, up, length = float(np.hypot(*way[:2])), float(way[2]), math.hypot(*way)
+    if length <= SAME_PLACE:
+        return 0.0
     lost = _lost_seconds(speed * (1 + tolerance.speed), rates.acceleration, rates.jerk)
     if not up or not np.isfinite(rates.vertical_acceleration):
         return lost

@@ -21,6 +21,8 @@ class FlightSettings:
         m/s until the mission says another; the file's, or else the autopilot's usual one, when left out.
     radius
         Metres from a waypoint at which the autopilot turns to the next, where the file leaves it open.
+    altitude_radius
+        Metres above or below a waypoint from which PX4 turns to the next, `NAV_MC_ALT_RAD`; 0.8 when left out.
     return_altitude
         Metres above home at which the vehicle returns; the file's, or else the autopilot's usual one, when left out.
     retraces
@@ -32,6 +34,7 @@ class FlightSettings:
     speed: float | None = None
     radius: float = 2.0
     """`NAV_ACC_RAD` of PX4's multirotors, and `WPNAV_RADIUS` of Copter."""
+    altitude_radius: float | None = None
     return_altitude: float | None = None
     retraces: bool = False
 
@@ -45,5 +48,7 @@ class FlightSettings:
         if self.speed is not None:
             require_number(self.speed, "speed", "m/s", 0.2, 1000.0)
         require_number(self.radius, "radius", "metres", 0.0, 1000.0)
+        if self.altitude_radius is not None:
+            require_number(self.altitude_radius, "altitude_radius", "metres", 0.0, 1000.0)
         if self.return_altitude is not None:
             require_number(self.return_altitude, "return_altitude", "metres above home", 0.0, 10_000.0)

@@ -30,7 +30,7 @@ ACTIONS = {
 """The kinds of actions; all others are passed on."""
 FINISH_ACTIONS = {"goHome": _K.RETURN, "autoLand": _K.LAND, "gotoFirstWaypoint": _K.WAYPOINT}
 STOP = "toPointAndStopWithDiscontinuityCurvature"
-MOMENT = 0.1
+MOMENT = 0.001
 """Seconds for which a drone that stops at a waypoint is taken to stay there."""
 BEFORE = -1
 """The index of a waypoint before the first, after which the actions of a wayline's start come."""

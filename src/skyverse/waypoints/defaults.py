@@ -55,7 +55,7 @@ class Settled:
 
     Attributes
     ----------
-    autopilot, speed, radius, return_altitude
+    autopilot, speed, radius, altitude_radius, return_altitude
         As of `FlightSettings`, all known.
     assumed
         What was taken from defaults, in words.
@@ -64,6 +64,7 @@ class Settled:
     autopilot: Autopilot
     speed: float
     radius: float
+    altitude_radius: float
     return_altitude: float
     assumed: tuple[str, ...]
 
@@ -91,7 +92,9 @@ def settled(waypoints: Waypoints, settings: FlightSettings, max_speed: float) ->
     level = next(one for one in heights if one is not None)
     if settings.return_altitude is None and waypoints.return_altitude is None:
         assumed.append(f"it returns at {level:g} m above home, as {autopilot.title} does by default")
-    return Settled(autopilot, speed, settings.radius, level, tuple(assumed))
+    upright = settings.altitude_radius if autopilot.name == "px4" else None
+    upright = defaults.altitude_radius if upright is None else upright
+    return Settled(autopilot, speed, settings.radius, upright, level, tuple(assumed))
 
 
 def home_of(waypoints: Waypoints, settings: FlightSettings) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from skyverse.exports.route import Route
 from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Waypoints
+from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 from skyverse.space.pads import lifted
 from skyverse.space.world import World
 from skyverse.waypoints.defaults import settled
@@ -129,7 +130,7 @@ def _return(flown: FlownMission) -> Floats:
 def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
     """Return how far each leg between visits may be off the straight line, metres."""
     places = np.array([visit.at for visit in visits])
-    off = leg_deviation(scenario, np.linalg.norm(np.diff(places, axis=0)[:, :2], axis=1))
+    off = MAVLINK_ROUNDING + leg_deviation(scenario, np.linalg.norm(np.diff(places, axis=0)[:, :2], axis=1))
     for k, visit in enumerate(visits[1:]):
         if visit.follows and scenario.terrain is not None:
             off[k] += visit.aside + ground_under(scenario.terrain, places[k : k + 2], 0.0).bend

@@ -18,13 +18,13 @@ from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
-from skyverse.waypoints.defaults import DEFAULTS, MAX_VISITS, USUAL_CIRCLE, Settled
+from skyverse.waypoints.defaults import MAX_VISITS, USUAL_CIRCLE, Settled
 
 DJI_SAFELY = "safely"
 """How DJI calls a take-off that climbs as high as the first waypoint, and flies there on one level."""
 OFF_CIRCLE = 0.02
 """Metres that the polygon which stands for a circle may be off it."""
-STOP = 1.0
+STOP = 0.001
 """Seconds of a stop whose length no order says."""
 MAX_BEND, LEAST_PART = 2.0, 2.0
 """Metres that the ground rises or falls, at most, beside a straight part of a leg that follows it; and its length."""
@@ -132,7 +132,7 @@ class Unrolled:
         if order.place is None:
             raise self._refused(order, "expected an altitude to take off to")
         top = self._local(order, (math.nan, math.nan, order.place[2]))
-        self._visit(order, top, DEFAULTS[self.autopilot.name].altitude_radius)
+        self._visit(order, top, self.told.altitude_radius)
         self.flies = True
         aim = self._local(order, order.place)
         if self.autopilot.name == "px4" and math.dist(aim[:2], top[:2]) > SAME_PLACE:  # it then flies to that place
@@ -151,14 +151,17 @@ class Unrolled:
             self.visits[0] = self.visits[0]._replace(at=self.here)
             if level > to[2]:
                 self._visit(order, np.array([*to[:2], level]))
+        if math.isinf(order.seconds) and len(self.visits) > 1 and math.dist(to, self.here) <= SAME_PLACE:
+            self.visits[-1] = self.visits[-1]._replace(radius=0.0)  # where it stays
+            return
         follows = isinstance(order.place[2], AboveGround) and self.waypoints.ground_followed
         for place in self._circle(order, to) if order.turns else [to]:
             parts, aside = self._over_ground(order, place, to) if follows else ([place], 0.0)
             for part in parts:
                 cut = part is parts[-1] and not (order.seconds or order.turns)
                 self._visit(order, part, self._radius(order) if cut else 0.0, follows=follows, aside=aside)
-        if order.seconds:
-            self.visits[-1] = self.visits[-1]._replace(hold=max(min(order.seconds, 1e6), STOP))
+        if math.isfinite(order.seconds):
+            self.visits[-1] = self.visits[-1]._replace(hold=min(order.seconds, 1e6))
 
     def _over_ground(self, order: Order, place: Floats, like: Floats) -> tuple[list[Floats], float]:
         """Return the ends of parts of the way to a place that is as high above ground as `like`, nearly straight each.
@@ -196,13 +199,15 @@ class Unrolled:
         self.flies = False
 
     def _visit(self, order: Order, at: Floats, radius: float = 0.0, hold: float = 0.0, **over_ground: Any) -> None:
+        if len(self.visits) > 1 and math.dist(at, self.here) <= SAME_PLACE:  # which is no corner
+            self.visits[-1] = self.visits[-1]._replace(radius=0.0)
         self.visits.append(Visit(order, at, radius, hold, self.speed, **over_ground))
         self.here = at
 
     def _radius(self, order: Order) -> float:
         """Return the radius of a waypoint, metres; Copter does not keep that of a waypoint, but has one for all."""
         own = order.radius if order.kind is OrderKind.WAYPOINT and self.autopilot.name != "ardupilot" else None
-        return math.hypot(self.told.radius if own is None else own, DEFAULTS[self.autopilot.name].altitude_radius)
+        return math.hypot(self.told.radius if own is None else own, self.told.altitude_radius)
 
     def _circle(self, order: Order, middle: Floats) -> Iterator[Floats]:
         """Yield the corners of a polygon that is nowhere far from the circle of a loiter, nor from all its turns."""
