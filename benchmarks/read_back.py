@@ -72,7 +72,7 @@ def differences(seed: int) -> list[str]:
         geoid = mission.scenario.frame.origin.geoid if suffix == ".wpml.kmz" and above == "amsl" else None
         told = {} if geoid is None else {"geoid": geoid}
         upright: list[float | None] = [None] * len(mission.scenario.uavs)
-        if autopilot == "px4":
+        if autopilot == "px4" and not flies:
             tables = [file.with_suffix(".params").read_text() for file in files]
             upright = [float(re.findall(r"NAV_MC_ALT_RAD\t([.\d]+)", table)[0]) for table in tables]
         read = [sky.read_waypoints(file, **told) for file in files if file.name.endswith(suffix)]
