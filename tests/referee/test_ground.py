@@ -43,6 +43,17 @@ def test_a_place_over_low_ground_is_above_it_however_little_it_is_below_the_high
     assert depth == pytest.approx(0.02 - 2 + below, abs=1e-5)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("cells", [1, 2, 3, 4])
+def test_a_part_over_some_cells_is_no_less_deep_than_below_the_peak_in_the_last(cells, axis):
+    heights = np.zeros((6, 6))
+    heights[cells] = 2.0
+    ground = on(sky.Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights if axis == 0 else heights.T))
+    part = np.array([[[0.5, 0.5, 1.0], [0.5, 0.5, 1.0]]])
+    part[0, 1, axis] = cells - 0.1
+    assert ground.depth(part, np.array([0]))[0] >= 0.8
+
+
 @pytest.mark.parametrize("size", [1.0, 1e3, 1e6])
 @pytest.mark.parametrize("count", [1, 2, 6])
 def test_rounding_errors_of_depths_are_bounded_from_both_sides(size, count):

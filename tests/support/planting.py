@@ -229,6 +229,8 @@ def _conflict(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
     if len(points) < 250:
         raise Retry
     case.flights.append(other)
+    if any(one.outline.distance(Point(other.home)) < 15 for one in world.solids):
+        raise Retry
     for number in (0, 1):
         if any(world.doubt(one.points) for one in lines(case, number)[1:]):
             raise Retry
