@@ -300,3 +300,13 @@ def test_what_is_too_low_over_level_ground_is_told_as_too_near_to_the_ground(tmp
 def test_a_home_off_the_globe_is_refused(refuses, home):
     with refuses():
         sky.FlightSettings(home=home)
+
+
+def test_returns_of_dji_that_are_not_proven_near_home_alone_refute_nothing(tmp_path):
+    from skyverse.waypoints.report import as_data
+
+    fleet = checked(tmp_path, plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30))), settings={"autopilot": "dji"})
+    (told,) = as_data(fleet)
+    assert told["proven"]
+    assert {one["kind"] for one in told["findings"] if not one["wrong"]} == {fleet.missions[0].back.gaps[0].why}
+    assert told["table"]["way home"].startswith("ONLY")

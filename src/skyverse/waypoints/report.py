@@ -199,8 +199,9 @@ def _way_home(mission: CheckedMission) -> str:
     back = mission.back
     if back is None:
         return "not judged"
-    parts = counted(len(back.gaps), "part")
-    where = f"{PROVEN} at every instant" if back.everywhere else f"{NOT} in {parts} of the flight"
+    where = f"{NOT} in {counted(len(back.gaps), 'part')} of the flight"
+    if all(gap.why == FindingKind.NEAR_HOME for gap in back.gaps):
+        where = f"{PROVEN} at every instant" if back.everywhere else f"{Caution.ONLY} {PROVEN} farther from home"
     return f"{where}, {'along its mission' if back.retraces else f'at {back.altitude:.4g} m above home'}"
 
 
