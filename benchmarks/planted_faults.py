@@ -1,9 +1,9 @@
 """Whether the check of missions finds what is wrong, at the right items, and nothing else.
 
 ``python benchmarks/planted_faults.py 300`` makes 300 random missions with one planted fault each, and 300 without, as
-files for PX4 and ArduPilot over random ground, buildings and zones, and has them checked. What is true of them comes
-from dense samples that share nothing with skyverse (tests/support/planted_worlds.py). It prints how many were found, by
-kind, and each miss and false alarm with its seed; the exit code is then 1.
+files for PX4, ArduPilot and DJI over random ground, buildings and zones, and has them checked. What is true of them
+comes from dense samples that share nothing with skyverse (tests/support/planted_worlds.py). It prints how many were
+found, by kind, and each miss and false alarm with its seed; the exit code is then 1.
 """
 
 import argparse
@@ -40,7 +40,8 @@ def outcome(seed: int, *, fault: bool) -> Outcome:
     """Make and judge one case."""
     kind = FAULTS[seed % len(FAULTS)] if fault else "none"
     rng = np.random.default_rng([seed, int(fault)])
-    case = harmed(rng, kind) if fault else unharmed(rng, two=seed % 6 == 0)
+    dji = seed % 3 == 2
+    case = harmed(rng, kind, dji=dji) if fault else unharmed(rng, two=seed % 6 == 0, dji=dji)
     try:
         began = time.perf_counter()
         found = judged(case)

@@ -6,6 +6,7 @@ How a mission is flown, and what it meets, is worked out here once more, by dens
 import itertools
 import json
 import math
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -23,7 +24,9 @@ SEA, HOME, GROUND = 0, 3, 10
 """MAV_FRAME of altitudes."""
 LOW, HIGH_ROOM = 20.0, 15.0
 """Metres above ground, and below the ceiling, that a mission without a fault keeps."""
-Autopilot = Literal["px4", "ardupilot"]
+GEOID = 31.0
+"""Metres that mean sea level lies above the ellipsoid, by the readers of DJI's files."""
+Autopilot = Literal["px4", "ardupilot", "dji"]
 
 
 class Item(NamedTuple):
@@ -56,6 +59,11 @@ class Flight:
     """Metres above the sea at which it returns."""
     fence: Polygon | None = None
 
+    @property
+    def first(self) -> int:
+        """The number of the first item, which is DJI's take-off."""
+        return int(self.autopilot != "dji")
+
     def lines(self, world: PlantedWorld) -> list[Line]:
         """Return all that is flown, from the take-off to the last item that is not the end."""
         ground = float(world.ground(*self.home))
@@ -63,6 +71,7 @@ class Flight:
         places, numbers, radii, follows = [here], [0], [0.0], [False]
         while at < len(self.items):
             at, item = at + 1, self.items[at]
+            number = at - 1 + self.first
             if item.command == JUMP and at not in done:
                 done.add(at)
                 at = int(item.numbers[0]) - 1
@@ -82,10 +91,15 @@ class Flight:
                 angle = np.arctan2(*(places[-1] - here)[1::-1]) + np.linspace(0, 2 * np.pi, 73)
                 for one in angle:
                     edge = abs(item.numbers[2]) * np.array([np.cos(one), np.sin(one), 0.0])
-                    places.append(here + edge), numbers.append(at), radii.append(0.0), follows.append(False)
-            places.append(here), numbers.append(at), follows.append(item.frame == GROUND and item.command == WAYPOINT)
+                    places.append(here + edge), numbers.append(number), radii.append(0.0), follows.append(False)
+            (
+                places.append(here),
+                numbers.append(number),
+                follows.append(item.frame == GROUND and item.command == WAYPOINT),
+            )
             stops = item.command != WAYPOINT or item.numbers[0] > 0
-            radii.append(0.0 if stops else (item.numbers[1] or 2.0) if self.autopilot == "px4" else 2.0)
+            own = {"px4": item.numbers[1] or 2.0, "dji": item.numbers[1]}.get(self.autopilot, 2.0)
+            radii.append(0.0 if stops else own)
         made = []
         for k in range(1, len(places)):
             points = sampled(places[k - 1 : k + 1])
@@ -125,6 +139,8 @@ class Flight:
             if item.place is not None:
                 (lat, lon), alt = world.globe(*item.place[:2]), item.place[2]
             rows.append([*item.numbers, round(float(lat), 9), round(float(lon), 9), round(alt, 3)])
+        if self.autopilot == "dji":
+            return self._write_waylines(rows, folder / f"{name}.kmz")
         if self.autopilot == "ardupilot":
             home = [0.0, 0.0, 0.0, 0.0, round(latitude, 9), round(longitude, 9), round(altitude, 3)]
             lines = [
@@ -149,6 +165,36 @@ class Flight:
                 "rallyPoints": {"version": 2, "points": []}}  # fmt: skip
         path = folder / f"{name}.plan"
         path.write_text(json.dumps(plan))
+        return path
+
+    def _write_waylines(self, rows: list[list[float]], path: Path) -> Path:
+        """Write DJI's archive: one wayline, whose heights all count from the take-off or from the ellipsoid."""
+        marks, end = [], {RETURN: "goHome", LAND: "autoLand"}.get(self.items[-1].command, "noAction")
+        for item, (seconds, radius, *_, lat, lon, alt) in zip(self.items, rows, strict=True):
+            if item.command != WAYPOINT:
+                continue
+            mode = "WGS84" if item.frame == SEA else "relativeToStartPoint"
+            turn = "coordinateTurn" if radius and not seconds else "toPointAndStopWithDiscontinuityCurvature"
+            height = round(alt + GEOID * (item.frame == SEA), 3)
+            marks.append(
+                f"<Placemark><Point><coordinates>{lon},{lat}</coordinates></Point><wpml:index>{len(marks)}</wpml:index>"
+                f"<wpml:executeHeight>{height}</wpml:executeHeight><wpml:waypointSpeed>5</wpml:waypointSpeed>"
+                f"<wpml:waypointTurnParam><wpml:waypointTurnMode>{turn}</wpml:waypointTurnMode>"
+                f"<wpml:waypointTurnDampingDist>{radius}</wpml:waypointTurnDampingDist></wpml:waypointTurnParam>"
+                "<wpml:useStraightLine>1</wpml:useStraightLine></Placemark>"
+            )
+        text = (
+            '<?xml version="1.0" encoding="UTF-8"?><kml xmlns="http://www.opengis.net/kml/2.2" '
+            'xmlns:wpml="http://www.dji.com/wpmz/1.0.2"><Document><wpml:missionConfig>'
+            "<wpml:flyToWaylineMode>pointToPoint</wpml:flyToWaylineMode>"
+            f"<wpml:finishAction>{end}</wpml:finishAction>"
+            f"<wpml:takeOffSecurityHeight>{rows[0][-1]}</wpml:takeOffSecurityHeight></wpml:missionConfig><Folder>"
+            f"<wpml:templateId>0</wpml:templateId><wpml:executeHeightMode>{mode}</wpml:executeHeightMode>"
+            "<wpml:waylineId>0</wpml:waylineId><wpml:autoFlightSpeed>5</wpml:autoFlightSpeed>"
+            f"{''.join(marks)}</Folder></Document></kml>"
+        )
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("wpmz/waylines.wpml", text)
         return path
 
 
@@ -227,7 +273,7 @@ def random_flight(
     above = (
         [rng.uniform(35, min(60, most))] * len(places) if strips else list(rng.uniform(35, min(70, most), len(places)))
     )
-    frame = int(rng.choice([SEA, HOME] if autopilot == "px4" else [SEA, HOME, GROUND]))
+    frame = int(rng.choice([SEA, HOME, GROUND] if autopilot == "ardupilot" else [SEA, HOME]))
     up = float(rng.uniform(25, 45))
     if frame == GROUND:
         routed = [np.array([*p, h]) for p, h in zip(places, above, strict=True)]
@@ -243,7 +289,7 @@ def random_flight(
         numbers = [0.0, 0.0, 0.0, 0.0]
         if rng.uniform() < 0.15:
             numbers[0] = float(rng.integers(1, 20))
-        if autopilot == "px4" and rng.uniform() < 0.4:
+        if autopilot != "ardupilot" and rng.uniform() < 0.4:
             numbers[1] = float(rng.choice([1.0, 3.0, 5.0]))
         items.append(Item(WAYPOINT, tuple(numbers), frame, (*one[:2].tolist(), float(z))))  # type: ignore[arg-type]
         if rng.uniform() < 0.05 and not plain:
@@ -264,6 +310,8 @@ def random_flight(
         items.append(Item(RETURN))
     elif end < 0.75 and world.slope(*home) < 10:
         items.append(Item(LAND, frame=HOME, place=(*(home + rng.uniform(-4, 4, 2)).tolist(), 0.0)))
+    if autopilot == "dji":
+        items = [item for item in items if item.command in (TAKEOFF, WAYPOINT, RETURN)]
     flight = Flight(autopilot, items, (float(home[0]), float(home[1])))
     under = world.ground(*np.concatenate([line.points for line in flight.lines(world)])[:, :2].T)
     low, high = float(under.max()) + 35, float(under.min()) + world.max_height - 40
@@ -273,7 +321,7 @@ def random_flight(
     flight.level = round(float(rng.uniform(low, min(high, low + 15))) - ground, 1) + ground
     for line in flight.lines(world):
         gaps = world.gaps(line.points, surely=True)
-        if gaps["ceiling"] < HIGH_ROOM or (gaps["ground"] < LOW - 6 and line.items != (1,)):
+        if gaps["ceiling"] < HIGH_ROOM or (gaps["ground"] < LOW - 6 and line.items != (flight.first,)):
             raise Retry
     gaps = world.gaps(flight.returns(world), surely=False)
     if gaps["ground"] < LOW - 5 or gaps["ceiling"] < HIGH_ROOM:
@@ -312,8 +360,8 @@ def furnish(rng: np.random.Generator, case: Case, radius: float) -> None:
             flight.fence = hull.buffer(float(rng.uniform(15, 60)), quad_segs=4).simplify(0.05)
 
 
-def unharmed(rng: np.random.Generator, *, plain: bool = False, two: bool = False) -> Case:
-    """Return missions that are right by metres."""
+def unharmed(rng: np.random.Generator, *, plain: bool = False, two: bool = False, dji: bool = False) -> Case:
+    """Return missions that are right by metres, of `dji` or of another autopilot."""
     while True:
         max_height = float(rng.choice([120.0, 120.0, 300.0]))
         radius = float(rng.uniform(120, 420))
@@ -322,6 +370,7 @@ def unharmed(rng: np.random.Generator, *, plain: bool = False, two: bool = False
         if two:
             homes = [np.array([-1.1 * radius - 40, 0.0]), np.array([1.1 * radius + 40, 0.0])]
         autopilot: Autopilot = "px4" if rng.uniform() < 0.5 else "ardupilot"
+        autopilot = "dji" if dji else autopilot
         for _ in range(4):
             try:
                 flights = [random_flight(rng, world, home, radius, autopilot, plain=plain) for home in homes]

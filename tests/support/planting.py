@@ -14,6 +14,7 @@ from shapely.geometry import LineString, Point, Polygon, box
 
 import skyverse as sky
 from planted_missions import (
+    GEOID,
     GROUND,
     HOME,
     SEA,
@@ -28,12 +29,15 @@ from planted_missions import (
 )
 from planted_worlds import Floats, sampled
 
+NOT_DJI = ("fence", "home", "conflict")
+"""What DJI's files do not have: a fence, an altitude of home; and several vehicles have one home given."""
 
-def harmed(rng: np.random.Generator, fault: str) -> Case:
-    """Return missions with one fault of a kind, wrong by metres."""
+
+def harmed(rng: np.random.Generator, fault: str, *, dji: bool = False) -> Case:
+    """Return missions with one fault of a kind, wrong by metres, of `dji` where its files have such."""
     while True:
         two = fault == "conflict"
-        case = unharmed(rng, plain=fault in ("radius", "conflict", "return"))
+        case = unharmed(rng, plain=fault in ("radius", "conflict", "return"), dji=dji and fault not in NOT_DJI)
         for _ in range(12):
             changed = case.with_(fault=fault)
             try:
@@ -55,6 +59,10 @@ def _leg(rng: np.random.Generator, case: Case) -> Line:
 
 def _away(flight: Flight, place: Floats) -> float:
     return math.dist(flight.home, place[:2])
+
+
+def _item(case: Case, number: int) -> Item:
+    return case.flights[0].items[number - case.flights[0].first]
 
 
 def _middle(rng: np.random.Generator, leg: Line) -> tuple[Floats, Floats]:
@@ -80,7 +88,7 @@ def lines(case: Case, number: int) -> list[Line]:
 def _ridge(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
     leg = _leg(rng, case)
     place, way = _middle(rng, leg)
-    world, follows = case.world, case.flights[0].items[leg.items[-1] - 1].frame == GROUND
+    world, follows = case.world, _item(case, leg.items[-1]).frame == GROUND
     if follows:
         raise Retry
     above = float(place[2] - world.ground(*place[:2]))
@@ -145,7 +153,7 @@ def _high(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
         above = z + float(world.ground(*flight.home)) - float(world.ground(x, y))
     more = world.max_height - above + float(rng.uniform(11, 40))
     flight.items[k] = item._replace(place=(x, y, z + more))
-    return _at(case, k + 1, "ceiling")
+    return _at(case, k + flight.first, "ceiling")
 
 
 def _at(case: Case, number: int, *kinds: str) -> tuple[int, ...]:
@@ -160,8 +168,11 @@ def _frame(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
     flight, k = case.flights[0], _waypoint(rng, case)
     item = flight.items[k]
     frames = [frame for frame in (SEA, HOME) if frame != item.frame]
-    flight.items[k] = item._replace(frame=int(rng.choice(frames)))
-    return _at(case, k + 1, "ground", "ceiling")
+    swapped, number = int(rng.choice(frames)), k + flight.first
+    for at in range(len(flight.items)) if flight.autopilot == "dji" else [k]:  # whose heights have one mode
+        if flight.items[at].command == WAYPOINT:
+            flight.items[at] = flight.items[at]._replace(frame=swapped)
+    return _at(case, number, "ground", "ceiling")
 
 
 def _home(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
@@ -171,16 +182,16 @@ def _home(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
 
 def _radius(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
     flight, world = case.flights[0], case.world
-    if flight.autopilot != "px4":
+    if flight.autopilot == "ardupilot":
         raise Retry
     ways = [one for one in flight.lines(world) if not one.corner]
     pairs = [(a, b) for a, b in itertools.pairwise(ways) if min(len(a.points), len(b.points)) > 70]
     pairs = [(a, b) for a, b in pairs if len(a.items) == len(b.items) == 2 and a.items[1] == b.items[0]]
-    pairs = [(a, b) for a, b in pairs if flight.items[a.items[1] - 1].command == WAYPOINT]
+    pairs = [(a, b) for a, b in pairs if _item(case, a.items[1]).command == WAYPOINT]
     if not pairs:
         raise Retry
     a, b = pairs[int(rng.integers(len(pairs)))]
-    k, at = a.items[1] - 1, a.points[-1]
+    k, at = a.items[1] - flight.first, a.points[-1]
     radius = round(0.7 * min(len(a.points), len(b.points)))
     back = (a.points[0] - at) / np.linalg.norm(a.points[0] - at) * radius
     place = at + back + 0.35 * (b.points[-1] - at - back)
@@ -192,7 +203,7 @@ def _radius(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
     world.solids.append(world.solid("building", shape, tall))
     item = flight.items[k]
     flight.items[k] = item._replace(numbers=(0.0, float(radius), 0.0, 0.0))
-    return _surely(case, (k + 1,), "building")
+    return _surely(case, a.items[1:], "building")
 
 
 def _return(rng: np.random.Generator, case: Case) -> tuple[int, ...]:
@@ -317,7 +328,8 @@ def options_and_settings(case: Case, folder: Path) -> tuple[sky.BuildOptions, sk
     """Return where the missions of a case are flown, with its maps written to a folder, and how."""
     flight, maps = case.flights[0], case.world.write(folder)
     level = flight.level - float(case.world.ground(*flight.home))
-    settings = sky.FlightSettings(autopilot=flight.autopilot, return_altitude=round(level, 3))
+    home = tuple(map(float, case.world.globe(*flight.home))) if flight.autopilot == "dji" else None
+    settings = sky.FlightSettings(autopilot=flight.autopilot, home=home, return_altitude=round(level, 3))
     most = sky.AboveGround(case.world.max_height)
     limits: dict[str, Any] = {"clearance": 2.0, "ground_clearance": 2.0, "vehicle": "camera", "max_height": most}
     return sky.BuildOptions("planted", **limits, **maps), settings
@@ -328,6 +340,7 @@ def judged(case: Case) -> list[list[Found]]:
     with tempfile.TemporaryDirectory() as folder:
         files = [one.write(case.world, Path(folder), f"m{k}") for k, one in enumerate(case.flights, 1)]
         where, settings = options_and_settings(case, Path(folder))
-        fleet = sky.check_waypoints([sky.read_waypoints(file) for file in files], where, settings)
+        read = [sky.read_waypoints(file, **({"geoid": GEOID} if file.suffix == ".kmz" else {})) for file in files]
+        fleet = sky.check_waypoints(read, where, settings)
     wrong = ([one for one in mission.findings if one.wrong] for mission in fleet.missions)
     return [[Found(one.subject.value, one.items, one.what) for one in some] for some in wrong]
