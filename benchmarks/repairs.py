@@ -74,9 +74,7 @@ def outcome(seed: int) -> Outcome:
         if one.wrong
     ]
     longer = max(
-        ratio(
-            mission.flown, {j for j, order in enumerate(one.orders) if order.item is None}, mended.checked.scenario, k
-        )
+        ratio(mission.flown, {j for j, order in enumerate(one.orders) if order.item is None}, mission.scenario, k)
         for k, (mission, one) in enumerate(zip(mended.checked.missions, mended.missions, strict=True))
     )
     retraces = sum(one.retraces for one in mended.missions)

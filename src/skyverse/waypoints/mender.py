@@ -11,6 +11,7 @@ from skyverse._typing import Floats
 from skyverse.exports.leg_space import grown
 from skyverse.exports.way_home_space import strayed
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
+from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.numerics.tolerances import SAME_PLACE
@@ -176,15 +177,18 @@ class Mender:
 
     def _way(self, leg: tuple[int, int]) -> Floats | None:
         """Return the shortest way along which a leg is led, (n, 3) metres; one hardly longer with room for returns."""
-        ends, radius = np.stack([self.places[k] for k in leg]), min(self.flown.visits[k].radius for k in leg)
+        ends, radius = np.stack([self.places[k] for k in leg]), self._radius(leg[1])
         follows, shortest = self.flown.visits[leg[1]].follows, math.dist(*ends)
 
         def way(world: World) -> Floats | None:
             over = None if follows else way_over(self.scenario, world, ends, radius)
-            if over is not None and length_of(over) <= FOR_RETURNS * shortest:
+            if over is not None and safe(over) and length_of(over) <= FOR_RETURNS * shortest:
                 return over
             around = way_around(self.scenario, self.uav, world.error, ends, self.radius)
-            return min((one for one in (over, around) if one is not None), key=length_of, default=None)
+            return min((one for one in (over, around) if one is not None and safe(one)), key=length_of, default=None)
+
+        def safe(way: Floats) -> bool:
+            return bool(self.world.segments_free(way[:-1], way[1:]).all())
 
         wide = way(self.wide)
         if self.needs_room or (wide is not None and length_of(wide) <= FOR_RETURNS * shortest):
@@ -233,9 +237,13 @@ class Mender:
 
     def _new(self, place: Floats, like: Order, leg: int) -> Order:
         """Return a waypoint that is passed, its altitude counted as that of an order."""
-        radius = min((self.flown.visits[k].radius for k in (leg - 1, leg) if self.flown.visits[k].radius), default=0.0)
-        own = None if self.flown.plan.autopilot.name == "ardupilot" else round(min(radius, 2.0), 2) or None
+        own = None if self.flown.plan.autopilot.name == "ardupilot" else round(self._radius(leg), 2)
         return Order(0, OrderKind.WAYPOINT, "NAV_WAYPOINT", place=self._globe(place, like), radius=own)
+
+    def _radius(self, leg: int) -> float:
+        """Return the radius of waypoints that are added on a leg: that of the narrower of its corners."""
+        around = (self.flown.visits[k].radius for k in (leg - 1, leg))
+        return min((one for one in around if one), default=FlightSettings.radius)
 
     def _globe(self, place: Floats, like: Order) -> GlobalPlace:
         """Return a place in degrees, its altitude counted as that of an order, rounded up as files round."""

@@ -1,6 +1,7 @@
 """Safe places near one that is not, and safe ways from place to place: straight seen from above, or around."""
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -19,11 +20,11 @@ SPARE = 0.1
 """Metres that are kept beyond what is required, as files round."""
 SAMPLE = 1.0
 """Metres between the places of a leg at which it is asked how high is safe; more of them on long legs are sparser."""
-MAX_SAMPLES = 1500
+MIN_SAMPLES, MAX_SAMPLES = 20, 1500
 LONGER = 0.005
 """The share by which a leg may be longer over the ground so that it has fewer bends."""
 CUT = 0.15
-"""Metres that a bend of some 17 degrees is cut lower for each metre of its radius."""
+"""Metres that a bend of some 17 degrees is cut lower for each metre of its radius: the sine of half its angle."""
 DIRECTIONS = 72
 FARTHEST = 500.0
 """Metres by which a place is moved to the side at most."""
@@ -90,7 +91,7 @@ def way_over(scenario: Scenario, world: World, ends: Floats, radius: float) -> F
     """
     a, b = ends
     length = float(math.dist(a[:2], b[:2]))
-    count = min(max(math.ceil(length / SAMPLE), 2), MAX_SAMPLES)
+    count = min(max(math.ceil(length / SAMPLE), MIN_SAMPLES), MAX_SAMPLES)
     shares = np.linspace(0.0, 1.0, count + 1)
     places = a + shares[:, None] * (b - a)
     low, high = np.empty(count + 1), np.full(count + 1, float(world.space.high[2]))
@@ -104,14 +105,20 @@ def way_over(scenario: Scenario, world: World, ends: Floats, radius: float) -> F
     if scenario.max_height is not None and scenario.terrain is not None:
         ceiling = scenario.terrain.lowest_ground.height(places[:, :2]) + scenario.max_height
         high = np.minimum(high, ceiling - world.error.vertical - 2 * SPARE)
-    low[1:-1] += SPARE + CUT * radius  # between two places the ground may be higher, and corners are cut
+    # between two places it may be as high as at either
+    low[1:-1] = SPARE + np.maximum(np.maximum(low[:-2], low[2:]), low[1:-1])
     low[0], low[-1] = min(low[0], a[2]), min(low[-1], b[2])
     high[0], high[-1] = max(high[0], a[2]), max(high[-1], b[2])
-    if (low > high).any():
-        return None
-    along = shares * length
-    taut = taut_line(along, low, high, float(a[2]), float(b[2]))
-    bends = with_fewer_bends(taut, along, high, LONGER * math.dist(a, b))
+    along, cut, bends = shares * length, CUT, [(0.0, float(a[2])), (length, float(b[2]))]
+    for _ in range(2):
+        kept = low + np.r_[0.0, np.full(count - 1, cut * radius), 0.0]
+        if (kept > high).any():
+            return None
+        taut = taut_line(along, kept, high, float(a[2]), float(b[2]))
+        bends = with_fewer_bends(taut, along, high, LONGER * math.dist(a, b))
+        cut = _sharpest(bends)
+        if cut <= CUT:
+            break
     way = np.array([[*(a + s / max(length, 1e-9) * (b - a))[:2], z] for s, z in bends])
     way[0], way[-1] = a, b
     return way
@@ -150,6 +157,15 @@ def way_around(scenario: Scenario, uav: int, error: TrackingError, ends: Floats,
             way[0], way[-1] = a, b
             return _straightened(World(grown(scenario, room + SPARE), error), way)
     return None
+
+
+def _sharpest(bends: Sequence[tuple[float, float]]) -> float:
+    """Return the sine of half the angle of the sharpest bend downwards of a line, (distance, height) each."""
+    legs = np.diff(np.array(bends), axis=0)
+    legs /= np.linalg.norm(legs, axis=1)[:, None]
+    downwards = legs[:-1, 0] * legs[1:, 1] < legs[:-1, 1] * legs[1:, 0]
+    cosines = np.sum(legs[:-1] * legs[1:], axis=1)
+    return float(np.sqrt(np.maximum((1 - cosines[downwards]) / 2, 0.0)).max(initial=0.0))
 
 
 def length_of(way: Floats) -> float:
