@@ -112,6 +112,8 @@ def main() -> int:
     with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
         for seed, found in zip(seeds, pool.map(differences, seeds), strict=True):
             same += not found
+            if seed % 25 == 24:
+                print(f"  {seed + 1 - options.first} of {options.fleets} fleets", file=sys.stderr, flush=True)
             for line in found[:4]:
                 print(f"seed {seed}, {WAYS[seed % 3][1]}, {ENDS[seed // 3 % 3]}: {line}", flush=True)
     print(f"the same verdict: {same} of {options.fleets}")
