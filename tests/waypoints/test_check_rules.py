@@ -125,6 +125,13 @@ def test_a_corner_is_cut_by_the_radius_that_the_autopilot_takes(tmp_path, autopi
     assert not [one for one in found if one[0] == "legs"]
 
 
+@pytest.mark.parametrize(("autopilot", "cut"), [("px4", 0.8), ("ardupilot", 0.0)])
+def test_px4_may_end_a_take_off_by_the_whole_radius_of_its_altitudes_below_its_end(tmp_path, autopilot, cut):
+    told = {"autopilot": autopilot, "altitude_radius": 0.8 if autopilot == "px4" else None}
+    found = checked(tmp_path, plan(tour((NORTH, 0, 30))), settings=told)
+    assert found.missions[0].flown.plan.takeoff_cut == cut
+
+
 def ring(south, west, north, east, *, inclusion=True):
     corners = [[47 + y, 8 + x] for y, x in ((south, west), (south, east), (north, east), (north, west))]
     return {"inclusion": inclusion, "version": 1, "polygon": corners}

@@ -47,6 +47,8 @@ class FlightPlan:
         (m,) m/s: the commanded speed of each of the m legs after the take-off.
     top_speed
         m/s: the speed at which it returns, and the highest that may be commanded but for speed limits of zones.
+    takeoff_cut
+        Metres below its first waypoint at which the UAV may turn to the next: PX4 ends a take-off that early.
     ending
         (k, 3) metres: where it flies after the last waypoint, to land there or at home; empty where it stays.
     """
@@ -59,6 +61,7 @@ class FlightPlan:
     hover: float
     speeds: Floats
     top_speed: float
+    takeoff_cut: float
     ending: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
@@ -92,13 +95,6 @@ class FlightPlan:
         """Whether its corners are proven: not those at which an aeroplane's autopilot turns at its own distance."""
         known = bool(np.isfinite(self.rates.climb)) or self.autopilot.plane_radius <= self.route.radius
         return known or len(self.waypoints) <= 2
-
-    @property
-    def takeoff_cut(self) -> float:
-        """Metres below its first waypoint at which the UAV may turn to the next: PX4 ends a take-off that early."""
-        if not np.isfinite(self.rates.climb):
-            return 0.0  # an aeroplane is in flight there
-        return takeoff_cut(self.autopilot.name, float(self.route.waypoint_radii[0]))
 
     @property
     def takeoff_seconds(self) -> float:
@@ -218,7 +214,8 @@ def _at_once(scenario: Scenario, route: Route, autopilot: Autopilot, home: Float
     vehicle = scenario.uavs[route.uav]
     wing, rates = vehicle.fixed_wing, rates_of(vehicle, autopilot)
     top = max(min(vehicle.max_speed, autopilot.max_speed), MIN_SPEED) if wing is None else wing.speed
-    return FlightPlan(route, autopilot, rates, home, 0.0, 0.0, np.ones(len(route.waypoints) - 1), top)
+    cut = takeoff_cut(autopilot.name, float(route.waypoint_radii[0])) if wing is None else 0.0  # where it is in flight
+    return FlightPlan(route, autopilot, rates, home, 0.0, 0.0, np.ones(len(route.waypoints) - 1), top, cut)
 
 
 def turning_points(route: Route, stops: Floats) -> Floats:

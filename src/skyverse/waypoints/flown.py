@@ -109,7 +109,8 @@ def flown(waypoints: Waypoints, scenario: Scenario, uav: int, home: Floats, sett
     speeds = np.array([one.speed for one in visits[1:]])
     rates = rates_of(vehicle, autopilot)
     begin, first = home if rises else places[0], max(told.speed, MIN_SPEED)
-    plan = FlightPlan(route, autopilot, rates, begin, unrolled.delay, 0.0, speeds, first)
+    cut = visits[0].radius if rises and autopilot.name == "px4" else 0.0
+    plan = FlightPlan(route, autopilot, rates, begin, unrolled.delay, 0.0, speeds, first, cut)
     if unrolled.end == "land":
         plan = replace(plan, ending=np.array(landing_places(scenario, [plan])))
     assumed = tuple(dict.fromkeys((*told.assumed, *unrolled.assumed)))
