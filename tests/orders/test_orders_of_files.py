@@ -1,6 +1,7 @@
 """What the orders of each format are, one by one."""
 
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -121,16 +122,45 @@ def test_commands_that_are_passed_on_have_their_names(tmp_path):
     assert passed == {"DO_LAND_START": [7], "DO_SET_HOME": [8], "NAV_DELAY": [9], "MAV_CMD 60123": [10]}
 
 
-def test_names_of_commands_are_those_of_mavlink():
-    mavlink = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="reads .waypoints")
-    from skyverse.orders.mavlink_items import MEANINGS, OTHER_NAMES
+@pytest.fixture
+def mavlink():
+    dialects = pytest.importorskip("pymavlink.dialects.v20.all", reason="reads .waypoints")
+    return {number: entry.name.removeprefix("MAV_CMD_") for number, entry in dialects.enums["MAV_CMD"].items()}
 
-    names = OTHER_NAMES | {number: meaning.name for number, meaning in MEANINGS.items()}
-    known = {number: entry.name for number, entry in mavlink.enums["MAV_CMD"].items()}
-    assert {number: f"MAV_CMD_{name}" for number, name in names.items() if number in known} == {
-        number: known[number] for number in names if number in known
+
+def test_names_of_commands_are_those_of_mavlink(mavlink):
+    from skyverse.orders.mavlink_items import MEANINGS
+
+    assert {number: meaning.name for number, meaning in MEANINGS.items()} == {k: mavlink[k] for k in MEANINGS}
+
+
+MOVING = re.compile("NAV_|GUIDED|REPOSITION|ORBIT|FOLLOW|EIGHT|ALT|DO_SET_.*MODE|TERMINATION|HOME|ORIGIN|AUX|SCRIPT|"
+    "REVERSE|TRANSITION|ENGINE|ARM|REBOOT|SHUTDOWN|MOTOR|PARACHUTE|GOTO|AUTOTUNE|MISSION|USER|PAUSE|AROUND|INVERTED|"
+    "FIXED_|EKF|POSITION|WIND|ACTUATOR_TEST|DEPLOY|FAILURE")  # fmt: skip
+"""What names of commands have that may move a vehicle, its home or what it takes for its place."""
+
+
+def test_every_command_is_followed_or_moves_nothing_or_is_told_as_one_that_may(tmp_path, mavlink):
+    numbers = [number for number in mavlink if number not in range(5000, 5101)] + [0, 65000]
+    rows = [given.item(number, 1, 1, 0, 0, 47.0, 8.0, 30, number=k) for k, number in enumerate(numbers, 1)]
+    rows[numbers.index(601)]["params"][0] = 1
+    told = read(tmp_path, "all.plan", given.plan(rows))
+    names = {
+        mavlink.get(number, f"MAV_CMD {number}"): order for number, order in zip(numbers, told.orders, strict=True)
     }
-    assert len(names.keys() - known.keys()) <= 2
+    passed = {name for name, order in names.items() if order.kind is Kind.PASSED_ON}
+    assert {"DO_SET_SERVO", "DO_GRIPPER", "DO_LAND_START", "DO_WINCH", "DO_FENCE_ENABLE"} < passed
+    assert not {name for name in passed if MOVING.search(name)}
+    told_of = {name for name, order in names.items() if order.kind is Kind.OTHER}
+    assert {"NAV_PAYLOAD_PLACE", "DO_SET_HOME", "DO_SET_MODE", "DO_FLIGHTTERMINATION", "MAV_CMD 65000"} < told_of
+
+
+def test_jumps_to_tags_lead_to_the_first_item_with_the_tag(tmp_path):
+    rows = [
+        given.item(number, tag, 3, 0, 0, 0, 0, 0, frame=2) for number, tag in ((600, 7), (600, 8), (600, 8), (601, 8))
+    ]
+    told = read(tmp_path, "t.plan", given.plan([*given.FLIGHT[:3], *rows]))
+    assert (told.orders[-1].kind, told.orders[-1].to, told.orders[-1].times) == (Kind.JUMP, 7, 3)
 
 
 def test_waylines_are_what_the_drone_is_told(tmp_path):

@@ -63,6 +63,32 @@ def squares(folder, *boxes, name="zones.geojson"):
     return path
 
 
+@pytest.mark.parametrize("command", [23, 30, 34, 83, 92, 94, 113, 176, 179, 185, 186, 192, 42702, 42703, 65000])
+def test_an_order_that_may_lead_elsewhere_refutes_a_mission(tmp_path, command):
+    items = tour((NORTH, 0, 30), (NORTH, NORTH, 30))
+    items.insert(2, item(command, 1, 0, 0, None, 47.5, 8.5, -50))
+    ((subject, found, what),) = wrong(checked(tmp_path, wpl(items), suffix="waypoints"))
+    assert (subject, found) == ("orders", (3,))
+    assert what in sky.read_waypoints(tmp_path / "m1.waypoints").passed_on
+
+
+@pytest.mark.parametrize("command", [181, 183, 189, 207, 211, 216, 600, 42600])
+def test_an_order_that_moves_nothing_refutes_none(tmp_path, command):
+    items = tour((NORTH, 0, 30), (NORTH, NORTH, 30))
+    items.insert(2, item(command, 1, 0, 0, None, 0, 0, 0, frame=2))
+    assert not wrong(checked(tmp_path, wpl(items), suffix="waypoints"))
+
+
+@pytest.mark.parametrize("by_tag", [False, True])
+def test_a_round_through_a_zone_is_found_however_the_jump_names_its_target(tmp_path, by_tag):
+    items = tour((NORTH, 0, 30), (NORTH, NORTH, 30), (0, NORTH, 30))
+    items[1:1] = [item(600, 5, 0, 0, 0, 0, 0, 0, frame=2)]
+    items[-1:-1] = [item(601 if by_tag else 177, 5 if by_tag else 2, 1, 0, 0, 0, 0, 0, frame=2)]
+    zone = squares(tmp_path, (0.0004, 0.0004, 0.0006, 0.0006))  # which only the way back to the first place meets
+    found = wrong(checked(tmp_path, wpl(items), suffix="waypoints", zones=[zone]))
+    assert ("legs", (5, 3), "no-fly zone Z") in found
+
+
 places = st.tuples(
     st.floats(-0.004, 0.004), st.floats(-0.004, 0.004), st.floats(20, 60).map(lambda metres: round(metres, 1))
 )
@@ -280,7 +306,7 @@ def test_an_order_that_moves_home_is_found_by_its_number(tmp_path, suffix):
     for number, one in enumerate(items, 1):
         one["doJumpId"] = number
     found = checked(tmp_path, plan(items) if suffix == "plan" else wpl(items), suffix=suffix)
-    assert wrong(found) == [("home", (3,), "home moved")]
+    assert wrong(found) == [("orders", (3,), "DO_SET_HOME")]
 
 
 @pytest.mark.parametrize(("vehicle", "fastest", "wrongs"), [(None, None, 0), (None, 10.0, 1), ("camera", None, 1)])

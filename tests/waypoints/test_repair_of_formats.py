@@ -1,9 +1,9 @@
 """Missions of DJI's app and Litchi are mended in their own files: what is done at a waypoint stays there."""
 
 import pytest
-import written_missions as given
 
 import skyverse as sky
+import written_missions as given
 from skyverse.model.waypoints import OrderKind as Kind
 
 ORIGIN = sky.Origin(latitude=47.001, longitude=8.0, altitude=400.0)

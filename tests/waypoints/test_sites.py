@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from written_missions import NAN, item, plan
 
 import skyverse as sky
 from skyverse.model.waypoints import Order, OrderKind
+from written_missions import NAN, item, plan
 
 LEVEL = sky.BuildOptions("field", ground=sky.AboveSea(400.0), clearance=2.0, ground_clearance=2.0)
 

@@ -26,7 +26,8 @@ class OrderKind(Enum):
     JUMP = "jump"
     DELAY = "delay"
     GATE = "gate"
-    OTHER = "not understood, passed on"
+    PASSED_ON = "passed on, moves nothing"
+    OTHER = "not followed, may lead elsewhere"
 
 
 @dataclass(frozen=True)
@@ -150,9 +151,9 @@ class Waypoints:
 
     @property
     def passed_on(self) -> dict[str, list[int]]:
-        """The numbers of the orders that are not understood, by what the file calls them."""
+        """The numbers of the orders that are kept as they are and not followed, by what the file calls them."""
         found: dict[str, list[int]] = {}
         for order in self.orders:
-            if order.kind is OrderKind.OTHER:
+            if order.kind in (OrderKind.PASSED_ON, OrderKind.OTHER):
                 found.setdefault(order.name, []).append(order.number)
         return found

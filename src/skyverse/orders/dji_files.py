@@ -25,9 +25,9 @@ ACTIONS = {
     **{"hover": _K.DELAY, "rotateYaw": _K.HEADING, "gimbalRotate": _K.GIMBAL, "gimbalEvenlyRotate": _K.GIMBAL},
     **dict.fromkeys(("takePhoto", "startRecord", "stopRecord", "zoom", "focus", "setFocusType"), _K.CAMERA),
     **dict.fromkeys(("orientedShoot", "accurateShoot", "panoShot", "startContinuousShooting"), _K.CAMERA),
-    "stopContinuousShooting": _K.CAMERA,
+    **dict.fromkeys(("stopContinuousShooting", "recordPointCloud", "customDirName"), _K.CAMERA),
 }
-"""The kinds of actions; all others are passed on."""
+"""The kinds of actions; all others may lead anywhere."""
 FINISH_ACTIONS = {"goHome": _K.RETURN, "autoLand": _K.LAND, "gotoFirstWaypoint": _K.WAYPOINT}
 STOP = "toPointAndStopWithDiscontinuityCurvature"
 MOMENT = 0.001

@@ -20,7 +20,7 @@ ACTIONS = {
     **{0: (_K.DELAY, "stay for"), 1: (_K.CAMERA, "take photo"), 2: (_K.CAMERA, "start recording")},
     **{3: (_K.CAMERA, "stop recording"), 4: (_K.HEADING, "rotate aircraft"), 5: (_K.GIMBAL, "tilt camera")},
 }
-"""By Litchi's numbers; -1 is none, and all others are passed on."""
+"""By Litchi's numbers; -1 is none, and all others may lead anywhere."""
 MOST_ACTIONS = 15
 
 

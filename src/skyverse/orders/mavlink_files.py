@@ -178,15 +178,17 @@ def plan_content(waypoints: Waypoints, before: Waypoints) -> bytes:
 
 
 def _orders(slots: Sequence[_Slot]) -> Iterator[Order]:
-    """Yield the orders of a file's items; jumps lead to numbers."""
+    """Yield the orders of a file's items; jumps lead to numbers, also those to tags, of which the first counts."""
     numbers = {slot.id: number for number, slot in enumerate(slots, 1)}
+    tags = {int(s.item.numbers[0]): k for k, s in [*enumerate(slots, 1)][::-1] if s.item.command == Command.TAG}
     for number, slot in enumerate(slots, 1):
         order = order_of(slot.item, number, number - 1, f"{slot.where} ({number})")
         if order.kind is OrderKind.JUMP:
-            if order.to not in numbers:
+            targets = numbers if slot.item.command == Command.JUMP else tags
+            if order.to is None or order.to not in targets:
                 said = f"expected a jump to an item of the mission, found {order.to}"
                 raise InputError(f"{slot.where} ({number}): {order.name}: {said}")
-            order = replace(order, to=numbers[order.to])
+            order = replace(order, to=targets[order.to])
         yield order
 
 

@@ -38,6 +38,7 @@ class Command(IntEnum):
     LOOK_AT = 195
     REGION_OF_INTEREST = 201
     PHOTO_DISTANCE = 206
+    TAG = 600
     STOP_PHOTOS = 2001
     STOP_VIDEO = 2501
 
@@ -53,6 +54,22 @@ class _Meaning:
 
 
 _K = OrderKind
+_MOVE_NOTHING = {
+    181: "DO_SET_RELAY", 182: "DO_REPEAT_RELAY", 183: "DO_SET_SERVO", 184: "DO_REPEAT_SERVO", 187: "DO_SET_ACTUATOR",
+    188: "DO_RETURN_PATH_START", 189: "DO_LAND_START", 196: "DO_SET_ROI_WPNEXT_OFFSET", 198: "DO_SET_ROI_SYSID",
+    200: "DO_CONTROL_VIDEO", 202: "DO_DIGICAM_CONFIGURE", 204: "DO_MOUNT_CONFIGURE", 207: "DO_FENCE_ENABLE",
+    211: "DO_GRIPPER", 215: "DO_SET_RESUME_REPEAT_DIST", 216: "DO_SPRAYER", 220: "DO_MOUNT_CONTROL_QUAT",
+    405: "ILLUMINATOR_ON_OFF", 406: "DO_ILLUMINATOR_CONFIGURE", 531: "SET_CAMERA_ZOOM", 532: "SET_CAMERA_FOCUS",
+    534: "SET_CAMERA_SOURCE", 600: "JUMP_TAG", 1001: "DO_GIMBAL_MANAGER_CONFIGURE", 2003: "DO_TRIGGER_CONTROL",
+    42600: "DO_WINCH",
+}  # fmt: skip
+_NOT_FOLLOWED = {
+    30: "NAV_CONTINUE_AND_CHANGE_ALT", 34: "DO_ORBIT", 83: "NAV_ALTITUDE_WAIT", 92: "NAV_GUIDED_ENABLE",
+    94: "NAV_PAYLOAD_PLACE", 113: "CONDITION_CHANGE_ALT", 176: "DO_SET_MODE", 179: "DO_SET_HOME",
+    185: "DO_FLIGHTTERMINATION", 186: "DO_CHANGE_ALTITUDE", 192: "DO_REPOSITION", 194: "DO_SET_REVERSE",
+    208: "DO_PARACHUTE", 212: "DO_AUTOTUNE_ENABLE", 218: "DO_AUX_FUNCTION", 222: "DO_GUIDED_LIMITS",
+    223: "DO_ENGINE_CONTROL", 3000: "DO_VTOL_TRANSITION", 42702: "NAV_SCRIPT_TIME",
+}  # fmt: skip
 MEANINGS = MappingProxyType(
     {
         16: _Meaning(_K.WAYPOINT, "NAV_WAYPOINT", True, {"seconds": 0, "radius": 1, "heading": 3}),
@@ -80,25 +97,18 @@ MEANINGS = MappingProxyType(
         206: _Meaning(_K.CAMERA, "DO_SET_CAM_TRIGG_DIST", False, {"spacing": 0}),
         214: _Meaning(_K.CAMERA, "DO_SET_CAM_TRIGG_INTERVAL"),
         530: _Meaning(_K.CAMERA, "SET_CAMERA_MODE"),
+        601: _Meaning(_K.JUMP, "DO_JUMP_TAG", False, {"to": 0, "times": 1}),
         1000: _Meaning(_K.GIMBAL, "DO_GIMBAL_MANAGER_PITCHYAW"),
         2000: _Meaning(_K.CAMERA, "IMAGE_START_CAPTURE"),
         2001: _Meaning(_K.CAMERA, "IMAGE_STOP_CAPTURE"),
         2500: _Meaning(_K.CAMERA, "VIDEO_START_CAPTURE"),
         2501: _Meaning(_K.CAMERA, "VIDEO_STOP_CAPTURE"),
         4501: _Meaning(_K.GATE, "CONDITION_GATE", True),
+        **{number: _Meaning(_K.PASSED_ON, name) for number, name in _MOVE_NOTHING.items()},
+        **{number: _Meaning(_K.OTHER, name) for number, name in _NOT_FOLLOWED.items()},
     }
 )
-"""By the number of the MAV_CMD; all others are passed on."""
-OTHER_NAMES = {
-    30: "NAV_CONTINUE_AND_CHANGE_ALT", 83: "NAV_ALTITUDE_WAIT", 92: "NAV_GUIDED_ENABLE", 94: "NAV_PAYLOAD_PLACE",
-    113: "CONDITION_CHANGE_ALT", 176: "DO_SET_MODE", 179: "DO_SET_HOME", 181: "DO_SET_RELAY", 183: "DO_SET_SERVO",
-    184: "DO_REPEAT_SERVO", 186: "DO_CHANGE_ALTITUDE", 188: "DO_RETURN_PATH_START", 189: "DO_LAND_START",
-    194: "DO_SET_REVERSE", 196: "DO_SET_ROI_WPNEXT_OFFSET", 200: "DO_CONTROL_VIDEO", 204: "DO_MOUNT_CONFIGURE",
-    207: "DO_FENCE_ENABLE", 208: "DO_PARACHUTE", 211: "DO_GRIPPER", 212: "DO_AUTOTUNE_ENABLE", 216: "DO_SPRAYER",
-    218: "DO_AUX_FUNCTION", 222: "DO_GUIDED_LIMITS", 223: "DO_ENGINE_CONTROL", 531: "SET_CAMERA_ZOOM",
-    600: "JUMP_TAG", 601: "DO_JUMP_TAG", 3000: "DO_VTOL_TRANSITION", 42600: "DO_WINCH", 42702: "NAV_SCRIPT_TIME",
-}  # fmt: skip
-"""What MAVLink calls some of the commands that are passed on."""
+"""By the number of the MAV_CMD; all others may lead anywhere."""
 _USUAL_IF_ZERO = ("radius",)
 """Fields that 0 leaves to the autopilot's own setting."""
 
@@ -114,11 +124,7 @@ class StoredItem:
 
 def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
     """Return what an item tells, or raise `InputError` if its numbers cannot be; `where` names it in messages."""
-    meaning = MEANINGS.get(item.command)
-    if meaning is None or (item.command == Command.DELAY and item.numbers[0] == -1):  # until a time of the day
-        name = meaning.name if meaning is not None else OTHER_NAMES.get(item.command, f"MAV_CMD {item.command}")
-        return Order(number, OrderKind.OTHER, name, index)
-    told: dict[str, Any] = {}
+    meaning, told = _meaning(item), dict[str, Any]()
     for name, at in meaning.numbers.items():
         value = item.numbers[at]
         if math.isnan(value) or (name in _USUAL_IF_ZERO and value == 0):
@@ -141,6 +147,12 @@ def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
     return Order(number, meaning.kind, meaning.name, index, place, curved=curved, **told)
 
 
+def _meaning(item: StoredItem) -> _Meaning:
+    meaning = MEANINGS.get(item.command, _Meaning(OrderKind.OTHER, f"MAV_CMD {item.command}"))
+    until = item.command == Command.DELAY and item.numbers[0] == -1  # a time of the day
+    return _Meaning(OrderKind.OTHER, meaning.name) if until else meaning
+
+
 def _place(item: StoredItem, where: str) -> tuple[float, float, Altitude] | None:
     """Return an item's place; latitude and longitude are NaN where they are left to the autopilot."""
     latitude, longitude, metres = item.numbers[4:7]
@@ -161,9 +173,7 @@ def _place(item: StoredItem, where: str) -> tuple[float, float, Altitude] | None
 
 def changed_item(item: StoredItem, order: Order) -> StoredItem:
     """Return an item with the place and the numbers of an order, and with all else as it is."""
-    meaning = MEANINGS.get(item.command)
-    if meaning is None:
-        return item
+    meaning = _meaning(item)
     was, numbers = order_of(item, order.number, 0, ""), list(item.numbers)
     for name, at in meaning.numbers.items():
         now = getattr(order, name)

@@ -23,6 +23,7 @@ from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
+from skyverse.model.waypoints import OrderKind
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER, Incursion
 from skyverse.summary import flight_summary
@@ -180,9 +181,10 @@ def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
     curved = tuple(order.number for order in orders if order.curved)
     if curved:
         yield MissionFinding(Subject.LEGS, FindingKind.CURVED, curved)
-    moved = tuple(waypoints.passed_on.get("DO_SET_HOME", ()))
-    if moved:
-        yield MissionFinding(Subject.HOME, FindingKind.HOME_MOVED, moved)
+    other = {order.number: order.name for order in orders if order.kind is OrderKind.OTHER}
+    if other:
+        names = ", ".join(dict.fromkeys(other.values()))
+        yield MissionFinding(Subject.ORDERS, FindingKind.NOT_FOLLOWED, tuple(other), name=names)
     if not flown.plan.corners_proven:
         yield MissionFinding(Subject.CORNERS, FindingKind.TURNS)
     if waypoints.aeroplane and math.isfinite(flown.plan.rates.climb):

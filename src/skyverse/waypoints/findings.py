@@ -10,6 +10,7 @@ from skyverse.model.shapes import FENCE, Shape
 class Subject(StrEnum):
     """What a finding is about: the rows of the table."""
 
+    ORDERS = "orders"
     LEGS = "legs"
     CORNERS = "corners"
     TAKEOFF = "take-off"
@@ -36,7 +37,7 @@ class FindingKind(StrEnum):
     """Of a return, what is not clear."""
     NO_WAY_BACK = "no way back along the mission"
     HOME_ALTITUDE = "altitude of home"
-    HOME_MOVED = "home moved"
+    NOT_FOLLOWED = "order not followed"
     NO_TERRAIN_FOLLOWING = "heights above ground"
     NO_CIRCLES = "circles of multirotors"
     SPEED = "speed"
@@ -74,7 +75,8 @@ class MissionFinding:
     place
         Latitude, longitude and metres above mean sea level, where it has a place.
     name
-        The kind and name of an obstacle, the name of another vehicle or of what has a limit, or why it cannot land or
+        The kind and name of an obstacle, the name of another vehicle, of orders or of
+        what has a limit, or why it cannot land or
         go back.
     found, limit
         What was found and what is allowed: metres from the ground, the ceiling, the bounds or an obstacle, negative

@@ -20,6 +20,7 @@ KEPT = {Apart.SPACE: "in space", Apart.TIMING: "by timing", Apart.SCHEDULE: f"{C
 MOST_LISTED = 12
 """Numbers of items that are told one by one."""
 _NOUNS = {
+    Subject.ORDERS: "item",
     Subject.LEGS: "leg",
     Subject.CORNERS: "corner",
     Subject.APART: "leg",
@@ -45,8 +46,7 @@ _SAID = {
     FindingKind.NO_WAY_BACK: "it does not return along its mission, since {one.name}",
     FindingKind.HOME_ALTITUDE: "home is at {one.found:.1f} m above the sea by the file, and the ground there at "
     "{one.limit:.1f} m by the terrain: it was planned over another ground",
-    FindingKind.HOME_MOVED: "these orders move home, from which returns and heights above home count from there on: "
-    "all is judged as if they were left out",
+    FindingKind.NOT_FOLLOWED: "{one.name} may lead elsewhere, move home or end the flight: all is judged without",
     FindingKind.NO_TERRAIN_FOLLOWING: _REFUSED,
     FindingKind.NO_CIRCLES: _REFUSED,
     FindingKind.SPEED: "{one.found:.3g} m/s is commanded, and {one.name} flies {one.limit:.3g} m/s at most",
@@ -82,6 +82,8 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     rows.append(("bounds", _kept(met[FindingKind.BOUNDS])))
     length, time, energy = told_metres(mission.summary.length), told_clock(mission.summary.time), mission.summary.energy
     rows.append(("flight", f"{time} min, {length}" + ("" if energy is None else f", about {told_energy(energy)}")))
+    if mission.of(Subject.ORDERS):
+        rows.append(("orders", f"{Caution.NOT} all followed"))
     if mission.photos is not None:
         rows.append(("photos", f"{mission.photos:,} by distance"))
     rows.append(("limits", "kept" if not mission.of(Subject.LIMITS) else f"{Caution.NOT} kept"))
@@ -102,7 +104,7 @@ def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding)
     """Return what a finding of a mission is about, with the numbers of items, and what is wrong with that."""
     legs = finding.kind in (FindingKind.SPEED, FindingKind.LENGTH)
     noun = "leg" if legs else _NOUNS.get(finding.subject, "") if finding.items else ""
-    several = not legs and finding.part is None and finding.subject in (Subject.LEGS, Subject.LIMITS)
+    several = not legs and finding.part is None and finding.subject in (Subject.ORDERS, Subject.LEGS, Subject.LIMITS)
     items = (_listed if several else _span)(finding.items)
     subject = noun + "s" * (several and len(finding.items) > 1) or finding.subject.value
     said = _said(fleet.missions[number], finding)
@@ -141,11 +143,11 @@ def _above_home(fleet: CheckedFleet, number: int, sea: float) -> str:
 
 
 def assumptions(fleet: CheckedFleet, number: int) -> Iterator[str]:
-    """Yield what was taken from defaults, and what the mission tells that is passed on without being understood."""
+    """Yield what was taken from defaults, and what the mission tells that is passed on without being followed."""
     mission = fleet.missions[number]
     yield from (f"Taken as usual: {said}." for said in (*fleet.assumed, *mission.flown.assumed))
     for name, items in mission.flown.waypoints.passed_on.items():
-        yield f"Not understood, passed on: {name} (item {_listed(items)})."
+        yield f"Not followed, passed on: {name} (item {_listed(items)})."
 
 
 def as_data(fleet: CheckedFleet) -> list[dict[str, Any]]:
