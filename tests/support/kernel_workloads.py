@@ -300,7 +300,8 @@ def maps_and_pages():
         triangles(rings)
     touched(rng.uniform(0, 6, (30, 3, 3)), np.zeros((6, 6, 6), dtype=bool))
     unpack(np.zeros(2, np.uint8), np.zeros(1, np.uint8))
-    raise_cells(np.zeros((2, 2)), np.zeros((3, 3)), 0.7 * np.mgrid[:3, :3], rng.random((3, 3)), 1, 1e-9)
+    surfaces, patches = np.zeros((2, 3, 3)), rng.random((2, 3, 3))
+    raise_cells(np.zeros((2, 2, 2)), surfaces, 0.7 * np.mgrid[:3, :3], patches, 1, 1e-9)
     with tempfile.TemporaryDirectory() as folder:
         read_octomap(octree(Path(folder) / "tree.bt", rng))
 

@@ -1,4 +1,4 @@
-"""How far the surface of a grid is above that of a raster at most, cell by cell; a bound that is never too small.
+"""How far the surface of a grid is beyond that of a raster at most, cell by cell; a bound that is never too small.
 
 Between the centres of four pixels the raster's surface is bilinear in columns and rows; within a cell of the grid, the
 grid's is bilinear in x and y. Over the part of a patch of pixels that lies over one cell both are polynomials of degree
@@ -25,10 +25,11 @@ _ROUNDING = 1e-9
 Pair = tuple[float, float]
 
 
-def surface_excess(tile: Tile, place: tuple[Floats, Floats], heights: Floats, sign: float) -> Floats:
-    """Return how far a grid's surface is beyond a raster's at most over each cell, (nx - 1, ny - 1) metres.
+def surface_excess(tile: Tile, place: tuple[Floats, Floats], heights: Floats, lowest: Floats) -> Floats:
+    """Return how far two surfaces of a grid are beyond a raster's at most over each cell, (2, nx - 1, ny - 1) metres.
 
-    Where the raster has no data nothing is known, and the bound is minus infinity.
+    That is how far that of `heights` is below the raster's, and that of `lowest` above its lowest. Where the raster has
+    no data nothing is known, and the bound is minus infinity.
 
     Parameters
     ----------
@@ -36,21 +37,18 @@ def surface_excess(tile: Tile, place: tuple[Floats, Floats], heights: Floats, si
         The raster's window.
     place
         x (nx,) and y (ny,) of the grid's nodes, metres, with equal steps.
-    heights
-        (nx, ny) z of the nodes, metres.
-    sign
-        1 for how far the grid's surface is above the raster's, -1 for how far it is below.
+    heights, lowest
+        (nx, ny) z of the nodes of each surface, metres.
     """
-    heights = np.ascontiguousarray(sign * heights)
-    values = sign * (tile.lowest if sign > 0 else tile.heights)
-    cells = np.full((heights.shape[0] - 1, heights.shape[1] - 1), -np.inf)
+    surfaces, values = np.stack([-heights, lowest]), np.stack([-tile.heights, tile.lowest])
+    cells = np.full((2, heights.shape[0] - 1, heights.shape[1] - 1), -np.inf)
     corner, step = (np.array([line[k] for line in place])[:, None, None] for k in (0, 1))
     step -= corner
     across, down = (_patch_ends(tile, axis) for axis in (0, 1))
     if tile.block == 1:
-        stride, values = 1, np.pad(values, 1, mode="edge")
+        stride, values = 1, np.pad(values, ((0, 0), (1, 1), (1, 1)), mode="edge")
     else:
-        stride, values = 2, values.repeat(2, axis=0).repeat(2, axis=1)
+        stride, values = 2, values.repeat(2, axis=1).repeat(2, axis=2)
     bend = (
         _curvature(tile, *((ends[:-1:stride], ends[1::stride]) for ends in (across, down))) / float(step.min())
         + _ROUNDING
@@ -58,7 +56,8 @@ def surface_excess(tile: Tile, place: tuple[Floats, Floats], heights: Floats, si
     many = stride * max(1, STRIP_PATCHES // len(across))
     for first in range(0, len(down) - 1, many):
         part = slice(first, first + many + 1)
-        raise_cells(cells, heights, (tile.local.grid(across, down[part]) - corner) / step, values[part], stride, bend)
+        at = (tile.local.grid(across, down[part]) - corner) / step
+        raise_cells(cells, surfaces, at, np.ascontiguousarray(values[:, part]), stride, bend)
     return cells
 
 
@@ -91,18 +90,19 @@ def _curvature(tile: Tile, *spans: tuple[Floats, Floats]) -> float:
 
 
 @query
-def raise_cells(cells: Floats, heights: Floats, places: Floats, z: Floats, stride: int, curved: float) -> None:
-    """Raise the excess of cells (nx - 1, ny - 1) to that over each patch of a part of a raster.
+def raise_cells(cells: Floats, surfaces: Floats, places: Floats, z: Floats, stride: int, curved: float) -> None:
+    """Raise the excess of cells (n, nx - 1, ny - 1) of each surface of a grid to that over each patch of a raster.
 
     Within a patch places are affine in the shares s of columns and t of rows, from 0 to 1, to a bend:
     middle + (s - 1/2) along + (t - 1/2) aside. Where some of its corners have no data, the lowest of the others counts.
 
     Parameters
     ----------
-    cells, heights
-        The excess, metres, and the z (nx, ny) of the nodes.
+    cells, surfaces
+        The excess, metres, and the z (n, nx, ny) of the nodes.
     places, z
-        (2, n, m) steps of the grid, and (m, n) metres, at the ends of n columns and m rows of patches.
+        (2, k, m) steps of the grid, and (n, m, k) metres for each surface, at the ends of k columns and m rows of
+        patches.
     stride
         How many ends of patches there are from one patch to the next.
     curved
@@ -110,18 +110,6 @@ def raise_cells(cells: Floats, heights: Floats, places: Floats, z: Floats, strid
     """
     for k in range(0, places.shape[1] - 1, stride):
         for m in range(0, places.shape[2] - 1, stride):
-            lowest = math.inf
-            for one in (z[m, k], z[m + 1, k], z[m, k + 1], z[m + 1, k + 1]):
-                if one < lowest:
-                    lowest = one
-            if lowest == math.inf:
-                continue
-            level = (
-                lowest if math.isnan(z[m, k]) else z[m, k],
-                lowest if math.isnan(z[m + 1, k]) else z[m + 1, k],
-                lowest if math.isnan(z[m, k + 1]) else z[m, k + 1],
-                lowest if math.isnan(z[m + 1, k + 1]) else z[m + 1, k + 1],
-            )
             x_0, x_t, x_s, x_st = (places[0, k, m], places[0, k, m + 1], places[0, k + 1, m], places[0, k + 1, m + 1])
             y_0, y_t, y_s, y_st = (places[1, k, m], places[1, k, m + 1], places[1, k + 1, m], places[1, k + 1, m + 1])
             x, y = (x_0 + x_t + x_s + x_st) / 4, (y_0 + y_t + y_s + y_st) / 4
@@ -130,10 +118,26 @@ def raise_cells(cells: Floats, heights: Floats, places: Floats, z: Floats, strid
             bend = (abs(x_0 + x_st - x_t - x_s) + abs(y_0 + y_st - y_t - y_s)) / 4 + curved
             wide = (abs(along[0]) + abs(aside[0])) / 2 + bend
             tall = (abs(along[1]) + abs(aside[1])) / 2 + bend
-            for i in range(max(0, math.floor(x - wide)), min(cells.shape[0] - 1, math.floor(x + wide)) + 1):
-                for j in range(max(0, math.floor(y - tall)), min(cells.shape[1] - 1, math.floor(y + tall)) + 1):
-                    most = _excess(heights, i, j, (x - i, y - j), along, aside, bend, level)
-                    cells[i, j] = max(cells[i, j], most)
+            i_0, i_1 = max(0, math.floor(x - wide)), min(cells.shape[1] - 1, math.floor(x + wide)) + 1
+            j_0, j_1 = max(0, math.floor(y - tall)), min(cells.shape[2] - 1, math.floor(y + tall)) + 1
+            for which in range(len(cells)):
+                lowest = math.inf
+                a, b, c, d = z[which, m, k], z[which, m + 1, k], z[which, m, k + 1], z[which, m + 1, k + 1]
+                for one in (a, b, c, d):
+                    if one < lowest:
+                        lowest = one
+                if lowest == math.inf:
+                    continue
+                level = (
+                    lowest if math.isnan(a) else a,
+                    lowest if math.isnan(b) else b,
+                    lowest if math.isnan(c) else c,
+                    lowest if math.isnan(d) else d,
+                )
+                for i in range(i_0, i_1):
+                    for j in range(j_0, j_1):
+                        most = _excess(surfaces[which], i, j, (x - i, y - j), along, aside, bend, level)
+                        cells[which, i, j] = max(cells[which, i, j], most)
 
 
 @inner_query

@@ -138,8 +138,8 @@ def read_terrain(
     lift = np.zeros_like(heights)
     for tile in found:
         grid.raise_to(tile, heights, lift)
-    lift += grid.excess(found, heights + lift, -1.0)
-    lowest = lowest - grid.excess(found, lowest, 1.0)
+    below, above = grid.excess(found, heights + lift, lowest)
+    lift, lowest = lift + below, lowest - above
     terrain = Terrain(
         origin=(x0, y0),
         step=(float(x[1] - x[0]), float(y[1] - y[0])),
@@ -174,16 +174,13 @@ class _TerrainGrid:
         latitude, longitude, _ = to_wgs84(origin, [self.x[i], self.y[j], 0.0])[0]
         return f"latitude {latitude:.6f}, longitude {longitude:.6f}"
 
-    def excess(self, found: Sequence[Tile], heights: Floats, sign: float) -> Floats:
-        """Return how far nodes (nx, ny) have to move for their surface not to be beyond those of tiles, metres.
-
-        That is how far it is above them for a `sign` of 1, and below them for a `sign` of -1.
-        """
-        cells = np.zeros((len(self.x) - 1, len(self.y) - 1))
+    def excess(self, found: Sequence[Tile], heights: Floats, lowest: Floats) -> tuple[Floats, Floats]:
+        """Return how far nodes (nx, ny) have to rise, and lowest ones to sink, to be beyond all tiles, metres."""
+        cells = np.zeros((2, len(self.x) - 1, len(self.y) - 1))
         for tile in found:
-            beyond = surface_excess(tile, (self.x, self.y), heights, sign)
+            beyond = surface_excess(tile, (self.x, self.y), heights, lowest)
             cells = np.maximum(cells, np.where(beyond > 0, beyond + ROUNDING_LIFT, 0.0))
-        return greatest_around_nodes(cells)
+        return greatest_around_nodes(cells[0]), greatest_around_nodes(cells[1])
 
     def covered(self, tile: Tile) -> NDArray[np.bool_]:
         """Return which nodes a tile covers, (nx, ny)."""
