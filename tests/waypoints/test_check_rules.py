@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.waypoints.report import as_data
 from written_missions import item, litchi, litchi_row, plan
 
 LEVEL = sky.AboveSea(400.0)
@@ -293,9 +294,28 @@ def test_two_missions_head_on_come_too_close_and_apart_in_height_do_not(tmp_path
 def test_what_is_not_proven_of_aeroplanes_is_said(tmp_path, vehicle):
     text = json.loads(plan(tour((4 * NORTH, 0, 60), (4 * NORTH, 4 * NORTH, 60))))
     text["mission"]["vehicleType"] = 1
-    (mission,) = checked(tmp_path, json.dumps(text), vehicle=vehicle).missions
+    fleet = checked(tmp_path, json.dumps(text), vehicle=vehicle)
+    (mission,) = fleet.missions
     heeded = {one.subject.value for one in mission.findings if not one.wrong}
-    assert ("corners" in heeded, "limits" in heeded) == (vehicle == "mapping", vehicle == "camera")
+    assert heeded == ({"corners", "way home"} if vehicle == "mapping" else set())
+    assert mission.is_proven == (vehicle == "mapping")
+    (told,) = as_data(fleet)
+    assert told["verdict"] == (
+        "proven, but for corners and the take-off and the way home" if vehicle == "mapping" else "1 fault"
+    )
+    assert [told["table"][name].startswith("proven") for name in ("take-off", "way home")] == [vehicle == "camera"] * 2
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "retraces", "ignored"),
+    [("px4", False, False), ("ardupilot", False, False), ("px4", True, True), ("dji", False, True)],
+)
+def test_rally_points_to_which_it_may_return_are_found(tmp_path, autopilot, retraces, ignored):
+    """PX4 and Copter return to the nearest of home and rally points; along a mission, and in DJI's, there are none."""
+    rally = {"points": [[47.001, 8.001, 30], [47.002, 8.001, 30]], "version": 2}
+    text = plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30)), rallyPoints=rally)
+    found = wrong(checked(tmp_path, text, settings={"autopilot": autopilot, "retraces": retraces}))
+    assert found == ([] if ignored else [("way home", (), "rally points")])
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
@@ -335,11 +355,12 @@ def test_a_home_off_the_globe_is_refused(refuses, home):
         sky.FlightSettings(home=home)
 
 
-def test_returns_of_dji_that_are_not_proven_near_home_alone_refute_nothing(tmp_path):
-    from skyverse.waypoints.report import as_data
-
-    fleet = checked(tmp_path, plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30))), settings={"autopilot": "dji"})
+@pytest.mark.parametrize("y", [0.0001, NORTH])
+def test_returns_of_dji_that_are_not_proven_near_home_alone_refute_nothing(tmp_path, y):
+    fleet = checked(tmp_path, plan(tour((NORTH, 0, 30), (y, 0, 30))), settings={"autopilot": "dji"})
     (told,) = as_data(fleet)
     assert told["proven"]
     assert {one["kind"] for one in told["findings"] if not one["wrong"]} == {fleet.missions[0].back.gaps[0].why}
+    assert told["verdict"] == "proven, but for returns within 50 m of home"
     assert told["table"]["way home"].startswith("ONLY")
+    assert told["table"]["end"].startswith("ONLY") == (y < 0.0005)

@@ -37,8 +37,8 @@ def check(
     `skyverse check one.plan two.plan --terrain dem.tif --zones zones.geojson --page check.html`,
     `skyverse check out/table-4.8.json --scenario table-4.8`
 
-    Exit code: 0 when all is proven; 1 when anything is wrong or cannot be decided, or when a UAV has no way; 2 for bad
-    input.
+    Exit code: 0 when all is proven but for what the verdict names; 1 when anything is wrong or cannot be decided, or
+    when a UAV has no way; 2 for bad input.
 
     Parameters
     ----------

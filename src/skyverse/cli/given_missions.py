@@ -15,7 +15,6 @@ from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
 from skyverse.model.caution import Caution
 from skyverse.model.flight_settings import FlightSettings
-from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import BuildOptions, Note
@@ -108,7 +107,7 @@ def tell(
     """Print what is found of missions, as JSON with more of each, and the files; write a page; return the exit code."""
     from skyverse.atomic import write_text
     from skyverse.waypoints.page import check_page
-    from skyverse.waypoints.report import as_data, assumptions, check_table, finding_line
+    from skyverse.waypoints.report import as_data, assumptions, check_table, finding_line, verdict
 
     if page is not None:
         write_text(page, check_page(fleet))
@@ -117,8 +116,7 @@ def tell(
         data = zip(more or [{}] * len(fleet.missions), as_data(fleet), strict=True)
         print(json_text([one | found for one, found in data]), end="")
     for number, mission in enumerate(() if as_json else fleet.missions):
-        verdict = "proven" if mission.is_proven else counted(sum(one.wrong for one in mission.findings), "fault")
-        print(f"{mission.flown.waypoints.name}: {verdict}")
+        print(f"{mission.flown.waypoints.name}: {verdict(mission)}")
         table(("what was judged", "found"), check_table(fleet, number))
         for finding in mission.findings:
             print(("" if finding.wrong else f"{Caution.WARNING}: ") + finding_line(fleet, number, finding))

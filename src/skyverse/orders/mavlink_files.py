@@ -37,6 +37,10 @@ FIRMWARES: dict[object, Literal["px4", "ardupilot"]] = {12: "px4", 3: "ardupilot
 """MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
 AEROPLANES = (1, 19, 20, 21, 22, 23, 24, 25)
 """MAV_TYPE_FIXED_WING and those of VTOLs."""
+MULTIROTORS = (None, 0, 2, 3, 4, 13, 14, 15, 29, 35, 43)
+"""MAV_TYPE_GENERIC and those of helicopters of any number of rotors; ``None`` where a file does not say it."""
+NEITHER = {10: ", a ground rover", 11: ", a boat", 12: ", a submarine"}
+"""Names of the MAV_TYPEs of other vehicles that have missions."""
 QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's numbers for what altitudes are counted from."""
 NO_MISSION = (*range(5000, 5005), 5100)
@@ -149,6 +153,10 @@ def read_plan(content: bytes, name: str, _given: Given) -> Waypoints:
             f"{name}: 'geoFence': expected version 2, found a polygon or circle of version 1, which QGroundControl "
             "ignores; draw it anew there"
         )
+    if mission.vehicle_type not in (*MULTIROTORS, *AEROPLANES):
+        number = mission.vehicle_type or 0
+        said = f"expected a multirotor or an aeroplane, as 2 or 1, found {number:g}{NEITHER.get(int(number), '')}"
+        raise InputError(f"{name}: mission.vehicleType: {said}")
     inside, outside = (tuple(tuple(one.polygon) for one in fence.polygons if one.inclusion is side) for side in _SIDES)
     discs = ([one.circle for one in fence.circles if one.inclusion is side] for side in _SIDES)
     circles_inside, circles_outside = (tuple((*disc.center, disc.radius) for disc in some) for some in discs)

@@ -185,6 +185,8 @@ def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
     if other:
         names = ", ".join(dict.fromkeys(other.values()))
         yield MissionFinding(Subject.ORDERS, FindingKind.NOT_FOLLOWED, tuple(other), name=names)
+    if waypoints.rally and not flown.retraces and flown.plan.autopilot.name != "dji":
+        yield MissionFinding(Subject.WAY_HOME, FindingKind.RALLY, limit=len(waypoints.rally))
     if not flown.plan.corners_proven:
         yield MissionFinding(Subject.CORNERS, FindingKind.TURNS)
     if waypoints.aeroplane and math.isfinite(flown.plan.rates.climb):

@@ -36,6 +36,7 @@ class FindingKind(StrEnum):
     CLIMB, LEVEL_WAY, DESCENT, NEAR_HOME = WAYS
     """Of a return, what is not clear."""
     NO_WAY_BACK = "no way back along the mission"
+    RALLY = "rally points"
     HOME_ALTITUDE = "altitude of home"
     NOT_FOLLOWED = "order not followed"
     NO_TERRAIN_FOLLOWING = "heights above ground"
@@ -54,9 +55,10 @@ def kind_of(shape: Shape) -> FindingKind:
     return FindingKind.FENCE if shape.kind == FENCE else FindingKind.OBSTACLE if shape.solid else FindingKind.ZONE
 
 
-_HEEDED = (*list(FindingKind)[-5:], FindingKind.NEAR_HOME)
+_Kind = FindingKind
+_HEEDED = (_Kind.NEAR_HOME, _Kind.TURNS, _Kind.RETURN, _Kind.COUNT, _Kind.LENGTH)
 """What refutes no mission."""
-_MET = tuple(FindingKind)[:6]
+_MET = (_Kind.GROUND, _Kind.CEILING, _Kind.BOUNDS, _Kind.OBSTACLE, _Kind.ZONE, _Kind.FENCE)
 """What a leg, a corner or a take-off comes too near to."""
 
 

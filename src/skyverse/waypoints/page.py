@@ -13,7 +13,7 @@ from skyverse.model.mission import PlannedFlight
 from skyverse.model.short_lines import counted, told_clock, told_metres
 from skyverse.waypoints.findings import Subject
 from skyverse.waypoints.fleet import CheckedFleet
-from skyverse.waypoints.report import assumptions, check_table, finding_line, subject_and_words
+from skyverse.waypoints.report import assumptions, check_table, finding_line, subject_and_words, verdict
 from skyverse.waypoints.site import with_fence
 
 INSTANTS = 4000
@@ -60,7 +60,8 @@ def check_page(fleet: CheckedFleet) -> str:
 
 def _figures(fleet: CheckedFleet) -> Iterator[tuple[str, str, str]]:
     wrong = sum(one.wrong for mission in fleet.missions for one in mission.findings)
-    yield "Verdict", counted(wrong, "fault") if wrong else "proven", counted(len(fleet.missions), "mission")
+    proven = ", ".join(dict.fromkeys(map(verdict, fleet.missions)))
+    yield "Verdict", counted(wrong, "fault") if wrong else proven, counted(len(fleet.missions), "mission")
     summaries = [mission.summary for mission in fleet.missions]
     yield "Flown", told_metres(sum(one.length for one in summaries)), "all missions together"
     yield "Time", f"{told_clock(max(one.time for one in summaries))} min", "of the longest"

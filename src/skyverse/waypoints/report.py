@@ -5,17 +5,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from skyverse.exports.separation import Apart
+from skyverse.exports.way_home import UNPROVEN_NEAR_HOME
 from skyverse.model.caution import Caution
 from skyverse.model.flight_table import told_energy
-from skyverse.model.short_lines import counted, told_clock, told_metres
+from skyverse.model.short_lines import counted, listed, told_clock, told_metres
 from skyverse.waypoints.check import CheckedMission, Height
 from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
 
 PROVEN, NOT = "proven", f"{Caution.NOT} proven"
+FARTHER = f"{Caution.ONLY} {PROVEN} farther from home"
 KEPT = {Apart.SPACE: "in space", Apart.TIMING: "by timing", Apart.SCHEDULE: f"{Caution.ONLY} on schedule"}
 MOST_LISTED = 12
 """Numbers of items that are told one by one."""
@@ -44,6 +44,8 @@ _SAID = {
     "fly straight legs",
     FindingKind.LANDING: "it cannot land there, as {one.name}",
     FindingKind.NO_WAY_BACK: "it does not return along its mission, since {one.name}",
+    FindingKind.RALLY: "it may return to any of its {one.limit:.0f} rally points in place of home, and nothing is "
+    "proven of the ways there: take them out of the file",
     FindingKind.HOME_ALTITUDE: "home is at {one.found:.1f} m above the sea by the file, and the ground there at "
     "{one.limit:.1f} m by the terrain: it was planned over another ground",
     FindingKind.NOT_FOLLOWED: "{one.name} may lead elsewhere, move home or end the flight: all is judged without",
@@ -52,11 +54,30 @@ _SAID = {
     FindingKind.SPEED: "{one.found:.3g} m/s is commanded, and {one.name} flies {one.limit:.3g} m/s at most",
     FindingKind.CLOSE: "comes too close to {one.name}{at}, if both start together",
     FindingKind.TURNS: "{autopilot} turns an aeroplane at a distance of its own: legs are proven, and corners are not",
-    FindingKind.RETURN: "the return of an aeroplane is not judged",
-    FindingKind.NOT_AEROPLANE: "the file is for an aeroplane, and is judged as flown by a vehicle that can stop",
+    FindingKind.RETURN: "the take-off and the return of an aeroplane are not judged",
+    FindingKind.NOT_AEROPLANE: "the file is for an aeroplane, and is judged as flown by a vehicle that can stop: "
+    "name an aeroplane as its vehicle",
     FindingKind.COUNT: "{one.found:,.0f} items, and usual boards with {autopilot} take {one.limit:,.0f}",
     FindingKind.LENGTH: "it is {one.found:,.0f} m long, and {autopilot} may refuse more than {one.limit:,.0f} m",
 }
+
+
+_OPEN = {
+    FindingKind.NEAR_HOME: "returns within {near:g} m of home",
+    FindingKind.TURNS: "corners",
+    FindingKind.RETURN: "the take-off and the way home",
+}
+"""Of what nothing is proven, where that refutes no mission."""
+
+
+def verdict(mission: CheckedMission) -> str:
+    """Return in words how many faults a mission has, or that it is proven, and but for what."""
+    wrong = sum(one.wrong for one in mission.findings)
+    if wrong:
+        return counted(wrong, "fault")
+    kinds, near = {one.kind for one in mission.findings}, UNPROVEN_NEAR_HOME[mission.flown.plan.autopilot.name]
+    but_for = [said.format(near=near) for kind, said in _OPEN.items() if kind in kinds]
+    return f"{PROVEN}, but for {listed(but_for)}" if but_for else PROVEN
 
 
 def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
@@ -65,10 +86,10 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     flown, route = mission.flown, mission.flown.plan.route
     legs, corners = flown.legs, int(((route.waypoint_radii > 0) & (route.waypoint_holds == 0))[1:-1].sum())
     rows = [
-        ("take-off", _verdict(mission, Subject.TAKEOFF, 1)),
+        ("take-off", _takeoff(mission)),
         ("legs", _verdict(mission, Subject.LEGS, legs)),
-        ("corners", _verdict(mission, Subject.CORNERS, corners) + _radii(route.waypoint_radii) if corners else "none"),
-        ("end", f"{NOT if mission.of(Subject.END) else PROVEN}: {_end(mission)}"),
+        ("corners", _corners(mission, corners)),
+        ("end", _end(mission)),
         ("way home", _way_home(mission)),
     ]
     if mission.lowest is not None and mission.highest is not None:
@@ -160,6 +181,7 @@ def _data(fleet: CheckedFleet, number: int, mission: CheckedMission) -> dict[str
     return {
         "file": mission.flown.waypoints.name,
         "proven": mission.is_proven,
+        "verdict": verdict(mission),
         "findings": [
             asdict(one) | {"what": one.what, "deep": one.deep, "wrong": one.wrong, "said": _said(mission, one)}
             for one in mission.findings
@@ -181,9 +203,19 @@ def _verdict(mission: CheckedMission, subject: Subject, count: int) -> str:
     return f"{NOT}: {len(wrong):,} of {count:,}" if wrong else f"{count:,} {PROVEN}"
 
 
-def _radii(radii: np.ndarray[Any, Any]) -> str:
-    most = float(radii.max(initial=0.0))
-    return f", cut within {most:.3g} m at most" if most else ""
+def _takeoff(mission: CheckedMission) -> str:
+    if mission.back is None:
+        return "not judged"
+    return _verdict(mission, Subject.TAKEOFF, 1) if mission.flown.plan.route.takeoff else "none above home"
+
+
+def _corners(mission: CheckedMission, count: int) -> str:
+    if not count:
+        return "none"
+    if not mission.flown.plan.corners_proven:
+        return NOT
+    most = float(mission.flown.plan.route.waypoint_radii.max())
+    return f"{_verdict(mission, Subject.CORNERS, count)}, cut within {most:.3g} m at most"
 
 
 def _kept(wrong: int) -> str:
@@ -194,7 +226,10 @@ def _end(mission: CheckedMission) -> str:
     up = f"returns at {mission.flown.return_altitude:.4g} m above home, and lands there"
     if mission.flown.returns_along:
         up = "returns along its mission, and lands at home"
-    return {"loiter": "stays at its last place", "land": "lands", "rtl": up}[mission.flown.end]
+    proven = NOT if mission.of(Subject.END) else PROVEN
+    if any(one.subject is Subject.END and one.kind is FindingKind.NEAR_HOME for one in mission.findings):
+        proven = FARTHER
+    return f"{proven}: { {'loiter': 'stays at its last place', 'land': 'lands', 'rtl': up}[mission.flown.end] }"
 
 
 def _way_home(mission: CheckedMission) -> str:
@@ -203,7 +238,7 @@ def _way_home(mission: CheckedMission) -> str:
         return "not judged"
     where = f"{NOT} in {counted(len(back.gaps), 'part')} of the flight"
     if all(gap.why == FindingKind.NEAR_HOME for gap in back.gaps):
-        where = f"{PROVEN} at every instant" if back.everywhere else f"{Caution.ONLY} {PROVEN} farther from home"
+        where = f"{PROVEN} at every instant" if back.everywhere else FARTHER
     return f"{where}, {'along its mission' if back.retraces else f'at {back.altitude:.4g} m above home'}"
 
 
