@@ -262,8 +262,9 @@ def require_file(path: Path, names: Sequence[str] = ()) -> None:
         return
     if path.is_dir():
         raise InputError(f"{path}: expected a file, found a folder")
-    if path.exists():
-        raise InputError(f"{path}: expected a file, found a device or a pipe")
+    if path.exists() or path.is_symlink():
+        found = "a device or a pipe" if path.exists() else "a link that leads nowhere"
+        raise InputError(f"{path}: expected a file, found {found}")
     known = list(names)
     with suppress(OSError):
         known += sorted(entry.name for entry in islice(path.parent.iterdir(), MAX_SEARCHED_FILES))

@@ -82,11 +82,24 @@ def circle(data):
     data["mission"]["items"][2:2] = [item(177, 2, 60000, 0, 0, 0, 0, 0, frame=2, number=9)]
 
 
+def round_without_a_place(data):
+    data["mission"]["items"][2:2] = [
+        item(115, 90, 0, 0, 0, 0, 0, 0, frame=2, number=8),
+        item(177, 8, 1_000_000_000, 0, 0, 0, 0, 0, frame=2, number=9),
+    ]
+
+
+def many_places(data):
+    data["mission"]["items"][2:2] = [item(16, 0, 0, 0, None, *GOOD[k % 2], number=k + 9) for k in range(20_001)]
+
+
 def unknown_frame(data):
     data["mission"]["items"][1]["frame"] = 1
 
 
-@pytest.mark.parametrize("change", [no_home, zero, negative_hold, swapped, circle, unknown_frame])
+@pytest.mark.parametrize(
+    "change", [no_home, zero, negative_hold, swapped, circle, round_without_a_place, many_places, unknown_frame]
+)
 def test_a_mission_that_cannot_be_followed_is_refused(refused, tmp_path, monkeypatch, change):
     monkeypatch.chdir(tmp_path)
     data = flight(*GOOD)
@@ -103,7 +116,14 @@ def test_a_mission_without_terrain_nor_altitude_of_home_is_refused(refused, tmp_
 
 def test_a_mission_of_skyverse_takes_no_options_of_maps(refused, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    refused("check", "mission.json", "--terrain", "dem.tif")
+    refused("check", write("mission.json", {}), "--terrain", "dem.tif")
+
+
+def test_a_mission_of_skyverse_must_be_there_whatever_the_options(refused, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused("check", "nosuch", "--terrain", "dem.tif")
+    Path("round.plan").symlink_to("round.plan")
+    refused("check", "round.plan", *HEIGHTS)
 
 
 def test_a_mission_across_the_antimeridian_is_proven(skyverse):

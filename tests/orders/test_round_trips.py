@@ -5,6 +5,7 @@ import io
 import json
 import time
 import zipfile
+from codecs import BOM_UTF8
 from dataclasses import replace
 
 import pytest
@@ -57,6 +58,15 @@ def test_a_file_in_which_nothing_has_changed_is_the_same_to_the_byte(tmp_path, n
     for waypoints in (read(path), copy.deepcopy(read(path))):
         sky.write_waypoints(waypoints, tmp_path / "out" / name)
         assert (tmp_path / "out" / name).read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("name", [name for name in EVERY if not name.endswith(".kmz")])
+def test_a_mark_of_the_bytes_order_stays_where_a_file_has_it(tmp_path, name):
+    path = stored(tmp_path, name)
+    path.write_bytes(BOM_UTF8 + path.read_bytes())
+    write(changed(read(path)), path)
+    assert path.read_bytes().startswith(BOM_UTF8)
+    assert path.read_bytes().count(BOM_UTF8) == 1
 
 
 def close(one, other):

@@ -11,7 +11,7 @@ from skyverse.cli.given_scenario import judging_scenario, without_way
 from skyverse.cli.option_names import as_in, for_command_line
 from skyverse.cli.option_types import AsJson, GivenMission, GivenScenario
 from skyverse.cli.report import json_text, violation_data
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_file
 from skyverse.model.short_lines import counted
 
 
@@ -58,6 +58,7 @@ def check(
 
     planned = [one for one in missions if Path(one).suffix.lower() in ("", ".json")]
     if planned:
+        require_file(Path(planned[0]))
         if len(missions) > 1 or given or page is not None:
             said = "expected it alone, with --scenario at most, found more"
             raise InputError(f"{planned[0]}: a mission of skyverse: {said}")

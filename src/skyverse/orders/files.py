@@ -1,5 +1,6 @@
 """Other people's missions: read from files and written back with what was changed; the suffix tells the format."""
 
+from codecs import BOM_UTF8
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -99,7 +100,7 @@ def rewritten(waypoints: Waypoints) -> Waypoints:
     same = (before.orders, before.home) == (waypoints.orders, waypoints.home)
     if same and (waypoints.autopilot != "dji" or before.return_altitude == waypoints.return_altitude):
         return waypoints
-    content = form.content(waypoints, before)
+    content = BOM_UTF8 * waypoints.stored.startswith(BOM_UTF8) + form.content(waypoints, before)
     return replace(form.read(content, waypoints.name, given), told=given, stored=content)
 
 

@@ -52,6 +52,8 @@ def _table(content: bytes, name: str) -> _Table:
         lines = list(csv.reader(io.StringIO(text_of(content, name)), strict=True))
     except csv.Error as error:
         raise InputError(f"{name}: expected a table (CSV): {error}") from None
+    if lines and len(lines[0]) == 1 and ";" in lines[0][0]:
+        raise InputError(f"{name}: expected cells separated by ',', found ';'")
     columns: dict[str, int] = {}
     units: dict[str, float] = {}
     for at, cell in enumerate(lines[0] if lines else []):

@@ -16,7 +16,7 @@ from pydantic.alias_generators import to_camel
 
 from skyverse.documents.json import read_json
 from skyverse.documents.limits import text_of
-from skyverse.errors import InputError, require_whole, shown
+from skyverse.errors import InputError, shown
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.waypoints import Geofence, Order, OrderKind, Waypoints
 from skyverse.model.wrong_values import wrong_field
@@ -51,6 +51,7 @@ STORED_IN = ("TransectStyleComplexItem", "Items")
 _SIDES = (True, False)
 LANDINGS = {"fwLandingPattern": Command.LAND, "vtolLandingPattern": Command.VTOL_LAND}
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Whole = Annotated[int, Field(strict=True, ge=0)]
 Flag = Annotated[bool, Field(strict=True)]
 Latitude = Annotated[Number, Field(ge=-90, le=90)]
 Longitude = Annotated[Number, Field(ge=-180, le=180)]
@@ -107,6 +108,11 @@ class _Plan(_Part):
     mission: _Mission
     geo_fence: _Fence | None = None
     rally_points: _Rally | None = None
+
+
+class _Item(_Part):
+    command: Whole
+    frame: Whole
 
 
 class _Landing(_Part):
@@ -187,8 +193,8 @@ def plan_content(waypoints: Waypoints, before: Waypoints) -> bytes:
 
 def _orders(slots: Sequence[_Slot]) -> Iterator[Order]:
     """Yield the orders of a file's items; jumps lead to numbers, also those to tags, of which the first counts."""
-    numbers = {slot.id: number for number, slot in enumerate(slots, 1)}
-    tags = {int(s.item.numbers[0]): k for k, s in [*enumerate(slots, 1)][::-1] if s.item.command == Command.TAG}
+    numbers: dict[float, int] = {slot.id: number for number, slot in enumerate(slots, 1)}
+    tags = {s.item.numbers[0]: k for k, s in [*enumerate(slots, 1)][::-1] if s.item.command == Command.TAG}
     for number, slot in enumerate(slots, 1):
         order = order_of(slot.item, number, number - 1, f"{slot.where} ({number})")
         if order.kind is OrderKind.JUMP:
@@ -268,13 +274,12 @@ def _plan_slots(plan: dict[str, Any], name: str) -> list[_Slot]:
 
 
 def _plan_slot(holder: list[Any], data: dict[str, Any], where: str, number: int, zero_is_here: bool) -> _Slot:
-    for key in ("command", "frame"):
-        require_whole(data.get(key), f"{where}: {key}", 0)
+    one = _checked(_Item, data, where)
     params, place = data.get("params"), data.get("coordinate", [])  # which QGroundControl wrote apart until 2017
     if not isinstance(params, list) or not isinstance(place, list):
         raise InputError(f"{where}: 'params': expected seven numbers, found {shown(params)}")
     numbers = numbers_of([*params, *place], f"{where}: 'params'", zero_is_here=zero_is_here)
-    item = StoredItem(data["command"], data["frame"], numbers)
+    item = StoredItem(one.command, one.frame, numbers)
     given = data.get("doJumpId", number)
     if given == 0:  # of an item that stands for a landing pattern
         data["doJumpId"] = given = number

@@ -11,6 +11,8 @@ from skyverse.model.waypoints import Waypoints
 
 MAX_VISITS = 20_000
 """Places that the orders of a mission may lead to, jumps unrolled."""
+MAX_STEPS = 1_000_000
+"""Orders that may be followed to get there."""
 USUAL_CIRCLE = 10.0
 """Metres: CIRCLE_RADIUS of Copter."""
 

@@ -18,7 +18,7 @@ from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
-from skyverse.waypoints.defaults import MAX_VISITS, USUAL_CIRCLE, Settled
+from skyverse.waypoints.defaults import MAX_STEPS, MAX_VISITS, USUAL_CIRCLE, Settled
 
 DJI_SAFELY = "safely"
 """How DJI calls a take-off that climbs as high as the first waypoint, and flies there on one level."""
@@ -84,9 +84,10 @@ class Unrolled:
         since: dict[int, int] = {}
         last_of = max((k for k, one in enumerate(orders) if one.kind in _MOVES), default=-1)
         place_of = {order.number: k for k, order in enumerate(orders)}
+        steps = 0
         while at < len(orders):
             order = orders[at]
-            at += 1
+            at, steps = at + 1, steps + 1
             if order.kind is OrderKind.JUMP:
                 times = 1 if order.times < 0 else order.times  # a round for ever is proven once
                 if order.times < 0:
@@ -99,8 +100,9 @@ class Unrolled:
                     at = place_of[order.to]  # type: ignore[index]
             elif self._follow(order, last=at > last_of):
                 return
-            if len(self.visits) > MAX_VISITS:
-                raise self._refused(order, f"its jumps lead to more than {MAX_VISITS:,} places")
+            if len(self.visits) > MAX_VISITS or steps > MAX_STEPS:
+                most = f"expected at most {MAX_VISITS:,} places and {MAX_STEPS:,} orders, each round of jumps counted"
+                raise self._refused(order, f"{most}, found more")
 
     def _refused(self, order: Order, said: str, field: str | None = None) -> InputError:
         return InputError(f"{self.waypoints.name}: item {order.number}: {said}", field=field)
