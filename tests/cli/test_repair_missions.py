@@ -42,6 +42,23 @@ def test_what_was_changed_is_told_once_and_written(tmp_path, skyverse):
     assert (tmp_path / "twice.plan").read_bytes() == (tmp_path / "fixed.plan").read_bytes()
 
 
+def test_what_is_proven_is_the_file_that_is_written_with_the_parameters_it_needs(tmp_path, skyverse):
+    corners = [place(x, y) for x, y in ((65, 90), (85, 90), (85, 110), (65, 110), (65, 90))]
+    tower = {"type": "Polygon", "coordinates": [[[longitude, latitude] for latitude, longitude in corners]]}
+    shape = {"type": "Feature", "properties": {"height": 40}, "geometry": tower}
+    towers, fixed, loaded = (tmp_path / name for name in ("towers.geojson", "fixed.plan", "fixed.params"))
+    towers.write_text(json.dumps({"type": "FeatureCollection", "features": [shape]}))
+    source, options = mission(tmp_path / "m.plan"), (*LEVEL, "--buildings", towers, "--unit", "m")
+    assert skyverse("check", source, *options)[0] == 1
+    code, out, _ = skyverse("repair", source, *options, "-o", fixed)
+    assert (code, loaded.exists()) == (0, True)
+    assert f"{fixed}: proven, with {loaded} loaded" in out.splitlines()
+    assert out.splitlines()[-2:] == [str(fixed), str(loaded)]
+    code, out, _ = skyverse("repair", source, *options, "-o", fixed, "--json")
+    (told,) = json.loads(out)
+    assert (told["written"], told["parameters"]) == (str(fixed), str(loaded))
+
+
 @pytest.mark.parametrize(
     ("words", "kept"),
     [

@@ -97,26 +97,26 @@ def judged(
     return found
 
 
-def tell(
-    fleet: "CheckedFleet",
-    page: Path | None,
-    as_json: bool,
-    written: Sequence[Path] = (),
-    more: Sequence[dict[str, Any]] = (),
-) -> int:
-    """Print what is found of missions, as JSON with more of each, and the files; write a page; return the exit code."""
+def tell(fleet: "CheckedFleet", page: Path | None, as_json: bool, more: Sequence[dict[str, Any]] = ()) -> int:
+    """Print what is found of missions, and the files; write a page; return the exit code.
+
+    What JSON has more of each mission are, among other things, the file `written` and that of `parameters` to load.
+    """
     from skyverse.atomic import write_text
     from skyverse.waypoints.page import check_page
     from skyverse.waypoints.report import as_data, assumptions, check_table, finding_line, verdict
 
+    more = more or [{}] * len(fleet.missions)
+    written = [one[key] for one in more for key in ("written", "parameters") if one.get(key) is not None]
     if page is not None:
         write_text(page, check_page(fleet))
-        written = (*written, page)
+        written.append(str(page))
     if as_json:
-        data = zip(more or [{}] * len(fleet.missions), as_data(fleet), strict=True)
-        print(json_text([one | found for one, found in data]), end="")
+        print(json_text([one | found for one, found in zip(more, as_data(fleet), strict=True)]), end="")
     for number, mission in enumerate(() if as_json else fleet.missions):
-        print(f"{mission.flown.waypoints.name}: {verdict(mission)}")
+        loaded = more[number].get("parameters")
+        loading = "" if loaded is None else f", with {loaded} loaded"
+        print(f"{more[number].get('written', mission.flown.waypoints.name)}: {verdict(mission)}{loading}")
         table(("what was judged", "found"), check_table(fleet, number))
         for finding in mission.findings:
             print(("" if finding.wrong else f"{Caution.WARNING}: ") + finding_line(fleet, number, finding))

@@ -1,5 +1,6 @@
 """``skyverse repair``: missions of autopilots mended, judged again, and written as they were read."""
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -71,23 +72,23 @@ def repair(
         for change in changes:
             print(f"  {'-'.join(map(str, change.items)) + ': ' if change.items else ''}{change.said}")
     more = [
-        {"written": str(file), "changes": [asdict(one) for one in changes]}
-        for file, changes in zip(files, mended.changes, strict=True)
+        {"written": str(file), "parameters": loaded, "changes": [asdict(one) for one in changes]}
+        for file, loaded, changes in zip(files, _parameters(mended, files), mended.changes, strict=True)
     ]
-    return tell(mended.checked, page, as_json, [*files, *_parameters(mended, files)], more)
+    return tell(mended.checked, page, as_json, more)
 
 
-def _parameters(mended: "RepairedFleet", files: list[Path]) -> list[Path]:
-    """Write the parameters of missions that return at another altitude now, and return their files."""
+def _parameters(mended: "RepairedFleet", files: list[Path]) -> Iterator[str | None]:
+    """Write the parameters of missions that return at another altitude now, and yield the file of each, if any."""
     from skyverse.atomic import write_text
     from skyverse.exports.parameters import parameter_file, parameters_text
 
-    written = []
     for mission, file in zip(mended.checked.missions, files, strict=True):
         plan, back = mission.flown.plan, mission.back
         own = parameter_file(file, file.suffix, plan)
         told = mission.flown.waypoints
-        if (told.retraces or told.return_altitude is not None) and own is not None and back is not None:
-            write_text(own, parameters_text(plan, mended.checked.scenario.uavs[plan.route.uav], back))
-            written.append(own)
-    return written
+        if own is None or back is None or not (told.retraces or told.return_altitude is not None):
+            yield None
+            continue
+        write_text(own, parameters_text(plan, mended.checked.scenario.uavs[plan.route.uav], back))
+        yield str(own)
