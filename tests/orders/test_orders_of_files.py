@@ -33,7 +33,7 @@ def test_a_plan_is_read_item_by_item_as_qgroundcontrol_numbers_them(tmp_path):
     assert (speed.speed, camera.spacing, jump.to, jump.times) == (6.5, 12.5, 3, 2)
     assert (corner.seconds, corner.radius, corner.heading) == (2.5, 3.0, 90.0)
     assert high.place == (47.003, 8.003, AboveSea(460.0))
-    assert told.passed_on == {other.name: [7]}
+    assert (other.name, told.passed_on) == ("MAV_CMD 31010", {})
     assert (told.home, told.speed, told.autopilot) == ((47.0, 8.0, 400.0), 5, "px4")
 
 
@@ -118,8 +118,10 @@ def test_rows_count_in_their_order_whatever_their_numbers(tmp_path):
 def test_commands_that_are_passed_on_have_their_names(tmp_path):
     rows = ["189\t0\t0\t0\t0", "179\t1\t0\t0\t0", "93\t-1\t12\t30\t0", "60123\t0\t0\t0\t0"]
     text = given.WPL + "".join(f"{k}\t0\t2\t{row}\t0\t0\t0\t1\n" for k, row in enumerate(rows, 7))
-    passed = read(tmp_path, "o.waypoints", text).passed_on
-    assert passed == {"DO_LAND_START": [7], "DO_SET_HOME": [8], "NAV_DELAY": [9], "MAV_CMD 60123": [10]}
+    told = read(tmp_path, "o.waypoints", text)
+    assert told.passed_on == {"DO_LAND_START": [7]}
+    others = [(order.name, order.number) for order in told.orders if order.kind is Kind.OTHER]
+    assert others == [("DO_SET_HOME", 8), ("NAV_DELAY", 9), ("MAV_CMD 60123", 10)]
 
 
 @pytest.fixture
@@ -161,6 +163,19 @@ def test_jumps_to_tags_lead_to_the_first_item_with_the_tag(tmp_path):
     ]
     told = read(tmp_path, "t.plan", given.plan([*given.FLIGHT[:3], *rows]))
     assert (told.orders[-1].kind, told.orders[-1].to, told.orders[-1].times) == (Kind.JUMP, 7, 3)
+
+
+@pytest.mark.parametrize(("known", "unknown"), [("takePhoto", "loopTheLoop"), (">goHome<", ">goAnywhere<")])
+def test_what_dji_names_and_nobody_knows_may_lead_anywhere(tmp_path, known, unknown):
+    text = given.waylines()
+    assert known in text
+    told = read(tmp_path, "m.wpml.kmz", given.kmz(wpmz__waylines_wpml=text.replace(known, unknown)))
+    assert {order.name for order in told.orders if order.kind is Kind.OTHER} == {"megaphone", unknown.strip("<>")}
+
+
+def test_actions_that_nobody_knows_of_litchi_may_lead_anywhere(tmp_path):
+    told = read(tmp_path, "a.csv", given.litchi([given.litchi_row(47, 8, 30, [(1, 0), (9, 0)])]))
+    assert [(order.name, order.number) for order in told.orders if order.kind is Kind.OTHER] == [("action 9", 1)]
 
 
 def test_waylines_are_what_the_drone_is_told(tmp_path):

@@ -151,9 +151,9 @@ class Waypoints:
 
     @property
     def passed_on(self) -> dict[str, list[int]]:
-        """The numbers of the orders that are kept as they are and not followed, by what the file calls them."""
+        """The numbers of the orders that move nothing and are passed on, by what the file calls them."""
         found: dict[str, list[int]] = {}
         for order in self.orders:
-            if order.kind in (OrderKind.PASSED_ON, OrderKind.OTHER):
+            if order.kind is OrderKind.PASSED_ON:
                 found.setdefault(order.name, []).append(order.number)
         return found

@@ -48,7 +48,8 @@ _SAID = {
     "proven of the ways there: take them out of the file",
     FindingKind.HOME_ALTITUDE: "home is at {one.found:.1f} m above the sea by the file, and the ground there at "
     "{one.limit:.1f} m by the terrain: it was planned over another ground",
-    FindingKind.NOT_FOLLOWED: "{one.name} may lead elsewhere, move home or end the flight: all is judged without",
+    FindingKind.NOT_FOLLOWED: "{one.name} may lead elsewhere, move home or end the flight: nothing is proven from "
+    "there on, and all is judged as if left out",
     FindingKind.NO_TERRAIN_FOLLOWING: _REFUSED,
     FindingKind.NO_CIRCLES: _REFUSED,
     FindingKind.SPEED: "{one.found:.3g} m/s is commanded, and {one.name} flies {one.limit:.3g} m/s at most",
@@ -164,11 +165,11 @@ def _above_home(fleet: CheckedFleet, number: int, sea: float) -> str:
 
 
 def assumptions(fleet: CheckedFleet, number: int) -> Iterator[str]:
-    """Yield what was taken from defaults, and what the mission tells that is passed on without being followed."""
+    """Yield what was taken from defaults, and what the mission tells that is taken to move nothing, and passed on."""
     mission = fleet.missions[number]
     yield from (f"Taken as usual: {said}." for said in (*fleet.assumed, *mission.flown.assumed))
     for name, items in mission.flown.waypoints.passed_on.items():
-        yield f"Not followed, passed on: {name} (item {_listed(items)})."
+        yield f"Taken to move nothing, passed on: {name} (item {_listed(items)})."
 
 
 def as_data(fleet: CheckedFleet) -> list[dict[str, Any]]:
