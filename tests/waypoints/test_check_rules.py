@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.waypoints.report import as_data
+from skyverse.waypoints.report import as_data, finding_lines
 from written_missions import item, litchi, litchi_row, plan
 
 LEVEL = sky.AboveSea(400.0)
@@ -363,3 +363,40 @@ def test_returns_of_dji_that_are_not_proven_near_home_alone_refute_nothing(tmp_p
     assert told["verdict"] == "proven, but for returns within 50 m of home"
     assert told["table"]["way home"].startswith("ONLY")
     assert told["table"]["end"].startswith("ONLY") == (y < 0.0005)
+
+
+def test_whatever_is_met_the_clearance_is_what_is_required_beyond_the_tracking_error(tmp_path):
+    """At the level of home and over a ridge, in bounds and below them; a tower beside a leg, and one below it."""
+    ridge_met = {"ground": None, "terrain": ridge(tmp_path), "settings": {"return_altitude": 90.0}}
+    corners = [(x, y) for x, y in ((0.0009, 0.0004), (0.00105, 0.0004), (0.00105, 0.0006), (0.0009, 0.0006))]
+    shapes = []
+    for metres, aside in ((60, 0.0), (25.5, -0.003)):
+        ring = [[8 + x + aside, 47 + y] for x, y in (*corners, corners[0])]
+        where = {"type": "Polygon", "coordinates": [ring]}
+        shapes.append(
+            {"type": "Feature", "properties": {"name": f"{metres}", "height": f"{metres} m"}, "geometry": where}
+        )
+    (tmp_path / "towers.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": shapes}))
+    cases = [
+        (tour((NORTH, 0, 30), (NORTH, NORTH, 1)), {}),
+        (tour((NORTH, 0, 30), (NORTH, NORTH, -20)), {}),
+        (tour((0, 0.004, 40), (NORTH, 0.004, 40)), ridge_met),
+        (tour((0, 0.001, 30), (NORTH, 0.001, 30), (NORTH, -0.002, 30), (0, -0.002, 30)), {"buildings": "towers"}),
+    ]
+    for way, more in cases:
+        more |= {"buildings": [tmp_path / "towers.geojson"]} if "buildings" in more else {}
+        fleet = checked(tmp_path, plan(way), **more)
+        found = [one for one in fleet.missions[0].findings if one.deep is not None and one.kind.value != "ceiling"]
+        assert found
+        assert [one.limit for one in found] == [2.0] * len(found)
+
+
+@pytest.mark.parametrize(("low", "told"), [(4, 7), (5, 3)])
+def test_of_many_legs_on_end_that_meet_the_same_the_worst_is_told(tmp_path, low, told):
+    heights = [30, *(1.0 + k % 2 for k in range(low)), 30, 30, 1.0, 30]
+    fleet = checked(tmp_path, plan(tour(*((k * NORTH, 0, z) for k, z in enumerate(heights)))))
+    found = [one for one in fleet.missions[0].findings if one.wrong]
+    legs = [said for said in finding_lines(fleet, 0) if said.startswith("leg ")]
+    assert len([one for one in found if one.subject.value == "legs"]) == low + 3
+    assert len(legs) == told
+    assert sum("on end" in said for said in legs) == (told == 3)

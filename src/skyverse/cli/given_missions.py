@@ -13,7 +13,6 @@ from skyverse.cli.map_options import MAPS, build_options, map_files, must_be_hee
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
-from skyverse.model.caution import Caution
 from skyverse.model.flight_settings import FlightSettings
 
 if TYPE_CHECKING:
@@ -104,7 +103,7 @@ def tell(fleet: "CheckedFleet", page: Path | None, as_json: bool, more: Sequence
     """
     from skyverse.atomic import write_text
     from skyverse.waypoints.page import check_page
-    from skyverse.waypoints.report import as_data, assumptions, check_table, finding_line, verdict
+    from skyverse.waypoints.report import as_data, assumptions, check_table, finding_lines, verdict
 
     more = more or [{}] * len(fleet.missions)
     written = [one[key] for one in more for key in ("written", "parameters") if one.get(key) is not None]
@@ -118,9 +117,7 @@ def tell(fleet: "CheckedFleet", page: Path | None, as_json: bool, more: Sequence
         loading = "" if loaded is None else f", with {loaded} loaded"
         print(f"{more[number].get('written', mission.flown.waypoints.name)}: {verdict(mission)}{loading}")
         table(("what was judged", "found"), check_table(fleet, number))
-        for finding in mission.findings:
-            print(("" if finding.wrong else f"{Caution.WARNING}: ") + finding_line(fleet, number, finding))
-        for said in assumptions(fleet, number):
+        for said in (*finding_lines(fleet, number), *assumptions(fleet, number)):
             print(said)
     for file in written:
         print(file, file=sys.stderr if as_json else sys.stdout)

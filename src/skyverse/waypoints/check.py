@@ -243,7 +243,8 @@ def _met(judge: MissionJudge, part: Part, met: Incursion | None) -> _Met:
     scenario, fault = judge.scenario, part.checked.fault
     if isinstance(fault, Breach):
         if fault.rule is LegRule.GROUND:
-            return _Met(FindingKind.GROUND, fault.place, "", fault.allowed - fault.off, fault.allowed)
+            limit = scenario.ground_clearance
+            return _Met(FindingKind.GROUND, fault.place, "", limit - fault.off, limit)
         if fault.rule is LegRule.CEILING:
             return _Met(FindingKind.CEILING, fault.place, "", -fault.off, 0.0)
         low, high = np.subtract(fault.place, scenario.bounds.min), np.subtract(scenario.bounds.max, fault.place)
@@ -251,18 +252,19 @@ def _met(judge: MissionJudge, part: Part, met: Incursion | None) -> _Met:
         if low[2] > min(low.min(), high.min()):
             return _Met(FindingKind.BOUNDS, fault.place, "", found, limit)
         if scenario.terrain is not None:  # what is below the bounds is below ground, or near it
-            found = float(fault.place[2] - scenario.terrain.height(fault.place[:2]))
-            limit = scenario.ground_clearance + judge.error.vertical
+            found = float(fault.place[2] - scenario.terrain.height(fault.place[:2])) - judge.error.vertical
+            limit = scenario.ground_clearance
         return _Met(FindingKind.GROUND, fault.place, "", found, limit)
     if met is None:
         return _Met(FindingKind.UNDECIDED, part.points[-1 if not part.radius else 2])
     if met.obstacle in (GROUND_NUMBER, CEILING_NUMBER):
         kind = FindingKind.GROUND if met.obstacle == GROUND_NUMBER else FindingKind.CEILING
-        return _Met(kind, met.position, "", met.gap, met.required)
+        limit = scenario.ground_clearance if kind is FindingKind.GROUND else 0.0
+        return _Met(kind, met.position, "", limit - (met.required - met.gap), limit)
     shape = part.checker.space.scenario.obstacles[met.obstacle]
     kind = kind_of(shape)
     name = " ".join(word for word in (shape.kind or kind.value, shape.name) if word)
-    return _Met(kind, met.position, name, met.gap, met.required)
+    return _Met(kind, met.position, name, scenario.clearance - (met.required - met.gap), scenario.clearance)
 
 
 def _of_landing(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFinding]:

@@ -81,8 +81,9 @@ class MissionFinding:
         what has a limit, or why it cannot land or
         go back.
     found, limit
-        What was found and what is allowed: metres from the ground, the ceiling, the bounds or an obstacle, negative
-        beyond it; the altitude of home in the file and the ground there; a speed, m/s; a count; metres of a leg.
+        What was found and what is allowed: metres from the ground, the ceiling, the bounds or an obstacle that are left
+        by all that the vehicle may stray, negative beyond it, and the clearance that is to be left; the altitude of
+        home in the file and the ground there; a speed, m/s; a count; metres of a leg.
     clear_at
         Metres above mean sea level at which the vehicle would be clear there; ``None`` where no height clears it.
     times

@@ -9,7 +9,7 @@ from skyverse.maps.assembly.options import BuildOptions
 from skyverse.model.flight_settings import FlightSettings
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import active_spans
-from skyverse.model.short_lines import counted, told_clock
+from skyverse.model.short_lines import told_clock
 from skyverse.model.timed_shapes import temporary_zones, with_zones_active
 from skyverse.model.waypoints import Waypoints
 from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
@@ -106,8 +106,8 @@ def _with_zones_closed(scenario: Scenario, flights: Sequence[FlownMission]) -> t
     timed = temporary_zones(scenario)
     spans = {number: active_spans(scenario.zones[number].active) for number in timed}
     closed = [number for number in timed if any(begin <= until and end >= 0 for begin, end in spans[number])]
-    said = f"of {counted(len(timed), 'zone')} with active times {len(closed)} closed throughout, those active within"
-    return with_zones_active(scenario, closed), (f"{said} {told_clock(until)} min of the start",) if timed else ()
+    said = f"zones with active times count as closed throughout if any is within {told_clock(until)} min of the start"
+    return with_zones_active(scenario, closed), (f"{said}, as {len(closed)} of {len(timed)} are",) if timed else ()
 
 
 def _top(flight: FlownMission) -> float:

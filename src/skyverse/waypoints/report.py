@@ -17,6 +17,8 @@ from skyverse.waypoints.fleet import CheckedFleet
 PROVEN, NOT = "proven", f"{Caution.NOT} proven"
 FARTHER = f"{Caution.ONLY} {PROVEN} farther from home"
 KEPT = {Apart.SPACE: "in space", Apart.TIMING: "by timing", Apart.SCHEDULE: f"{Caution.ONLY} on schedule"}
+MOST_ON_END = 5
+"""Legs or corners on end that meet the same and are told one by one."""
 MOST_LISTED = 12
 """Numbers of items that are told one by one."""
 _NOUNS = {
@@ -29,16 +31,16 @@ _NOUNS = {
 }
 """What the numbers of a finding are, where its subject alone does not say it."""
 
-_NEAR = "may {near} {one.name}, where {one.limit:.1f} m off it are required"
+_NEAR = "may {near} {one.name}, where {limit} off it are required"
 _RETURN = "no return at {mission.back.altitude:.4g} m above home is proven from {times} min of the flight: {one.kind}"
 _REFUSED = "{autopilot} takes no {one.kind} in missions, and refuses these orders"
 _SAID = {
-    FindingKind.GROUND: "may be {off:.3g} m {above} ground, where {one.limit:.1f} m above it are required",
-    FindingKind.CEILING: "may be {off:.3g} m above the ceiling of {mission.scenario.max_height:.4g} m above ground",
+    FindingKind.GROUND: "may be {off} {above} ground, where {limit} above it are required",
+    FindingKind.CEILING: "may be {off} above the ceiling of {mission.scenario.max_height:.4g} m above ground",
     FindingKind.OBSTACLE: _NEAR,
     FindingKind.ZONE: _NEAR,
     FindingKind.FENCE: "may {crosses} the fence",
-    FindingKind.BOUNDS: "may be {off:.3g} m out of bounds",
+    FindingKind.BOUNDS: "may be {off} out of bounds",
     FindingKind.UNDECIDED: "could not be decided",
     FindingKind.CURVED: "the curves that these orders ask for are not published, so nothing is proven of them: "
     "fly straight legs",
@@ -116,6 +118,31 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     return rows
 
 
+def finding_lines(fleet: CheckedFleet, number: int) -> Iterator[str]:
+    """Yield a line for each finding of a mission; of more on end that meet the same, only for the worst."""
+    mission = fleet.missions[number]
+    for run in _on_end(mission):
+        some = run if len(run) <= MOST_ON_END else [max(run, key=lambda one: one.deep or 0.0)]
+        more = "" if len(some) == len(run) else f"; the worst of {len(run):,} on end, {_span(run[0].items)} to "
+        last = more and _span(run[-1].items)
+        for one in some:
+            said = "" if one.wrong else f"{Caution.WARNING}: "
+            yield f"{said}{finding_line(fleet, number, one)}{more}{last}"
+
+
+def _on_end(mission: CheckedMission) -> list[list[MissionFinding]]:
+    """Return findings one by one, but those of legs or corners on end that meet the same together."""
+    runs, latest, ends = list[list[MissionFinding]](), dict[object, list[MissionFinding]](), mission.flown.ends
+    for one in mission.findings:
+        same = one.subject, one.what
+        last = latest[same][-1].part if same in latest else None
+        if one.part is None or last is None or ends(one.part)[0] > ends(last)[1]:
+            runs.append([])
+            latest[same] = runs[-1]
+        latest[same].append(one)
+    return runs
+
+
 def finding_line(fleet: CheckedFleet, number: int, finding: MissionFinding) -> str:
     """Return a finding of a mission in one line: the items, what is wrong, where, and what would be clear."""
     subject, said = subject_and_words(fleet, number, finding)
@@ -141,13 +168,14 @@ def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding)
 def _said(mission: CheckedMission, finding: MissionFinding) -> str:
     """Return what is wrong, in words that stand alone."""
     found, times = finding.found or 0.0, [told_clock(at) for at in finding.times or ()]
-    off, inside = abs(found), found < 0
-    near = f"be {off:.3g} m inside" if inside else f"come within {off:.3g} m of"
+    off, inside = told_metres(abs(found)), found < 0
+    near = f"be {off} inside" if inside else f"come within {off} of"
     return _SAID.get(finding.kind, _RETURN).format(
         one=finding,
         mission=mission,
         autopilot=mission.flown.plan.autopilot.title,
         off=off,
+        limit=told_metres(finding.limit or 0.0),
         above="below" if inside else "above",
         near=near,
         crosses="cross" if inside else near,
