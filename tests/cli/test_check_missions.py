@@ -51,12 +51,17 @@ def test_a_page_is_written(skyverse):
     assert Path("check.html").read_text().startswith("<!DOCTYPE html>")
 
 
+def write_terrain(name, cells):
+    profile = {"driver": "GTiff", "height": cells, "width": cells, "count": 1, "dtype": "float32", "crs": "EPSG:4326"}
+    corner = rasterio.Affine(1e-4, 0, 7.999, 0, -1e-4, 46.999 + cells * 1e-4)
+    with rasterio.open(name, "w", transform=corner, **profile) as file:
+        file.write(np.full((cells, cells), 400.0, dtype="float32"), 1)
+        file.units = ("metre",)
+
+
 def test_a_terrain_that_does_not_cover_the_mission_is_refused_with_what_is_missing(refused, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    profile = {"driver": "GTiff", "height": 20, "width": 20, "count": 1, "dtype": "float32", "crs": "EPSG:4326"}
-    with rasterio.open("dem.tif", "w", transform=rasterio.Affine(1e-4, 0, 7.999, 0, -1e-4, 47.001), **profile) as file:
-        file.write(np.full((20, 20), 400.0, dtype="float32"), 1)
-        file.units = ("metre",)
+    write_terrain("dem.tif", 20)
     refused("check", write("a.plan", flight((47.0, 8.0005, 30), (47.0, 8.003, 30))), "--terrain", "dem.tif")
 
 
@@ -105,6 +110,14 @@ def test_a_mission_that_cannot_be_followed_is_refused(refused, tmp_path, monkeyp
     data = flight(*GOOD)
     change(data)
     refused("check", write("a.plan", data), *HEIGHTS)
+
+
+def test_what_is_wrong_with_a_mission_is_told_without_notes_on_maps(refused, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_terrain("dem.tif", 40)
+    data = flight(*GOOD)
+    zero(data)
+    refused("check", write("a.plan", data), "--terrain", "dem.tif", "--vehicle", "camera")
 
 
 def test_a_mission_without_terrain_nor_altitude_of_home_is_refused(refused, tmp_path, monkeypatch):

@@ -89,7 +89,7 @@ def judged(
     if world is not None:
         return judge(read, world, FlightSettings(**how))
     notes: list[Note] = []
-    with watched(notes) as on_note:
+    with watched(notes, missions) as on_note:
         found = judge(read, build_options("check", _USUAL | maps, on_note), FlightSettings(**how))
     for said in dict.fromkeys(map(told, filter(must_be_heeded, notes))):  # maps may be read more than once
         print(said, file=sys.stderr)

@@ -4,7 +4,7 @@ import dataclasses
 import inspect
 import re
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
@@ -202,10 +202,10 @@ def build_options(name: str, given: dict[str, Any], on_note: "Callable[[Note], o
 
 
 @contextmanager
-def watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
+def watched(notes: "list[Note]", missions: Sequence[str] = ()) -> "Iterator[Callable[[Note], None]]":
     """Yield a function that keeps notes, and shows the last one when a person watches.
 
-    Where that ends in a refusal, all notes are printed, as they may explain it.
+    Where that ends in a refusal, all notes are printed, as they may explain it, unless it is one of a mission's file.
     """
     try:
         with console().status("reading maps") if sys.stderr.isatty() else nullcontext() as shown:
@@ -216,8 +216,8 @@ def watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
                     shown.update(f"{Path(note.file).name} {note.text}"[:100])
 
             yield keep
-    except InputError:
-        for note in notes:
+    except InputError as error:
+        for note in () if str(error).startswith(tuple(missions)) else notes:
             print(told(note), file=sys.stderr)
         raise
 
