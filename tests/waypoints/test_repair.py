@@ -75,7 +75,6 @@ def without_numbers(items):
 def test_a_leg_is_led_around_or_over_what_it_meets_and_all_else_stays(tmp_path, world):
     path = flight(tmp_path, [(0, 50, 30), (300, -10, 30), (300, 60, 30)])
     (before,) = sky.check_waypoints([sky.read_waypoints(path)], world).missions
-    assert [one.items for one in before.findings if one.subject is sky.MissionFinding and one.wrong] == []
     assert {one.items for one in before.findings if one.wrong and one.part is not None} == {(3, 5)}
     made, found, old, new = mended(path, world, settings=sky.FlightSettings(return_altitude=100))
     assert found.is_proven, found.findings
@@ -147,20 +146,65 @@ def test_a_corner_that_is_cut_too_widely_is_cut_less(tmp_path):
     assert len(old) == len(new)
 
 
-def test_of_two_that_come_too_close_one_starts_later(tmp_path):
-    world = scenario()
+def crossing(tmp_path):
     first = flight(tmp_path, [(0, 0, 30), (200, 0, 30)], name="a.plan")
     second = flight(tmp_path, [(100, -100, 30), (100, 100, 30)], name="b.plan")
     items = json.loads(second.read_text())
     items["mission"]["plannedHomePosition"][:2] = items["mission"]["items"][0]["params"][4:6] = place(100, -100)
     second.write_text(json.dumps(items))
-    read = [sky.read_waypoints(one) for one in (first, second)]
+    return [sky.read_waypoints(one) for one in (first, second)]
+
+
+def test_of_two_that_come_too_close_one_starts_later(tmp_path):
+    world, read = scenario(), crossing(tmp_path)
     before = sky.check_waypoints(read, world)
     assert [[one.subject.value for one in mission.findings] for mission in before.missions] == [["separation"]] * 2
     made = sky.repair_waypoints(read, world)
     assert made.checked.is_proven, [one.findings for one in made.checked.missions]
     assert made.missions[1].orders[0].name == "NAV_DELAY"
     assert made.changes[0] == ()
+
+
+def test_where_only_heights_may_change_the_later_of_two_flies_higher(tmp_path):
+    world, read = scenario(), crossing(tmp_path)
+    made = sky.repair_waypoints(read, world, lift_only=True)
+    assert made.checked.is_proven, [one.findings for one in made.checked.missions]
+    assert made.changes[0] == ()
+    old, new = ([one for one in mission.orders if one.place] for mission in (read[1], made.missions[1]))
+    assert [one.place[:2] for one in new[1:]] == [one.place[:2] for one in old[1:]]
+    assert all(b.place[2].metres > a.place[2].metres for a, b in zip(old, new, strict=True))
+
+
+def without_takeoff(tmp_path, points, firmware=12):
+    path = flight(tmp_path, points, firmware=firmware)
+    told = json.loads(path.read_text())
+    told["mission"]["items"] = [one for one in told["mission"]["items"] if one["command"] != 22]
+    path.write_text(json.dumps(told))
+    return path
+
+
+@pytest.mark.parametrize("firmware", [3, 12])
+@pytest.mark.parametrize("low", [-20.0, 1.0, 30.0], ids=["in the ground", "near it", "in a tower"])
+def test_without_a_takeoff_each_place_is_moved_the_first_as_well(tmp_path, firmware, low):
+    world = scenario(TOWER) if low == 30 else scenario()
+    path = without_takeoff(tmp_path, [(150, 10, low), (250, 60, 30)], firmware)
+    made, found, *_ = mended(path, world)
+    assert found.is_proven, found.findings
+    assert len([one for one in made.changes[0] if "moved" in one.said]) == 1
+
+
+def test_a_place_that_is_moved_says_from_where_to_where_and_off_what(tmp_path):
+    fence = sky.Box(min=(-50, 100, 0), max=(100, 120, 200), kind="fence", name="fence")
+    world = scenario(fence, max_height=120.0)
+    made, found, *_ = mended(flight(tmp_path, [(0, 50, 30), (150, 160, 180), (300, 50, 30)]), world)
+    said = [one.said for one in made.changes[0] if "moved" in one.said]
+    assert len(said) == 1
+    assert said[0].endswith("off the ceiling")
+    made, *_ = mended(flight(tmp_path, [(0, 50, 30), (150, 15, 30), (300, 50, 30)]), scenario(TOWER))
+    (said,) = (one.said for one in made.changes[0] if "moved" in one.said)
+    (new,) = (one.place for one in made.missions[0].orders if one.item == 4)
+    for latitude, longitude in (place(150, 15), new[:2]):
+        assert f"{latitude:.6f}, {longitude:.6f}" in said
 
 
 def test_what_cannot_be_mended_is_told_and_nothing_is_lost(tmp_path):

@@ -75,10 +75,11 @@ def _of_order(old: Order, new: Order, met: str) -> Iterator[Change]:
 
 
 def _moved(old: GlobalPlace, new: GlobalPlace) -> str:
-    """Say how far a place was moved, and from which height to which."""
+    """Say how far a place was moved, and from where and which height to which."""
     low, high = old[2], new[2]
     aside, up = 0.0 if math.isnan(old[0]) else math.hypot(*_local([old, new])[1, :2]), high.metres - low.metres
-    told = [f"{told_metres(aside)} aside"] if aside > LEAST_ASIDE else []
+    begin, end = (f"{latitude:.6f}, {longitude:.6f}" for latitude, longitude, _ in (old, new))
+    told = [f"{told_metres(aside)} aside from {begin} to {end}"] if aside > LEAST_ASIDE else []
     told += [f"{told_metres(abs(up))} {'up' if up > 0 else 'down'}"] if up else []
     counted_from = {AboveHome: "home", AboveGround: "ground"}.get(type(low), "the sea")
     heights = f", from {low.metres:.1f} to {high.metres:.1f} m above {counted_from}" if up else ""

@@ -3,16 +3,17 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.exports.leg_geometry import towards
 from skyverse.exports.leg_space import grown
 from skyverse.exports.way_home_space import strayed
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
 from skyverse.model.flight_settings import FlightSettings
-from skyverse.model.geodesy import to_wgs84
+from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.space.world import World
@@ -102,12 +103,17 @@ class Mender:
         order = self.flown.visits[k].order
         apart = [np.abs(self.flown.visits[j].at - self.flown.visits[k].at).max() for j in self._same(k)]
         alone = order.kind is OrderKind.TAKEOFF or max(apart, default=math.inf) <= SAME_PLACE
-        return order.place is not None and alone and not self.flown.is_part(k)
+        return order.place is not None and alone
 
     def _same(self, k: int) -> list[int]:
-        """Return the visits that the order of one asks for: more than one where jumps lead there again."""
+        """Return the visits that the order of one asks for: more than one where jumps lead there again.
+
+        What the vehicle visits on the way there is not asked for: a climb from home, or parts of a leg over the ground.
+        """
         visits, order = self.flown.visits, self.flown.visits[k].order
-        return [j for j, one in enumerate(visits) if one.order is order and not self.flown.is_part(j)]
+        straight = order.kind in (OrderKind.WAYPOINT, OrderKind.LOITER) and not order.turns
+        ends = [not straight or one.order is not after.order for one, after in pairwise(visits)]
+        return [j for j, one in enumerate(visits) if one.order is order and (j == len(ends) or ends[j])]
 
     def _place(self, k: int, to: Floats) -> None:
         """Put a place of the flight elsewhere, also where it is visited again."""
@@ -155,6 +161,12 @@ class Mender:
                 self._place(k, self.places[k] - down)
         return True
 
+    def _away(self, k: int, found: MissionFinding) -> float:
+        """Return how many metres a place is away from where something was found."""
+        assert self.scenario.frame.origin is not None
+        assert found.place is not None
+        return math.dist(self.places[k], to_local(self.scenario.frame.origin, [found.place])[0])
+
     def _lift(self, k: int, found: MissionFinding) -> None:
         """Raise a place to where what was found is clear."""
         rise = 0.0 if found.clear_at is None or found.place is None else found.clear_at - found.place[2]
@@ -199,18 +211,30 @@ class Mender:
         return wide
 
     def _cut_less(self, k: int, found: MissionFinding) -> None:
-        """Halve the radius of a corner, or move it outwards where little is missing, or stop there."""
+        """Raise a corner where little is missing, halve its radius, move it outwards, or stop there."""
         order, radius, deep = self.flown.visits[k].order, self.flown.visits[k].radius, found.deep or 0.0
-        if self.lift_only:
-            self._lift(k, found)
+        little = 0 < deep <= LITTLE and self._is_movable(k)
+        if self.lift_only or (little and found.kind is FindingKind.GROUND):
+            movable = filter(self._is_movable, (k, k + 1))  # the way on from a corner may be too low near its end
+            for j in sorted(movable, key=lambda j: self._away(j, found))[:1]:
+                self._lift(j, found)
         elif self.flown.plan.autopilot.name != "ardupilot" and radius > 1.0:
             self.orders[id(order)] = replace(order, radius=max(math.floor(5 * radius) / 10, 0.5))
-        elif 0 < deep <= LITTLE and self._is_movable(k):
-            # the corner that is cut moves about half as far
-            outwards = self.places[k] - (self.places[k - 1] + self.places[k + 1]) / 2
-            self._place(k, self.places[k] + (2 * deep + SPARE) / max(math.hypot(*outwards), SPARE) * outwards)
+        elif little and self._move_outwards(k, 2 * deep + SPARE):  # the corner that is cut moves about half as far
+            pass
         elif order.kind is OrderKind.WAYPOINT and order.seconds == 0:
             self.orders[id(order)] = replace(order, seconds=1.0)
+
+    def _move_outwards(self, k: int, metres: float) -> bool:
+        """Move a corner away from where its legs come from and lead to if it is clear then, and tell whether it is."""
+        before, at, after = self.places[k - 1 : k + 2]
+        outwards = at - (before + after) / 2
+        to = at + metres / max(math.hypot(*outwards), SPARE) * outwards
+        turns = to + towards(before - to, self.flown.visits[k].radius)
+        clear = bool(self.world.segments_free([before, to, turns], [to, after, after]).all())
+        if clear:
+            self._place(k, to)
+        return clear
 
     def _rebuilt(self) -> Waypoints:
         """Return the mission with its orders at their places now, and home at the ground's altitude."""

@@ -5,6 +5,8 @@ line that keeps above it and below the ceiling, or around it as the planners fin
 changed is judged again, until nothing is wrong or nothing helps.
 """
 
+import math
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +18,7 @@ from skyverse.exports.way_home import WayHome, ways_home
 from skyverse.maps.assembly.options import BuildOptions
 from skyverse.model.altitude import AboveHome
 from skyverse.model.flight_settings import FlightSettings
-from skyverse.model.geodesy import to_wgs84
+from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
@@ -126,19 +128,32 @@ def _mended(
         tries.append((sum(map(len, wrong)), length, checked, made))
         if checked.is_proven or len(tries) > ROUNDS:
             break
-        for findings, mission, known in zip(wrong, made, met, strict=True):
-            items = {order.number: order.item for order in mission.orders}
-            told = ((items.get(number), one.what) for one in findings for number in one.items if one.deep is not None)
-            known.update({item: what for item, what in told if item is not None and item not in known})
+        for mission, known in zip(checked.missions, met, strict=True):
+            known.update(_met_nearest(mission) | known)
         if len(tries) > ROUNDS // 2 and climbs in ways:  # which leaves rounds for another way home
             ways.remove(climbs)
         after = (tuple(map(way, checked.missions)) for way in ways)
         before, made = made, next((one for one in after if one != made), made)
-        if made == before and not lift_only:
-            made = _kept_apart(made, checked)
+        if made == before:
+            made = _kept_apart(made, checked, [] if lift_only else DELAYS.tolist())
         if made == before:
             break
     return min(tries, key=lambda one: one[:2])[2:]
+
+
+def _met_nearest(mission: CheckedMission) -> dict[int, str]:
+    """Return what is met nearest to the place of each item, of all that its legs and corners meet."""
+    origin, near = mission.scenario.frame.origin, defaultdict[int, list[tuple[float, str]]](list)
+    assert origin is not None
+    at = {visit.order.number: visit for visit in mission.flown.visits}
+    for one in mission.findings:
+        if one.deep is None or one.place is None:
+            continue
+        place = to_local(origin, [one.place])[0]
+        for visit in (at[number] for number in one.items if number in at):
+            if visit.order.item is not None:
+                near[visit.order.item].append((math.dist(place, visit.at), one.what))
+    return {item: min(each)[1] for item, each in near.items()}
 
 
 def _returning_higher(mission: CheckedMission) -> Waypoints:
@@ -179,19 +194,19 @@ def _lost(back: WayHome) -> float:
     return sum(gap.end - gap.begin for gap in back.gaps)
 
 
-def _kept_apart(made: tuple[Waypoints, ...], checked: CheckedFleet) -> tuple[Waypoints, ...]:
+def _kept_apart(made: tuple[Waypoints, ...], checked: CheckedFleet, delays: Sequence[float]) -> tuple[Waypoints, ...]:
     """Delay a mission that comes too close to another until it keeps apart, by timing if it can, or fly it higher."""
     plans = [one.flown.plan for one in checked.missions]
     for first, late in checked.apart.of(Apart.CLOSE):
         found: dict[Apart, float] = {}
-        for seconds in DELAYS.tolist():
+        for seconds in delays:
             delayed = replace(plans[late], delay=plans[late].delay + seconds)
             apart = fleet_apart(checked.scenario, [*plans[:late], delayed, *plans[late + 1 :]])
             kinds = [kind for pair, kind in apart.pairs.items() if late in pair]
             found.setdefault(max(kinds, key=list(Apart).index), seconds)
             if seconds > LONG_WAIT and min(found, key=list(Apart).index) is not Apart.CLOSE:
                 break
-        best = min(found, key=list(Apart).index)
+        best = min(found, key=list(Apart).index, default=Apart.CLOSE)
         if best is Apart.CLOSE:
             keep = kept_distance(checked.scenario, first, late)
             below, above = (plans[k].waypoints[:, 2] for k in (first, late))
