@@ -196,7 +196,7 @@ def test_without_a_takeoff_each_place_is_moved_the_first_as_well(tmp_path, firmw
 def test_a_place_that_is_moved_says_from_where_to_where_and_off_what(tmp_path):
     fence = sky.Box(min=(-50, 100, 0), max=(100, 120, 200), kind="fence", name="fence")
     world = scenario(fence, max_height=120.0)
-    made, found, *_ = mended(flight(tmp_path, [(0, 50, 30), (150, 160, 180), (300, 50, 30)]), world)
+    made, *_ = mended(flight(tmp_path, [(0, 50, 30), (150, 160, 180), (300, 50, 30)]), world)
     said = [one.said for one in made.changes[0] if "moved" in one.said]
     assert len(said) == 1
     assert said[0].endswith("off the ceiling")

@@ -1,10 +1,10 @@
 """Corners that are cut are mended on every autopilot, also those that are short of little."""
 
 import pytest
+from test_repair import flight, mended, ridge, scenario
 
 import skyverse as sky
 from skyverse.waypoints.findings import Subject
-from test_repair import flight, mended, ridge, scenario
 
 PX4, ARDUPILOT = 12, 3
 SURE = sky.FlightSettings(return_altitude=90)
