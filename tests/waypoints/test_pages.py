@@ -17,11 +17,13 @@ MISSION = """QGC WPL 110
 """
 
 
-def drawn(tmp_path, high):
+def drawn(tmp_path, high, **settings):
     """Return the data that the page of a mission over level ground draws, and its words."""
     (tmp_path / "<b>.waypoints").write_text(MISSION.format(high=high))
     where = sky.BuildOptions("flat", max_height=sky.AboveGround(120), clearance=2, ground_clearance=2)
-    page = check_page(sky.check_waypoints([sky.read_waypoints(tmp_path / "<b>.waypoints")], where))
+    page = check_page(
+        sky.check_waypoints([sky.read_waypoints(tmp_path / "<b>.waypoints")], where, sky.FlightSettings(**settings))
+    )
     return json.loads(re.search(r'id="mission">(.*?)</script>', page, re.DOTALL)[1]), page
 
 
@@ -44,6 +46,22 @@ def test_legs_that_fail_are_drawn_from_end_to_end(tmp_path):
         (legs,) = [one for one in traces if one["meta"]["role"] == "finding" and one.get("mode") == "lines"]
         along = [value for value in legs[across] if value is not None]
         assert max(along) - min(along) == pytest.approx(222.4 if across == "y" else 222.4 + 152.4, abs=2.0)
+
+
+def test_stretches_without_a_return_show_beside_legs_that_fail(tmp_path):
+    data, page = drawn(tmp_path, 1, return_altitude=2.0)
+    for traces in (data["space"], data["map"]["traces"], data["profiles"][0]["traces"]):
+        amber, red = [one for one in traces if one["meta"]["role"] == "finding" and one.get("mode") == "lines"]
+        assert amber["line"]["color"] != red["line"]["color"]
+        assert amber["line"]["width"] >= 2 * red["line"]["width"]
+    times = re.findall(r'data-time="([0-9.]+)">show t = [0-9.]+ s(?: \(([0-9]+):([0-9]+) min\))?<', page)
+    assert times
+    assert all(not minutes or abs(60 * int(minutes) + int(rest) - float(at)) <= 0.5 for at, minutes, rest in times)
+
+
+def test_the_page_says_what_is_left_out_of_a_proof(tmp_path):
+    _, page = drawn(tmp_path, 40, autopilot="dji")
+    assert "Proven, but for returns within 50 m of home." in page
 
 
 def test_a_proven_mission_has_no_mark(tmp_path):

@@ -23,11 +23,12 @@ _WORDS = {"layers": {"trajectories": "Flights"}, "iterations": "", "value": "", 
 class JudgedScene(Scene):
     """All that a picture of judged missions shows.
 
-    The `verdicts` are the heads and rows of the table of what was judged, a column for each mission. The `cautions` are
-    what a pilot must heed; the `notes` are what was taken for granted. The `figures` are a name, a value and what it is
-    about each.
+    The `verdict` says in words what is found of all. The `verdicts` are the heads and rows of the table of what was
+    judged, a column for each mission. The `cautions` are what a pilot must heed; the `notes` are what was taken for
+    granted. The `figures` are a name, a value and what it is about each.
     """
 
+    verdict: str
     verdicts: tuple[tuple[str, ...], ...]
     cautions: tuple[str, ...]
     notes: tuple[str, ...]
@@ -69,8 +70,8 @@ def _banner(scene: JudgedScene) -> str:
         said = f"{counted(len(found), 'thing')} {'is' if len(found) == 1 else 'are'} wrong."
         verdict = card("bad", "✕", said, f"<ul>{lines}</ul>{more}{_MEND}")
     else:
-        said = "<p>All that the table below names is proven, at every place between waypoints.</p>"
-        verdict = card("good", "✓", "Proven.", said)
+        said = "<p>What the table below names as proven is so at every place between waypoints.</p>"
+        verdict = card("good", "✓", f"{escape(scene.verdict.capitalize())}.", said)
     if scene.cautions:
         verdict += card("warn", "!", "What a pilot must heed.", listed_sentences(scene.cautions))
     if scene.notes:

@@ -26,6 +26,8 @@ MAX_CONTOUR_HEIGHTS = 160
 MIN_CONTOUR_RANGE = 1.0
 """Metres: there are contour lines only where the ground's heights differ by more."""
 
+WIDTHS = {"warning": 14, "error": 6}
+"""Pixels of the stretches of flights on which something is wrong, by its severity."""
 MAX_NAMES = 30
 """Names at most that are written in one picture."""
 APART = 0.03
@@ -218,13 +220,16 @@ def finding_marks(found: Sequence[SceneFinding], size: int) -> Trace:
 
 
 def stretches(form: str, found: Sequence[SceneFinding], seen: Callable[[Floats], Floats]) -> list[Trace]:
-    """Return the stretches of flights that are wrong, as `seen` makes points of theirs, one trace for each colour."""
+    """Return the stretches of flights that are wrong, as `seen` makes points of theirs, one trace for each colour.
+
+    Warnings come first and are wider, so that they show beside errors on the same stretch.
+    """
     made = []
     for severity, colour in FINDINGS.items():
         some = [seen(one.stretch) for one in found if one.severity == severity and one.stretch is not None]
         if some:
             points = np.concatenate([np.vstack([line, np.full_like(line[:1], np.nan)]) for line in some])
-            where, style = columns(points, "xyz"[: points.shape[1]]), {"color": colour, "width": 6}
+            where, style = columns(points, "xyz"[: points.shape[1]]), {"color": colour, "width": WIDTHS[severity]}
             made.append(trace(form, "lines", "Found wrong", where, None, {"role": "finding"}, line=style))
     return made
 

@@ -18,6 +18,7 @@ from skyverse.draw.scene_traces import in_space
 from skyverse.draw.scenes import Scene, SceneFinding
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
 from skyverse.model.frame import Origin
+from skyverse.model.short_lines import told_clock
 
 MAX_SHOWN_FINDINGS = 200
 NO_VALUE = "\N{EN DASH}"
@@ -182,7 +183,8 @@ def finding_line(finding: SceneFinding) -> str:
     parts.append(escape(finding.message))
     if finding.time is not None and math.isfinite(finding.time):
         t = finding.time
-        parts.append(f'<button type="button" class="jump" data-time="{t:.6g}">show t = {t:.2f} s</button>')
+        clock = f" ({told_clock(t)} min)" if t >= 60 else ""
+        parts.append(f'<button type="button" class="jump" data-time="{t:.6g}">show t = {t:.2f} s{clock}</button>')
     return f'<li class="{finding.severity}">{" ".join(parts)}</li>'
 
 

@@ -44,6 +44,7 @@ def check_page(fleet: CheckedFleet) -> str:
         findings=tuple(one for number in numbers for one in _wrong(fleet, number)),
         places=tuple(_places(fleet)),
         landings=tuple(_homes(fleet)),
+        verdict=_verdict(fleet),
         verdicts=(
             ("", *(mission.flown.waypoints.name for mission in fleet.missions)),
             *((name, *(one.get(name, "") for one in tables)) for name in names),
@@ -58,10 +59,13 @@ def check_page(fleet: CheckedFleet) -> str:
     return judged_page(scene)
 
 
-def _figures(fleet: CheckedFleet) -> Iterator[tuple[str, str, str]]:
+def _verdict(fleet: CheckedFleet) -> str:
     wrong = sum(one.wrong for mission in fleet.missions for one in mission.findings)
-    proven = ", ".join(dict.fromkeys(map(verdict, fleet.missions)))
-    yield "Verdict", counted(wrong, "fault") if wrong else proven, counted(len(fleet.missions), "mission")
+    return counted(wrong, "fault") if wrong else "; ".join(dict.fromkeys(map(verdict, fleet.missions)))
+
+
+def _figures(fleet: CheckedFleet) -> Iterator[tuple[str, str, str]]:
+    yield "Verdict", _verdict(fleet), counted(len(fleet.missions), "mission")
     summaries = [mission.summary for mission in fleet.missions]
     yield "Flown", told_metres(sum(one.length for one in summaries)), "all missions together"
     yield "Time", f"{told_clock(max(one.time for one in summaries))} min", "of the longest"
@@ -87,7 +91,7 @@ def _homes(fleet: CheckedFleet) -> Iterator[LandingPlace]:
         x, y, z = mission.flown.plan.home.tolist()
         level = z + mission.flown.return_altitude
         how = "along its mission" if mission.flown.retraces else f"{mission.flown.return_altitude:.4g} m above it"
-        words = f"{fleet.scenario.uavs[number].name}: home; it returns {how}"
+        words = f"{fleet.scenario.uavs[number].name}: home, at z = {z:.1f} m; it returns {how}"
         yield LandingPlace(number, words, (x, y, z), level)
 
 
