@@ -58,8 +58,8 @@ def check(
 
     planned = [one for one in missions if Path(one).suffix.lower() in ("", ".json")]
     if planned:
-        require_file(Path(planned[0]))
         if len(missions) > 1 or given or page is not None:
+            require_file(Path(planned[0]))
             said = "expected it alone, with --scenario at most, found more"
             raise InputError(f"{planned[0]}: a mission of skyverse: {said}")
         return check_planned(planned[0], scenario, as_json=as_json)
