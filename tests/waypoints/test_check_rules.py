@@ -365,6 +365,15 @@ def test_returns_of_dji_that_are_not_proven_near_home_alone_refute_nothing(tmp_p
     assert told["table"]["end"].startswith("ONLY") == (y < 0.0005)
 
 
+@pytest.mark.parametrize(("up", "takeoff"), [(30, "proven"), (1, "NOT proven"), (-25, "NOT proven")])
+def test_a_take_off_is_proven_only_where_it_leads_up_from_home(tmp_path, up, takeoff):
+    way = tour((NORTH, 0, 30), (NORTH, NORTH, 30))
+    way[0]["params"][6] = up
+    (told,) = as_data(checked(tmp_path, plan(way)))
+    assert told["table"]["take-off"] == takeoff
+    assert told["proven"] == (up == 30)
+
+
 def test_whatever_is_met_the_clearance_is_what_is_required_beyond_the_tracking_error(tmp_path):
     """At the level of home and over a ridge, in bounds and below them; a tower beside a leg, and one below it."""
     ridge_met = {"ground": None, "terrain": ridge(tmp_path), "settings": {"return_altitude": 90.0}}

@@ -235,7 +235,7 @@ def _verdict(mission: CheckedMission, subject: Subject, count: int) -> str:
 def _takeoff(mission: CheckedMission) -> str:
     if mission.back is None:
         return "not judged"
-    return _verdict(mission, Subject.TAKEOFF, 1) if mission.flown.plan.route.takeoff else "none above home"
+    return _verdict(mission, Subject.TAKEOFF, 1) if mission.flown.plan.route.takeoff else NOT
 
 
 def _corners(mission: CheckedMission, count: int) -> str:
