@@ -13,7 +13,7 @@ from skyverse.exports.leg_geometry import greatest_on_legs, ground_under, leg_de
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
-from skyverse.numerics.tolerances import MAVLINK_ROUNDING
+from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
 
 HALVINGS = 40
 """How often a leg's time is halved to find when the flight is at a place of it."""
@@ -165,10 +165,12 @@ class FlightLegs:
         early, late = (np.repeat(times[:, None], 2, axis=1) for times in (arrivals[parts.leg], last))
         start = self.sides[parts.leg, 0, 0][:, None]
         along = self.sides[parts.leg, 1, 0][:, None] - start
+        squared = (along**2).sum(axis=2)
+        passed = parts.shares * squared - SAME_PLACE * np.sqrt(squared)  # a stop at its beginning belongs to a leg
         for _ in range(HALVINGS):
             middle = (early + late) / 2
             position = flight.at(middle.ravel()).position.reshape(-1, 2, 3)
-            before = ((position - start) * along).sum(axis=2) < parts.shares * (along**2).sum(axis=2)
+            before = ((position - start) * along).sum(axis=2) < passed
             early, late = np.where(before, middle, early), np.where(before, late, middle)
         found = np.where(parts.shares < 1.0, late, last[:, None])
         found[(parts.leg == 0) & (parts.shares[:, 0] == 0), 0] = 0.0
