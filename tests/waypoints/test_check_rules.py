@@ -302,7 +302,9 @@ def test_what_is_not_proven_of_aeroplanes_is_said(tmp_path, vehicle):
     assert told["verdict"] == (
         "proven, but for corners and the take-off and the way home" if vehicle == "mapping" else "1 fault"
     )
-    assert [told["table"][name].startswith("proven") for name in ("take-off", "way home")] == [vehicle == "camera"] * 2
+    assert [told["table"][name].startswith("proven") for name in ("take-off", "end", "way home")] == [
+        vehicle == "camera"
+    ] * 3
 
 
 @pytest.mark.parametrize(
@@ -313,8 +315,16 @@ def test_rally_points_to_which_it_may_return_are_found(tmp_path, autopilot, retr
     """PX4 and Copter return to the nearest of home and rally points; along a mission, and in DJI's, there are none."""
     rally = {"points": [[47.001, 8.001, 30], [47.002, 8.001, 30]], "version": 2}
     text = plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30)), rallyPoints=rally)
-    found = wrong(checked(tmp_path, text, settings={"autopilot": autopilot, "retraces": retraces}))
-    assert found == ([] if ignored else [("way home", (), "rally points")])
+    fleet = checked(tmp_path, text, settings={"autopilot": autopilot, "retraces": retraces})
+    (told,) = as_data(fleet)
+    assert wrong(fleet) == ([] if ignored else [("way home", (), "rally points")])
+    assert [told["table"][row].startswith("NOT") for row in ("end", "way home")] == [not ignored] * 2
+
+
+def test_returns_that_the_referee_does_not_prove_are_found(tmp_path, monkeypatch):
+    monkeypatch.setattr("skyverse.exports.way_home.proven", lambda lines: False)
+    fleet = checked(tmp_path, plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30))))
+    assert {one[2] for one in wrong(fleet)} == {"the referee does not prove it"}
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])

@@ -13,4 +13,5 @@ from .route import Route as Route
 from .separation import USUAL_TOLERANCE as USUAL_TOLERANCE
 from .separation import Apart as Apart
 from .separation import timed_path as timed_path
+from .way_home import UNPROVEN as UNPROVEN
 from .way_home import WAYS as WAYS

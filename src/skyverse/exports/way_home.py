@@ -54,6 +54,8 @@ WAYS = (
     "a DJI aircraft this near home returns without a climb",
 )
 """Why no way home is proven."""
+UNPROVEN = "the referee does not prove it"
+"""Why none is where players find all of `WAYS` clear."""
 
 
 class Gap(NamedTuple):
@@ -369,7 +371,7 @@ def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float |
 
 def _all_of(plan: FlightPlan) -> tuple[Gap]:
     """Return the whole flight as a gap."""
-    return (Gap(0.0, float(plan.arrivals[-1]), "the referee does not prove it", plan.waypoints[0]),)
+    return (Gap(0.0, float(plan.arrivals[-1]), UNPROVEN, plan.waypoints[0]),)
 
 
 def layer(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> float:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from skyverse.exports.way_home import WAYS
+from skyverse.exports.way_home import UNPROVEN, WAYS
 from skyverse.model.shapes import FENCE, Shape
 
 
@@ -33,7 +33,7 @@ class FindingKind(StrEnum):
     UNDECIDED = "undecided"
     CURVED = "curved"
     LANDING = "landing"
-    CLIMB, LEVEL_WAY, DESCENT, NEAR_HOME = WAYS
+    CLIMB, LEVEL_WAY, DESCENT, NEAR_HOME, UNPROVEN = *WAYS, UNPROVEN
     """Of a return, what is not clear."""
     NO_WAY_BACK = "no way back along the mission"
     RALLY = "rally points"

@@ -15,6 +15,7 @@ from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
 from skyverse.waypoints.fleet import CheckedFleet
 
 PROVEN, NOT = "proven", f"{Caution.NOT} proven"
+NOT_JUDGED = f"{Caution.NOT} judged"
 FARTHER = f"{Caution.ONLY} {PROVEN} farther from home"
 KEPT = {Apart.SPACE: "in space", Apart.TIMING: "by timing", Apart.SCHEDULE: f"{Caution.ONLY} on schedule"}
 MOST_ON_END = 5
@@ -234,7 +235,7 @@ def _verdict(mission: CheckedMission, subject: Subject, count: int) -> str:
 
 def _takeoff(mission: CheckedMission) -> str:
     if mission.back is None:
-        return "not judged"
+        return NOT_JUDGED
     return _verdict(mission, Subject.TAKEOFF, 1) if mission.flown.plan.route.takeoff else NOT
 
 
@@ -255,19 +256,22 @@ def _end(mission: CheckedMission) -> str:
     up = f"returns at {mission.flown.return_altitude:.4g} m above home, and lands there"
     if mission.flown.returns_along:
         up = "returns along its mission, and lands at home"
-    proven = NOT if mission.of(Subject.END) else PROVEN
-    if any(one.subject is Subject.END and one.kind is FindingKind.NEAR_HOME for one in mission.findings):
-        proven = FARTHER
+    kinds = {one.kind for one in mission.findings if one.subject is Subject.END or mission.flown.end == "rtl"}
+    unclear = mission.of(Subject.END) or FindingKind.RALLY in kinds
+    near = any(one.subject is Subject.END and one.kind is FindingKind.NEAR_HOME for one in mission.findings)
+    proven = NOT if unclear else NOT_JUDGED if FindingKind.RETURN in kinds else FARTHER if near else PROVEN
     return f"{proven}: { {'loiter': 'stays at its last place', 'land': 'lands', 'rtl': up}[mission.flown.end] }"
 
 
 def _way_home(mission: CheckedMission) -> str:
     back = mission.back
     if back is None:
-        return "not judged"
+        return NOT_JUDGED
     where = f"{NOT} in {counted(len(back.gaps), 'part')} of the flight"
     if all(gap.why == FindingKind.NEAR_HOME for gap in back.gaps):
         where = f"{PROVEN} at every instant" if back.everywhere else FARTHER
+    if any(one.kind is FindingKind.RALLY for one in mission.findings):
+        where = f"{NOT} to its rally points"
     return f"{where}, {'along its mission' if back.retraces else f'at {back.altitude:.4g} m above home'}"
 
 
