@@ -194,7 +194,7 @@ def is_straight(cut: Floats, on: Floats) -> bool:
 
 
 def corner_lines(
-    cut: Floats, at: Floats, after: Floats, radius: float, slope: float
+    cut: Floats, at: Floats, after: Floats, radius: float
 ) -> Iterator[tuple[Floats, Floats, Floats, float, float]]:
     """Yield lines that stand for all ways on from a corner that is cut, from coarse to fine.
 
@@ -210,8 +210,6 @@ def corner_lines(
         (3,) metres: the corner, and the next waypoint.
     radius
         The acceptance radius, metres.
-    slope
-        How many metres higher obstacles may be, at most, for each metre beside a line.
     """
     p, q = cut
     widths = (np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER)).tolist()
@@ -223,7 +221,7 @@ def corner_lines(
         wide = _middles(math.dist(p, q), width)
         sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
         starts = at + sides.reshape(-1, 3)
-        near = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 if upright else 1 + slope)
+        near = math.hypot(width, min(width, math.dist(p, q) / 2))
         ends = np.broadcast_to(after, starts.shape)
         yield starts, starts + (1 - LATE_SHARE) * (ends - starts), ends, near, LATE_SHARE * near
 

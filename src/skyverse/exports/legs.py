@@ -99,9 +99,7 @@ class LegChecker:
 
     def leg(self, a: Floats, b: Floats) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each."""
-        found = [self._straight(*part) for part in self._cut_at_pads(a, b)]
-        fault = next((one.fault for one in found if one.fault is not None), None)
-        return Checked(fault, () if fault is not None else tuple(part for one in found for part in one.clear))
+        return _together([self._straight(*part) for part in self._cut_at_pads(a, b)])
 
     def _cut_at_pads(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool, Place | None]]:
         """Yield the parts of a leg, whether the error counts for each, and the place of a pad in which it does."""
@@ -232,19 +230,26 @@ class LegChecker:
             if fault is not None:
                 return Checked(fault)
         off, upright = self._around(corner, cut)
-        error, found = self._stray(True, upright), Checked(None)
-        for starts, late, whole, near, near_late in corner_lines(cut, at, after, radius, self._slope):
+        error, steep = self._stray(True, upright), 1 + self._slope * bool(cut[:, :2].any())
+        for starts, late, whole, near, near_late in corner_lines(cut, at, after, radius):
             hopeless = self.space.check(Segments(starts, whole, off, error))
             if hopeless.fault is not None:
                 return hopeless  # the line itself meets something, so finer lines would, too
             halves = (
-                self.space.check(Segments(starts, late, off + near, error)),
-                self.space.check(Segments(late, whole, off + near_late, error)),
+                Segments(starts, late, off + near * steep, error),
+                Segments(late, whole, off + near_late * steep, error),
             )
-            found = next((half for half in halves if half.fault is not None), Checked(None))
+            found = _together([self.space.check(half) for half in halves])
             if found.fault is None:
-                return Checked(None, (*halves[0].clear, *halves[1].clear))
-        return found
+                return found
+        # beside level lines a way is no lower, so that over level ground corners need what legs need
+        sloping = bool(cut[:, 2].any())
+        strays = [
+            derived(error, horizontal=error.horizontal + one, vertical=error.vertical + one * sloping)
+            for one in (growth_of(near), growth_of(near_late))
+        ]
+        halves = Segments(starts, late, off, strays[0]), Segments(late, whole, off, strays[1])
+        return _together([self.space.check(half) for half in halves])
 
     def _margins(self, points: Floats, strays: bool) -> tuple[float, float]:
         """Return what must be added to the clearance of legs between points, (n, 3) metres, and more up and down.
@@ -287,6 +292,12 @@ class LegChecker:
         """Return how far a leg is off the straight line, metres, as far as that depends on how long it is."""
         ends = np.stack([a, b])
         return self._ground_under(ends, 0.0).bend if self.space.reference == "agl" else self._deviation(ends)
+
+
+def _together(found: Sequence[Checked]) -> Checked:
+    """Return what is found of a leg or corner of which this is found of its parts."""
+    fault = next((one.fault for one in found if one.fault is not None), None)
+    return Checked(fault, () if fault is not None else tuple(part for one in found for part in one.clear))
 
 
 def _is_climb(points: Floats) -> bool:

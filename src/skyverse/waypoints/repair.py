@@ -150,7 +150,9 @@ def _met_nearest(mission: CheckedMission) -> dict[int, str]:
         if one.deep is None or one.place is None:
             continue
         place = to_local(origin, [one.place])[0]
-        for visit in (at[number] for number in one.items if number in at):
+        # the way on from a corner may be too low up to the next place
+        items = one.items if not one.corner or one.part is None else (*one.items, *mission.flown.numbers(one.part + 1))
+        for visit in (at[number] for number in items if number in at):
             if visit.order.item is not None:
                 near[visit.order.item].append((math.dist(place, visit.at), one.what))
     return {item: min(each)[1] for item, each in near.items()}
