@@ -51,7 +51,8 @@ class ChebyshevMap:
     def grid(self, first: NDArray[Any], second: NDArray[Any]) -> Floats:
         """Return the values (k, n, m) at every pair of one of `first` (n,) and one of `second` (m,)."""
         left, right = (_weights(at, *span) for at, span in zip((first, second), self._ranges, strict=True))
-        return left @ self._values @ right.T
+        along = np.einsum("in,knm->kim", left, self._values)
+        return np.einsum("kim,mj->kij", along, np.ascontiguousarray(right.T))  # several times as fast as with rows
 
 
 _ANGLES = (2 * np.arange(CHEBYSHEV_NODES) + 1) * np.pi / (2 * CHEBYSHEV_NODES)
