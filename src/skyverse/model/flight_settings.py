@@ -20,7 +20,8 @@ class FlightSettings:
     speed
         m/s until the mission says another; the file's, or else the autopilot's usual one, when left out.
     radius
-        Metres from a waypoint at which the autopilot turns to the next, where the file leaves it open.
+        Metres from a waypoint at which the autopilot turns to the next, where the file leaves it open: `NAV_ACC_RAD` of
+        PX4's multirotors, and `WPNAV_RADIUS` of Copter.
     altitude_radius
         Metres above or below a waypoint from which PX4 turns to the next, `NAV_MC_ALT_RAD`; 0.8 when left out.
     return_altitude
@@ -33,7 +34,6 @@ class FlightSettings:
     home: tuple[float, float] | None = None
     speed: float | None = None
     radius: float = 2.0
-    """`NAV_ACC_RAD` of PX4's multirotors, and `WPNAV_RADIUS` of Copter."""
     altitude_radius: float | None = None
     return_altitude: float | None = None
     retraces: bool = False
