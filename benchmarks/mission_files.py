@@ -24,7 +24,7 @@ from typing import Any
 
 import skyverse as sky
 from skyverse.model.waypoints import OrderKind, Waypoints
-from skyverse.orders.files import is_waypoint_file
+from skyverse.orders.files import FORMATS
 
 TOLD = {"altitude": "home", "geoid": 0.0}
 Rows = list[tuple[float, ...]]
@@ -197,7 +197,11 @@ def main() -> int:
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     readers = foreign_readers()
     with tempfile.TemporaryDirectory() as folder:
-        files = [path for path in sorted(options.folder.rglob("*")) if path.is_file() and is_waypoint_file(path)]
+        files = [
+            path
+            for path in sorted(options.folder.rglob("*"))
+            if path.is_file() and path.name.lower().endswith(tuple(FORMATS))
+        ]
         files = [path for path in files if not path.name.endswith("template.kml")]
         for path in [*files, *pack(options.folder, Path(folder))]:
             try_file(path, Path(folder), readers, counts[path.suffix.lower()], options.refusals)

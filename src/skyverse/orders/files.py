@@ -110,11 +110,6 @@ def require_same_format(source: Path, path: Path) -> None:
         raise InputError(f"{path}: expected a suffix as that of {source}, since it is written as it was read")
 
 
-def is_waypoint_file(path: str | Path) -> bool:
-    """Tell whether a path ends as files of missions do that `read_waypoints` reads."""
-    return Path(path).name.lower().endswith(tuple(FORMATS))
-
-
 def _format(path: Path) -> _Format:
     name = path.name.lower()
     found = next((form for suffix, form in FORMATS.items() if name.endswith(suffix)), None)

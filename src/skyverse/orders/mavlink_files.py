@@ -9,17 +9,13 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar
-
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError
-from pydantic.alias_generators import to_camel
+from typing import Any, Literal, NamedTuple
 
 from skyverse.documents.json import read_json
 from skyverse.documents.limits import text_of
 from skyverse.errors import InputError, shown
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.waypoints import Geofence, Order, OrderKind, Waypoints
-from skyverse.model.wrong_values import wrong_field
 from skyverse.orders.mavlink_items import (
     FRAMES,
     MISSION_FRAME,
@@ -32,6 +28,7 @@ from skyverse.orders.mavlink_items import (
     order_of,
 )
 from skyverse.orders.places import Given, parse_place, written
+from skyverse.orders.plan_schema import Plan, PlanFence, PlanItem, PlanLanding, PlanRally, checked
 
 FIRMWARES: dict[object, Literal["px4", "ardupilot"]] = {12: "px4", 3: "ardupilot"}
 """MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
@@ -50,93 +47,6 @@ STORED_IN = ("TransectStyleComplexItem", "Items")
 """Where survey and corridor items have the items that they stand for."""
 _SIDES = (True, False)
 LANDINGS = {"fwLandingPattern": Command.LAND, "vtolLandingPattern": Command.VTOL_LAND}
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Whole = Annotated[int, Field(strict=True, ge=0)]
-Flag = Annotated[bool, Field(strict=True)]
-Latitude = Annotated[Number, Field(ge=-90, le=90)]
-Longitude = Annotated[Number, Field(ge=-180, le=180)]
-Corner = tuple[Latitude, Longitude]
-Place = tuple[Latitude, Longitude, Number]
-Speed = Annotated[Number, Field(gt=0, lt=1e4)]
-
-
-class _Part(BaseModel):
-    """A part of a ``.plan``: the fields that are read."""
-
-    model_config = ConfigDict(alias_generator=to_camel)
-
-
-class _Polygon(_Part):
-    inclusion: Flag
-    polygon: Annotated[list[Corner], Field(min_length=3)]
-
-
-class _Disc(_Part):
-    center: Corner
-    radius: Annotated[Number, Field(gt=0, lt=1e7)]
-
-
-class _Circle(_Part):
-    inclusion: Flag
-    circle: _Disc
-
-
-class _Fence(_Part):
-    polygons: list[_Polygon] = []
-    circles: list[_Circle] = []
-    polygon: Any = None
-    circle: Any = None
-
-
-class _Rally(_Part):
-    points: list[Place] = []
-
-
-class _Mission(_Part):
-    version: Literal[2]
-    items: list[dict[str, Any]]
-    planned_home_position: Annotated[list[Number | None], Field(min_length=2, max_length=3)] | None = None
-    firmware_type: Number | None = None
-    vehicle_type: Number | None = None
-    cruise_speed: Speed | None = None
-    hover_speed: Speed | None = None
-
-
-class _Plan(_Part):
-    file_type: Literal["Plan"]
-    version: Literal[1]
-    mission: _Mission
-    geo_fence: _Fence | None = None
-    rally_points: _Rally | None = None
-
-
-class _Item(_Part):
-    command: Whole
-    frame: Whole
-
-
-class _Landing(_Part):
-    land_coordinate: Place
-    approach: Annotated[Place, Field(validation_alias=AliasChoices("landingApproachCoordinate", "loiterCoordinate"))]
-    loiter_radius: Number
-    loiter_clockwise: Flag
-    altitudes_are_relative: Flag
-    use_loiter_to_alt: Flag = True
-    use_do_change_speed: Flag = False
-    final_approach_speed: Number = 15.0
-    stop_taking_photos: Flag = False
-    stop_video_photos: Flag = False
-
-
-Checked = TypeVar("Checked", bound=_Part)
-
-
-def _checked(kind: type[Checked], data: Any, where: str) -> Checked:
-    """Return the fields of a part of a ``.plan``, or raise `InputError` that names the first that is wrong."""
-    try:
-        return kind.model_validate(data)
-    except ValidationError as error:
-        raise InputError(": ".join(filter(None, (where, *wrong_field(error, data, set()))))) from None
 
 
 class _Slot(NamedTuple):
@@ -152,8 +62,8 @@ class _Slot(NamedTuple):
 def read_plan(content: bytes, name: str, _given: Given) -> Waypoints:
     """Return the orders of a ``.plan``; survey and corridor items are read by the items that they have stored."""
     data = read_json(content, name)
-    plan = _checked(_Plan, data, name)
-    mission, fence = plan.mission, plan.geo_fence or _Fence()
+    plan = checked(Plan, data, name)
+    mission, fence = plan.mission, plan.geo_fence or PlanFence()
     if fence.polygon or fence.circle:
         raise InputError(
             f"{name}: 'geoFence': expected version 2, found a polygon or circle of version 1, which QGroundControl "
@@ -176,7 +86,8 @@ def read_plan(content: bytes, name: str, _given: Given) -> Waypoints:
         aeroplane,
         fence=Geofence(inside, outside, circles_inside, circles_outside),
         rally=tuple(
-            (latitude, longitude, AboveHome(up)) for latitude, longitude, up in (plan.rally_points or _Rally()).points
+            (latitude, longitude, AboveHome(up))
+            for latitude, longitude, up in (plan.rally_points or PlanRally()).points
         ),
     )
 
@@ -274,7 +185,7 @@ def _plan_slots(plan: dict[str, Any], name: str) -> list[_Slot]:
 
 
 def _plan_slot(holder: list[Any], data: dict[str, Any], where: str, number: int, zero_is_here: bool) -> _Slot:
-    one = _checked(_Item, data, where)
+    one = checked(PlanItem, data, where)
     params, place = data.get("params"), data.get("coordinate", [])  # which QGroundControl wrote apart until 2017
     if not isinstance(params, list) or not isinstance(place, list):
         raise InputError(f"{where}: 'params': expected seven numbers, found {shown(params)}")
@@ -291,7 +202,7 @@ def _without_landing(data: dict[str, Any], where: str) -> list[dict[str, Any]]:
     land = LANDINGS.get(str(data.get("complexItemType")))
     if land is None:
         return [data]
-    one = _checked(_Landing, data, where)
+    one = checked(PlanLanding, data, where)
     around = one.loiter_radius if one.loiter_clockwise else -one.loiter_radius
     frame, rest = frame_of(AboveHome if one.altitudes_are_relative else AboveSea), [math.nan] * 6
     made: list[tuple[bool, int, int, Sequence[float]]] = [
