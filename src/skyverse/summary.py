@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.arrays import arctan2
 from skyverse.model.mission import FlightSummary, Mission
+from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
@@ -41,19 +42,27 @@ def with_flight_summaries(mission: Mission) -> Mission:
 
 def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSummary:
     """Summarise what a UAV flies along a path (n, 3), metres."""
+    power = uav.power_model
 
     def rates(instants: Floats) -> Floats:
         motion = trajectory.at(instants)
-        thrust = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1)
         speed = np.linalg.norm(motion.velocity, axis=1)
-        return np.column_stack([speed, thrust / GRAVITY * np.sqrt(thrust / GRAVITY)])
+        if power is None:
+            return speed[:, None]
+        load = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1) / GRAVITY
+        level, climb = np.linalg.norm(motion.velocity[:, :2], axis=1), motion.velocity[:, 2]
+        return np.column_stack([speed, power.at(level, climb, load), power.at(level, climb, load)])
 
-    length, hovering = _integrals(rates, trajectory.knots)
+    length, *energies = map(float, _integrals(rates, trajectory.knots))
+    energy, bound = energies or (None, None)
+    spent = None if bound is None or uav.battery is None else bound / (uav.battery * JOULES_OF_WATT_HOUR)
     return FlightSummary(
-        length=float(length),
+        length=length,
         time=trajectory.end - trajectory.start,
-        energy=None if uav.fixed_wing or uav.hover_power is None else float(uav.hover_power * hovering),
+        energy=energy,
         deviation=largest_distance(trajectory, path),
+        energy_bound=bound,
+        left=None if spent is None else TRUSTED_SHARE - spent,
     )
 
 

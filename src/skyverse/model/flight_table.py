@@ -14,6 +14,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.arrays import arctan2
 from skyverse.model.mission import Mission, PlannedFlight, planned_flights
+from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE
 from skyverse.model.result import Result
 from skyverse.model.shapes import Terrain
 from skyverse.model.short_lines import SMALLEST_GAP, counted, told_gap, told_metres, told_seconds
@@ -108,7 +109,6 @@ NO_VALUE = "-"
 """What stands in a table where there is no value."""
 SHORTEST_WAIT = 0.005
 """Seconds before departure that are told; less would be told as none."""
-JOULES_OF_WATT_HOUR = 3600.0
 EXACT_TERMS = {"fuel", "divergence", "end"}
 """The terms of a cost of which exact search on the lattice finds the optimum."""
 _TERMS = {"altitude": "outside band", "climb": "steepness"}
@@ -155,9 +155,16 @@ def flight_columns(mission: Mission) -> list[Column]:
         Column("steepest", "Largest slope, up or down.", measured(lambda one: f"{one.steepest:.0f}\N{DEGREE SIGN}")),
         Column(*above, measured(lambda one: f"{one.lowest:.1f} to {one.highest:.1f} m")),
         Column("time", "From departure to arrival, without a wait before it.", _of_trajectories(flights, _time)),
-        Column("energy", "Estimated from the power at which the UAV hovers.", energy),
+        Column("energy", "By the power that the UAV takes at its airspeeds, climbs and loads.", energy),
+        Column(
+            "battery left",
+            f"At landing, of the {TRUSTED_SHARE:.0%} of the battery that count, and how near that is to the reserve.",
+            tuple(map(_left, flights)),
+        ),
     ]
-    return columns if any(value is not None for value in energies) else columns[:-1]
+    return [
+        column for column in columns if column.head not in ("energy", "battery left") or set(column.cells) - {NO_VALUE}
+    ]
 
 
 def search_columns(mission: Mission) -> list[Column]:
@@ -230,6 +237,18 @@ def unit_sentence(mission: Mission) -> str:
 def told_energy(joules: float) -> str:
     """Return an energy as batteries are labelled: ``3.27 Wh``."""
     return f"{joules / JOULES_OF_WATT_HOUR:.3g} Wh"
+
+
+def _left(flight: PlannedFlight) -> str:
+    """Return what is left of a battery, to a tenth of a percent, and never as much as the reserve where it is less."""
+    left = None if flight.summary is None else flight.summary.left
+    if left is None:
+        return NO_VALUE
+    spare = left - flight.uav.reserve
+    side = (
+        f"{math.floor(1000 * spare) / 10:.1f} % above" if spare >= 0 else f"{math.ceil(-1000 * spare) / 10:.1f} % below"
+    )
+    return f"{max(left, 0.0):.0%}, {side} its reserve"
 
 
 def told_costs(costs: dict[str, float]) -> str:

@@ -31,18 +31,22 @@ class FlightSummary:
     time
         Seconds from departure to arrival.
     energy
-        Joules that a multirotor takes, estimated from the power at which it hovers, `UAV.hover_power`. By momentum
-        theory, the power grows with the thrust to the power of 1.5 (J. G. Leishman, "Principles of Helicopter
-        Aerodynamics", 2nd edition, section 2.2). Drag is left out, and so is what forward flight and descent save.
-        ``None`` for an aeroplane, and where the power is not known.
+        Joules that it takes by `UAV.power_model`; ``None`` where its power is not known.
     deviation
         Metres: no place that is flown is farther than this from the path that was priced, the result's.
+    energy_bound
+        Joules that it takes by the same model in gusts that are at their worst all the time.
+    left
+        Share of the battery that is then left at landing, of the share that is trusted: not below `UAV.reserve` if the
+        battery suffices. ``None`` without a battery.
     """
 
     length: Real
     time: Real
     energy: Real | None
     deviation: Real
+    energy_bound: Real | None = None
+    left: Real | None = None
 
 
 @dataclass(frozen=True, eq=False)

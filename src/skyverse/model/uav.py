@@ -1,15 +1,17 @@
 """The vehicles: where a UAV starts, and its limits; limits that are given to all UAVs of a fleet at once."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
+from itertools import pairwise
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, Positive, Whole
+from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE, Power, aeroplane_curve, multirotor_curve
+from skyverse.model.quantities import Amount, Limit, Model, NonNegative, Number, Point, Positive, Whole, listed
 from skyverse.model.vehicle_profiles import FleetLimits, with_profile
 from skyverse.model.wrong_values import complaint
 
@@ -46,6 +48,10 @@ class TrackingError(Model):
     vertical: NonNegative = 0.0
 
 
+PowerPoints = Annotated[tuple[tuple[Amount, Limit], ...], BeforeValidator(listed), Field(min_length=1, max_length=1000)]
+"""Airspeeds, m/s, and the electrical powers, W, that level flight takes at them."""
+
+
 class UAV(Model):
     """One vehicle: where it starts, its limits, and its separation from others.
 
@@ -79,8 +85,24 @@ class UAV(Model):
         The vertical distance that UAVs above and below it must keep because of its downwash, metres; twice `separation`
         if it is left out. In all other directions an ellipsoid with these semi-axes must be kept free.
     hover_power
-        The electrical power, W, at which a multirotor hovers, and from which the energy of its flights is estimated;
-        ``None`` where it is not known.
+        The electrical power, W, at which a multirotor hovers without payload, and from which the energy of its flights
+        is estimated; ``None`` where it is not known.
+    power
+        Points of a data sheet, airspeed (m/s) and power (W), such as those of the longest and of the farthest flight.
+        Momentum theory and drag say what is between them; see `Power`. A multirotor has `hover_power` besides, an
+        aeroplane two points or more.
+    power_curve
+        Measured points instead, airspeed and power, in rising order, with straight lines between them.
+    mass, payload
+        Kilograms with battery and without payload, and of the payload. Where the mass is not known, climbs are free.
+    battery
+        Nominal energy of its battery, Wh; ``None`` where flights are not limited by it.
+    reserve
+        Share of the battery that must be left at landing.
+    batteries
+        How many it may use, one for each sortie; ``None`` for as many as it takes.
+    swap
+        Seconds that changing one takes.
     tracking_error
         How far it may stray from its nominal position; it keeps to it exactly if this is left out.
     priority
@@ -109,6 +131,14 @@ class UAV(Model):
     separation: NonNegative = 0.5
     vertical_separation: NonNegative | None = None
     hover_power: Limit | None = None
+    power: PowerPoints | None = None
+    power_curve: PowerPoints | None = None
+    mass: Limit | None = None
+    payload: Annotated[NonNegative, Field(le=1e6)] = 0.0
+    battery: Limit | None = None
+    reserve: Annotated[Number, Field(ge=0, lt=TRUSTED_SHARE)] = 0.2
+    batteries: Annotated[Whole, Field(ge=1)] | None = None
+    swap: Annotated[NonNegative, Field(le=1e6)] = 120.0
     tracking_error: TrackingError = TrackingError()
     priority: Whole = 0
     fixed_wing: FixedWing | None = None
@@ -119,6 +149,28 @@ class UAV(Model):
         """The horizontal and the vertical semi-axis of the ellipsoid that others must stay out of, metres."""
         vertical = 2.0 * self.separation if self.vertical_separation is None else self.vertical_separation
         return self.separation, vertical
+
+    @property
+    def usable_energy(self) -> float | None:
+        """Joules that one battery gives, without the reserve and what is not trusted; ``None`` without a battery."""
+        return None if self.battery is None else self.battery * (TRUSTED_SHARE - self.reserve) * JOULES_OF_WATT_HOUR
+
+    @property
+    def power_model(self) -> Power | None:
+        """Its electrical power as a function of airspeed, climb and load; ``None`` where no power is known."""
+        wings, mass = self.fixed_wing is not None, self.mass or 0.0
+        laden = 1.0 + (self.payload / mass if mass else 0.0)
+        power = Power(weight=mass * GRAVITY, laden=laden, wings=wings)
+        if self.power_curve is not None:
+            hover = () if self.hover_power is None or wings else ((0.0, self.hover_power),)
+            return replace(power, points=(*hover, *self.power_curve))
+        if wings:
+            drag, lift = (0.0, 0.0) if self.power is None else aeroplane_curve(self.power)
+            return None if self.power is None else replace(power, drag=drag, lift=lift)
+        if self.hover_power is None:
+            return None
+        induced, drag = (0.0, 0.0) if self.power is None else multirotor_curve(self.hover_power, self.power)
+        return replace(power, hover=self.hover_power, induced=induced, drag=drag)
 
     @model_validator(mode="before")
     @classmethod
@@ -134,6 +186,7 @@ class UAV(Model):
                 "separation and vertical_separation must both be above 0, or both 0, but they are "
                 f"{self.separation:g} and {self.ellipsoid[1]:g}"
             )
+        self._require_sound_power()
         if self.look_at is not None and self.heading is not None:
             raise ValueError("look_at and heading both say where the nose points: give one of them")
         wing = self.fixed_wing
@@ -163,6 +216,29 @@ class UAV(Model):
             )
         return self
 
+    def _require_sound_power(self) -> None:
+        if self.power is not None and self.power_curve is not None:
+            raise ValueError("power and power_curve both say what level flight takes: give one of them")
+        if self.power is not None and self.fixed_wing is None and self.hover_power is None:
+            raise ValueError("power needs hover_power beside it, the power of a multirotor at an airspeed of 0")
+        power = self.power_model
+        speeds = [speed for speed, _ in power.points] if power is not None else []
+        if any(one >= other for one, other in pairwise(speeds)):
+            raise ValueError(
+                f"power_curve must rise in airspeed, from hover_power at 0 if that is given, found {speeds}"
+            )
+        if speeds and speeds[0] > 0 and self.fixed_wing is None:
+            raise ValueError(
+                f"power_curve must begin at 0 m/s, or hover_power be given, but it begins at {speeds[0]:g}"
+            )
+        if self.payload > 0 and self.mass is None:
+            raise ValueError("payload needs mass beside it, that of the UAV without payload")
+        if self.battery is not None and (power is None or self.mass is None):
+            points = "two points of power" if self.fixed_wing is not None else "hover_power"
+            raise ValueError(
+                f"battery needs mass and {points}, or power_curve, beside it: how long it lasts is not known without"
+            )
+
 
 def kept_ellipsoid(one: UAV, other: UAV) -> tuple[float, float]:
     """Return the semi-axes of the ellipsoid that two UAVs must keep out of, horizontal and vertical, metres."""
@@ -190,7 +266,10 @@ def strayed_share(xy: Floats, z: Floats, aside: Floats, up: Floats) -> Floats:
     return np.hypot(*rim)
 
 
-_NOT_OF_A_VEHICLE = ("name", "start", "home", "look_at", "heading", "priority")
+_NOT_OF_A_VEHICLE = (
+    *("name", "start", "home", "look_at", "heading", "priority"),
+    *("payload", "reserve", "batteries", "swap"),
+)
 """The fields of a UAV that do not depend on its vehicle."""
 
 

@@ -37,6 +37,7 @@ class Fault(Enum):
     DESCENT_RATE = "descends too fast"
     YAW = "yaws too fast"
     AIRSPEED = "off its airspeed"
+    BATTERY = "battery"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"
     UNDECIDED = "undecided"

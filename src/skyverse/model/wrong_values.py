@@ -44,7 +44,7 @@ _FIELDS_BY_UNIT = {
         "altitude centre clearance geoid high home horizontal look_at low max max_height min points position radius "
         "separation start step turn_radius vertical vertical_separation"
     ),
-    "seconds": "active knots period since times",
+    "seconds": "active knots period since swap times",
     "m/s": "growth max_climb max_descent max_speed speed top_speed",
     "m/s^2": "acceleration max_acceleration",
     "m/s^3": "max_jerk",
@@ -52,6 +52,8 @@ _FIELDS_BY_UNIT = {
     "degrees/s": "max_yaw_rate",
     "degrees/s^2": "max_yaw_acceleration",
     "watts": "hover_power",
+    "watt-hours": "battery",
+    "kilograms": "mass payload",
 }
 _UNITS = {field: unit for unit, fields in _FIELDS_BY_UNIT.items() for field in fields.split()}
 """The unit of a field that holds numbers."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse.errors import require_kind
 from skyverse.model.mission import Mission, index_of
+from skyverse.model.power import JOULES_OF_WATT_HOUR
 from skyverse.model.quantities import short
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
@@ -17,6 +18,7 @@ from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.curve import PolynomialCurve, curve_of
+from skyverse.referee.energy import judge_battery, sorties
 from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.pads import Pads, pads_of
 from skyverse.referee.result import judge_result
@@ -106,6 +108,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
             unknown.add(uav)
         else:
             curves[uav] = curve
+            violations[uav] += judge_battery(scenario, uav, trajectory, sorties(trajectory))
     in_time = judge_movers(scenario, curves, unknown)
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
@@ -149,10 +152,15 @@ def _proven_sentence(
     changing += ["zones that are closed at times"] if any(map(is_closed_at_times, scenario.zones)) else []
     stays = f"and clear of {' and '.join(changing)} also while it waits and stays, until {judged_until(curves):.6g} s, "
     clear = f"clear of {' and of '.join(things)} by {scenario.clearance:.6g} m, " if things else ""
+    battery = ""
+    if vehicle.usable_energy is not None:
+        battery = (
+            f"takes no more than the {vehicle.usable_energy / JOULES_OF_WATT_HOUR:.4g} Wh that its battery gives, "
+        )
     without = "" if things else ", which has no obstacles"
     return (
         f"{vehicle.name} is {clear}{ground}inside the bounds and within its limits of {kept}, "
-        f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, {stays if changing else ''}"
+        f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, {stays if changing else ''}{battery}"
         f"{_where(scenario, digest)}{without}{_for_every_flight(vehicle.tracking_error, pads)}."
     )
 
