@@ -98,6 +98,7 @@ _every_public_name_is_documented()
 EXTRAS = {
     "maps": "reading terrain, buildings, zones, point clouds and meshes",
     "flight": "flying missions in the simulator rotorpy, and films of them",
+    "tours": "tours of more than ten targets, by PyVRP",
     "optimisers": "the planners `cma-es`, `pso`, `ga`, `de`, `l-shade` and `gwo`",
     "parquet": "exporting the rows of a study as Parquet",
     "dask": "running a study on a cluster",

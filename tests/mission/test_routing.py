@@ -1,5 +1,7 @@
 import dataclasses
 import math
+import sys
+import threading
 
 import numpy as np
 import pytest
@@ -8,8 +10,10 @@ from hypothesis import strategies as st
 
 from routing_oracle import best, flown, random_case
 from skyverse.errors import InputError
-from skyverse.mission.route import route
+from skyverse.mission.pyvrp_routing import RouteSearch, pyvrp_tours
+from skyverse.mission.route import route, told
 from skyverse.mission.routing import TourVehicle, Work
+from skyverse.stop import Cancelled
 
 
 def plain(places, targets, returns=True, **given_values) -> tuple[TourVehicle, Work]:
@@ -105,3 +109,114 @@ def test_numbers_that_do_not_fit_are_refused(changes, said):
         route([vehicle], plain([(1, 0), (2, 0)], 2)[1])
     with pytest.raises(InputError, match="every target once"):
         route([vehicle], plain([(1, 0)], 1)[1], order=[1])
+
+
+def on_a_plain(n: int, fleet: int, seed: int = 0, **values) -> tuple[list[TourVehicle], Work]:
+    vehicle, work = plain(np.random.default_rng(seed).random((n, 2)) * 100, n, **values)
+    return [vehicle] * fleet, work
+
+
+def test_more_than_ten_targets_need_pyvrp(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvrp", None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    vehicles, work = on_a_plain(11, 1)
+    with pytest.raises(InputError, match=r"skyverse\[tours\]"):
+        route(vehicles, work)
+
+
+class TestPyVRP:
+    @pytest.fixture(autouse=True)
+    def _installed(self):
+        pytest.importorskip("pyvrp", reason="needs skyverse[tours]")
+
+    @pytest.mark.parametrize("criterion", ["min-sum", "min-max"])
+    def test_it_finds_the_best_routes_to_eight_targets_mostly_and_never_better_ones(self, criterion):
+        same = 0
+        for seed in range(20):
+            rng = np.random.default_rng(seed)
+            vehicles, work = random_case(rng, 8, int(rng.integers(1, 4)))
+            exact = value(route(vehicles, work, criterion), criterion)
+            tours, _ = pyvrp_tours(vehicles, work, criterion, RouteSearch(None, 0, None))
+            found = value(told(vehicles, work, tours, criterion, optimal=False), criterion)
+            assert found >= exact or found == pytest.approx(exact)
+            same += found == pytest.approx(exact, rel=1e-3)
+        assert same >= 12
+
+    @pytest.mark.parametrize("criterion", ["min-sum", "min-max"])
+    def test_the_same_seed_gives_the_same_routes_and_keeps_to_bounds(self, criterion):
+        vehicles, work = on_a_plain(30, 3)
+        routes = route(vehicles, work, criterion, seed=4)
+        assert routes.tours == route(vehicles, work, criterion, seed=4).tours
+        assert sorted(j for tour in routes.tours for sortie in tour for j in sortie) == list(range(30))
+        assert routes.lower_bound <= (routes.price if criterion == "min-sum" else routes.finish)
+        assert (routes.bound, routes.optimal, routes.interrupted) == ("assignment", False, False)
+
+    def test_a_smaller_largest_finish_is_sought_only_if_asked_for(self):
+        vehicles, work = on_a_plain(20, 3)
+        least, level = (route(vehicles, work, criterion) for criterion in ("min-sum", "min-max"))
+        assert level.finish < least.finish
+        assert least.price < level.price
+
+    def test_targets_on_a_circle_are_visited_around_it(self):
+        angles = np.arange(40) * 2 * np.pi / 40
+        points = np.random.default_rng(1).permutation(np.stack([np.cos(angles) - 1, np.sin(angles)], axis=1))
+        vehicle, work = plain(points, 40)
+        assert route([vehicle], work).price == pytest.approx(40 * 2 * np.sin(np.pi / 40))
+
+    def test_batteries_are_kept_to_and_swapped_seldom(self):
+        vehicles, work = on_a_plain(25, 2, usable=300.0, most_sorties=5)
+        vehicles = [dataclasses.replace(v, joules=v.seconds) for v in vehicles[:1]] * 2
+        routes = route(vehicles, work)
+        assert routes.unvisited == {}
+        assert routes.swaps <= 1
+        for vehicle, tour in zip(vehicles, routes.tours, strict=True):
+            assert flown(vehicle, work, tour) is not None
+
+    @pytest.mark.parametrize("limit", ["battery", "capacity", "window", "nobody may", "no way"])
+    def test_what_nobody_can_visit_is_left_out_and_told(self, limit):
+        vehicles, work = on_a_plain(15, 2)
+        vehicle, far = vehicles[0], 3
+        changes = {
+            "battery": {
+                "joules": vehicle.seconds,
+                "usable": 300.0,
+                "visit_joules": np.where(np.arange(15) == far, 301.0, 0),
+            },
+            "capacity": {"capacity": 20.0},
+            "window": {},
+            "nobody may": {"allowed": np.arange(15) != far},
+            "no way": {"price": np.where(np.arange(17) == far, np.inf, vehicle.price)},
+        }
+        if limit == "capacity":
+            work = dataclasses.replace(work, demand=np.where(np.arange(15) == far, 21.0, 1.0))
+        if limit == "window":
+            closes = np.where(np.arange(15) == far, vehicle.seconds[15, far] * 0.9, np.inf)
+            work = dataclasses.replace(work, window=np.stack([np.zeros(15), closes], axis=1))
+        routes = route([dataclasses.replace(vehicle, **changes[limit])] * 2, work)
+        assert routes.unvisited == {far: limit}
+
+    def test_a_given_order_is_kept(self):
+        vehicles, work = on_a_plain(14, 2)
+        order = [int(j) for j in np.random.default_rng(2).permutation(14)]
+        routes = route(vehicles, work, order=order)
+        assert routes.unvisited == {}
+        for tour in routes.tours:
+            ranks = [order.index(j) for sortie in tour for j in sortie]
+            assert ranks == sorted(ranks)
+
+    def test_a_battery_that_reaches_nothing_leaves_everything_out(self):
+        vehicles, work = on_a_plain(12, 1, usable=0.0, visit_joules=np.ones(12))
+        assert set(route(vehicles, work).unvisited.values()) == {"battery"}
+
+    def test_a_cancelled_search_gives_the_best_so_far_and_says_so(self):
+        vehicles, work = on_a_plain(60, 3)
+        event = threading.Event()
+        event.set()
+        routes = route(vehicles, work, stop=Cancelled(event))
+        assert routes.interrupted
+        assert routes.unvisited == {}
+
+
+def value(routes, criterion):
+    last = (routes.finish, routes.price) if criterion == "min-max" else (routes.price,)
+    return (len(routes.unvisited), routes.swaps, *last)

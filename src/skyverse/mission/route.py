@@ -11,6 +11,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_choice, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS, exact_tours
+from skyverse.mission.pyvrp_routing import RouteSearch, pyvrp_tours
 from skyverse.mission.routing import Routes, Tour, TourVehicle, Work, timed, why_unvisited
 from skyverse.stop import Stop, require_stop
 
@@ -56,7 +57,8 @@ def route(
         return told(vehicles, work, ((),) * len(vehicles), criterion, optimal=True)
     if work.targets <= MOST_TARGETS:
         return told(vehicles, work, exact_tours(vehicles, work, criterion, order), criterion, optimal=True)
-    raise InputError('more than ten targets need PyVRP: pip install "skyverse[tours]"', field="targets")
+    tours, interrupted = pyvrp_tours(vehicles, work, criterion, RouteSearch(stop, seed, order))
+    return replace(told(vehicles, work, tours, criterion, optimal=False), interrupted=interrupted)
 
 
 def told(

@@ -101,6 +101,8 @@ class Work:
         n = len(self.stay)
         for name, shape in {"stay": (n,), "window": (n, 2), "demand": (n,)}.items():
             _require_numbers(getattr(self, name), shape, name)
+        if np.any(self.window[:, 0] > self.window[:, 1]):
+            raise InputError("window: expected windows that open before they close", field="window")
 
     @property
     def targets(self) -> int:
@@ -270,7 +272,7 @@ def why_unvisited(vehicles: Sequence[TourVehicle], work: Work, visited: Sequence
 
 
 def possible(vehicle: TourVehicle, work: Work) -> Bools:
-    """Return which targets the vehicle could visit if there were no others to visit, (n,); none is ruled out falsely."""
+    """Return which targets the vehicle could visit if there were no others, (n,); none is ruled out falsely."""
     return _obstacle(vehicle, work) == 5
 
 
