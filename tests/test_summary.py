@@ -43,12 +43,21 @@ def test_a_curve_is_as_long_and_as_far_off_as_its_samples(seed):
 
 
 def test_a_hover_takes_its_power_times_its_time_and_twice_the_thrust_nearly_three_times_as_much():
-    camera = UAV(start=(0, 0, 1), vehicle="camera")
+    camera = UAV(start=(0, 0, 1), hover_power=122.0)
     minute = np.array([0.0, 60.0])
     hover = Trajectory(minute, np.array([[(0.0, 0, 1), (0, 0, 0), (0, 0, 0)]]))
     assert flight_summary(camera, CORNERS[:1], hover).energy == pytest.approx(122 * 60)
     rising = Trajectory(minute, np.array([[(0.0, 0, 1), (0, 0, 0), (0, 0, 9.81 / 2)]]))  # at one g
     assert flight_summary(camera, CORNERS[:1], rising).energy == pytest.approx(122 * 60 * 2**1.5)
+
+
+def test_a_flight_on_a_battery_leaves_what_it_does_not_take_of_the_trusted_share():
+    camera = UAV(start=(0, 0, 1), vehicle="camera")
+    rising = Trajectory(np.array([0.0, 60.0]), np.array([[(0.0, 0, 1), (0, 0, 2)]]))
+    told = flight_summary(camera, CORNERS[:1], rising)
+    assert told.energy == pytest.approx(60 * (122 + 0.915 * 9.81 * 2))
+    assert told.left == pytest.approx(0.9 - told.energy_bound / (77 * 3600))
+    assert flight_summary(camera.model_copy(update={"battery": None}), CORNERS[:1], rising).left is None
 
 
 def test_no_energy_is_told_where_the_power_is_not_known():

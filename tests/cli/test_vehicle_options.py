@@ -19,7 +19,10 @@ def test_plan_gives_all_uavs_the_limits_of_a_vehicle_and_those_that_are_given(sk
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("--vehicle", "rocket"), "--vehicle: expected one of indoor, thesis, camera, heavy, mapping, found 'rocket'"),
+        (
+            ("--vehicle", "rocket"),
+            "--vehicle: expected one of indoor, thesis, camera, heavy, m100, mapping, found 'rocket'",
+        ),
         (("--tracking-error", "3"), "--tracking-error: expected horizontal,vertical in metres, as in 1.5,2, found '3'"),
         (("--tracking-error", "3,-1"), "--tracking-error: expected 2 numbers from 0 on"),
         (("--max-climb", "-1"), "--max-climb: expected a number from 0.001"),

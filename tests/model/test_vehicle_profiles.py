@@ -71,13 +71,26 @@ def test_the_thesis_quadrotor_has_the_defaults_of_a_uav():
 
 @pytest.mark.parametrize(
     ("name", "mass", "rotors", "radius"),
-    [("indoor", 0.027, 4, 0.0235), ("camera", 0.915, 4, 0.1194), ("heavy", 15.5, 6, 0.2667)],
+    [
+        *(("indoor", 0.027, 4, 0.0235), ("camera", 0.915, 4, 0.1194)),
+        *(("heavy", 15.5, 6, 0.2667), ("m100", 3.68, 4, 0.1651)),
+    ],
 )
 def test_a_hover_takes_several_times_the_ideal_power_of_the_rotors(name, mass, rotors, radius):
+    assert mass == sky.VEHICLE_PROFILES[name].limits["mass"]
     weight, discs = 9.81 * mass, rotors * math.pi * radius**2
     ideal = weight**1.5 / math.sqrt(2 * 1.225 * discs)  # momentum theory, in the air of the standard atmosphere
     efficiency = ideal / sky.VEHICLE_PROFILES[name].limits["hover_power"]
     assert 0.1 < efficiency < 0.6  # rotors, motors and electronics together; least of all in the smallest vehicle
+
+
+def test_a_power_of_its_own_replaces_all_points_of_the_vehicle():
+    own = sky.UAV(start=(0, 0, 0), vehicle="camera", hover_power=150)
+    assert (own.hover_power, own.power, own.mass) == (150, None, 0.915)
+    measured = sky.UAV(start=(0, 0, 0), vehicle="camera", power_curve=[(0, 120), (9, 100)])
+    assert (measured.hover_power, measured.power) == (None, None)
+    plain = sky.UAV(start=(0, 0, 0), vehicle="camera", power=None)
+    assert (plain.hover_power, plain.power) == (122, None)
 
 
 def test_the_mapping_aeroplane_turns_at_30_degrees_of_bank_and_climbs_within_its_rates():
@@ -89,7 +102,7 @@ def test_the_mapping_aeroplane_turns_at_30_degrees_of_bank_and_climbs_within_its
 
 @pytest.mark.parametrize("name", ["cammera", 3])
 def test_a_vehicle_that_is_not_known_is_refused_with_the_names_that_are(name, tmp_path):
-    with pytest.raises(ValidationError, match="there are indoor, thesis, camera, heavy, mapping"):
+    with pytest.raises(ValidationError, match="there are indoor, thesis, camera, heavy, m100, mapping"):
         sky.UAV.model_validate({"start": (0, 0, 0), "vehicle": name})
 
 
@@ -150,6 +163,8 @@ def test_the_documentation_states_the_profiles():
                 assert cell == (due or "")
             elif fields == ["tracking_error"]:
                 assert cell == f"{limits['tracking_error']['horizontal']:g}, {limits['tracking_error']['vertical']:g}"
+            elif fields == ["power"]:
+                assert cell == ", ".join(f"{watts:g} at {speed:g}" for speed, watts in limits.get("power", ()))
             else:
                 numbers = [f"{limits[field]:g}" for field in fields if field in limits]
                 assert cell == (", ".join(numbers) or ("none" if fields[0] == "max_climb" else "")), (name, fields)

@@ -109,7 +109,7 @@ class LimitOptions:
     Parameters
     ----------
     vehicle
-        Give all UAVs the limits of a vehicle: indoor, thesis, camera, heavy or mapping.
+        Give all UAVs the limits of a vehicle: indoor, thesis, camera, heavy, m100 or mapping.
     max_speed
         The fastest that UAVs fly, m/s.
     max_climb

@@ -38,8 +38,8 @@ class FleetLimits:
     Attributes
     ----------
     vehicle
-        The profile of all UAVs, which sets all their limits and their tracking error: indoor, thesis, camera, heavy or
-        mapping.
+        The profile of all UAVs, which sets all their limits and their tracking error: indoor, thesis, camera, heavy,
+        m100 or mapping.
     max_speed
         The fastest that UAVs fly, m/s.
     max_climb
@@ -91,7 +91,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             "PID_VEL_ROLL_MAX); thrust: rotorpy's parameters of it; separation: the downwash ellipsoids of Hönig et "
             "al., Trajectory Planning for Quadrotor Swarms, IEEE Transactions on Robotics, 2018; tracking error: five "
             "times the mean of 49 vehicles, below 0.02 m, in Preiss et al., Crazyswarm: A Large Nano-Quadcopter Swarm, "
-            "ICRA 2017; power: its maker's data sheet, 250 mAh at 3.7 V in 7 minutes of flight",
+            "ICRA 2017; mass, battery and power: its maker's data sheet, 250 mAh at 3.7 V in 7 minutes of flight",
             simulated_as="crazyflie",
             max_speed=1.0,
             max_acceleration=2.0,
@@ -99,6 +99,8 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             max_tilt=20.0,
             thrust_to_weight=1.9,
             hover_power=7.9,
+            mass=0.027,
+            battery=0.925,
             max_climb=1.0,
             max_descent=1.0,
             separation=0.24,
@@ -121,8 +123,8 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         ),
         "camera": _profile(
             "camera multirotor (of the class of the DJI Mavic 3 Enterprise, 0.9 kg)",
-            f"speeds and tilt: the manufacturer's specifications, normal mode; power: the same, 77 Wh in 38 minutes of "
-            f"hovering; {_PX4}; {_GNSS}",
+            f"speeds and tilt: the manufacturer's specifications, normal mode; mass, battery and power: the same, 77 Wh in "
+            f"38 minutes of hovering, in 45 at 9 m/s, and in 32 km at 14 m/s; {_PX4}; {_GNSS}",
             simulated_as="camera",
             max_speed=15.0,
             max_acceleration=3.0,
@@ -130,6 +132,9 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             max_tilt=30.0,
             thrust_to_weight=2.0,
             hover_power=122.0,
+            power=((9.0, 102.7), (14.0, 121.3)),
+            mass=0.915,
+            battery=77.0,
             max_climb=6.0,
             max_descent=6.0,
             separation=2.0,
@@ -138,18 +143,41 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         ),
         "heavy": _profile(
             "heavy multirotor (of the class of the DJI Matrice 600 Pro, up to 15.5 kg)",
-            f"speeds and tilt: the manufacturer's specifications; power: the same, six batteries of 99.9 Wh in 16 "
-            f"minutes of hovering with 6 kg of payload, at 15.5 kg; {_PX4}; {_GNSS}",
+            f"speeds and tilt: the manufacturer's specifications; mass, battery and power: the same, six batteries of 99.9 "
+            f"Wh in 16 minutes of hovering with 6 kg of payload, which the mass holds; {_PX4}; {_GNSS}",
             max_speed=18.0,
             max_acceleration=3.0,
             max_jerk=4.0,
             max_tilt=25.0,
             thrust_to_weight=2.0,
             hover_power=2250.0,
+            mass=15.5,
+            battery=599.4,
             max_climb=5.0,
             max_descent=3.0,
             separation=5.0,
             vertical_separation=10.0,
+            tracking_error={"horizontal": 1.6, "vertical": 3.0},
+        ),
+        "m100": _profile(
+            "delivery multirotor (DJI Matrice 100 with the instruments of the CMU data set, 3.68 kg)",
+            "power, mass, battery, largest speed and acceleration: 195 flights with a level cruise, of Rodrigues et al., "
+            "In-flight positional and energy use data set of a DJI Matrice 100 quadcopter for small package delivery, "
+            "Scientific Data 8:155, 2021, means of samples without payload; climb, descent and tilt: the manufacturer's "
+            f"specifications; {_PX4}; {_GNSS}",
+            max_speed=12.0,
+            max_acceleration=2.1,
+            max_jerk=4.0,
+            max_tilt=35.0,
+            thrust_to_weight=2.0,
+            hover_power=472.7,
+            power=((6.0, 452.0), (12.0, 480.1)),
+            mass=3.68,
+            battery=99.9,
+            max_climb=5.0,
+            max_descent=4.0,
+            separation=3.0,
+            vertical_separation=6.0,
             tracking_error={"horizontal": 1.6, "vertical": 3.0},
         ),
         "mapping": _profile(
@@ -173,10 +201,14 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
 """The profiles by name."""
 
 
+_POWERS = ("hover_power", "power", "power_curve")
+
+
 def with_profile(data: Any) -> Any:
     """Return the data of a UAV, with the fields that its `vehicle` has and that it does not give itself.
 
-    A field that is given as ``None`` is given: the UAV has no such limit of its own.
+    A field that is given as ``None`` is given: the UAV has no such limit of its own. A UAV that gives a power has none
+    of the vehicle's, which would be another's points of one curve.
 
     Raises
     ------
@@ -191,6 +223,8 @@ def with_profile(data: Any) -> Any:
             f"vehicle: there is none of the name {data['vehicle']!r:.40}; there are {', '.join(VEHICLE_PROFILES)}"
         )
     merged = {**profile.limits, **data}
+    if any(data.get(name) is not None for name in _POWERS):
+        merged = {name: value for name, value in merged.items() if name in data or name not in _POWERS}
     if "fixed_wing" in profile.limits and merged["fixed_wing"] is None:
         raise ValueError(f"fixed_wing: must not be null, since the vehicle {data['vehicle']!r} is an aeroplane")
     return merged

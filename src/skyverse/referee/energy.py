@@ -20,7 +20,7 @@ from skyverse.referee.curve import PolynomialCurve, curve_of, derivative
 from skyverse.referee.polynomial import bernstein, halve
 from skyverse.referee.tolerances import MACHINE_EPSILON
 
-LOOSE = 2e-3
+LOOSE = 5e-3
 """Share by which the power on a part may exceed that in its middle before the part is cut in two."""
 MAX_CUTS, MAX_PARTS = 12, 2**17
 """How often a part is cut in two, and parts of one trajectory at most; uncut, they are bounded all the same."""
@@ -63,7 +63,7 @@ def energy_bounds(
     """Return instants (m,), seconds, and the joules (m,) that a UAV has taken by then at most, from `begin` to `end`.
 
     The bound holds for the stated power, at every wind within the scenario's margin of gusts. Between two of the
-    instants it is linear. It is about 0.2 % above what the same power takes where there are no gusts.
+    instants it is linear. It is at most about half a percent above what the same power takes where there are no gusts.
 
     Raises
     ------
