@@ -123,8 +123,8 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         ),
         "camera": _profile(
             "camera multirotor (of the class of the DJI Mavic 3 Enterprise, 0.9 kg)",
-            f"speeds and tilt: the manufacturer's specifications, normal mode; mass, battery and power: the same, 77 Wh in "
-            f"38 minutes of hovering, in 45 at 9 m/s, and in 32 km at 14 m/s; {_PX4}; {_GNSS}",
+            "speeds and tilt: the manufacturer's specifications, normal mode; mass, battery and power: the same, 77 Wh "
+            f"in 38 minutes of hovering, in 45 at 9 m/s, and in 32 km at 14 m/s; {_PX4}; {_GNSS}",
             simulated_as="camera",
             max_speed=15.0,
             max_acceleration=3.0,
@@ -143,8 +143,8 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         ),
         "heavy": _profile(
             "heavy multirotor (of the class of the DJI Matrice 600 Pro, up to 15.5 kg)",
-            f"speeds and tilt: the manufacturer's specifications; mass, battery and power: the same, six batteries of 99.9 "
-            f"Wh in 16 minutes of hovering with 6 kg of payload, which the mass holds; {_PX4}; {_GNSS}",
+            "speeds and tilt: the manufacturer's specifications; mass, battery and power: the same, six batteries of "
+            f"99.9 Wh in 16 minutes of hovering with 6 kg of payload, which the mass holds; {_PX4}; {_GNSS}",
             max_speed=18.0,
             max_acceleration=3.0,
             max_jerk=4.0,
@@ -161,10 +161,10 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         ),
         "m100": _profile(
             "delivery multirotor (DJI Matrice 100 with the instruments of the CMU data set, 3.68 kg)",
-            "power, mass, battery, largest speed and acceleration: 195 flights with a level cruise, of Rodrigues et al., "
-            "In-flight positional and energy use data set of a DJI Matrice 100 quadcopter for small package delivery, "
-            "Scientific Data 8:155, 2021, means of samples without payload; climb, descent and tilt: the manufacturer's "
-            f"specifications; {_PX4}; {_GNSS}",
+            "power, mass, battery, largest speed and acceleration: 195 flights with a level cruise, of Rodrigues et "
+            "al., In-flight positional and energy use data set of a DJI Matrice 100 quadcopter for small package "
+            "delivery, Scientific Data 8:155, 2021, means of samples without payload; climb, descent and tilt: the "
+            f"manufacturer's specifications; {_PX4}; {_GNSS}",
             max_speed=12.0,
             max_acceleration=2.1,
             max_jerk=4.0,
