@@ -7,8 +7,10 @@ Wireless Communications, 2019, equation 12). Drag of blades takes a share that d
 with the cube of the airspeed.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,6 +29,10 @@ LARGEST_MISS = 0.05
 """Share by which a curve may miss the points that it is made of."""
 SLOWEST = 1e-3
 """m/s: the power of an aeroplane slower than this counts as that at this airspeed."""
+
+_ANGLES = tuple(math.pi / 2 * k / 8 for k in range(9))
+_SECTORS = tuple((math.cos(low), math.sin(high)) for low, high in pairwise(_ANGLES))
+"""Of a gust, the largest shares sideways and upwards, by its angle above the horizon."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +79,8 @@ class Power:
     def at(self, airspeed: Floats, climb: Floats, load: Floats) -> Floats:
         """Return the power, W, at horizontal airspeeds, m/s, climb rates, m/s, and loads.
 
-        It rises with climb and load; in airspeed, between two of `corners`, it has no maximum but at the ends.
+        It rises with climb and load. In airspeed, between two of `corners`, it has no maximum but at the ends: the rate
+        at which pushing air takes less, over the airspeed, falls as that rises, and that of drag rises.
         """
         n = load * self.laden
         rising = n * np.maximum(climb, 0.0) * (self.weight / (WING_EFFICIENCY if self.wings else 1.0))
@@ -91,6 +98,19 @@ class Power:
         if self.induced:
             pushed = pushed + self.induced * _induced(airspeed, n)
         return self.hover * pushed + drag + rising
+
+    def most(self, low: Floats, high: Floats, climb: Floats, load: Floats, gust: float = 0.0) -> Floats:
+        """Return the largest power, W, at airspeeds from `low` to `high`, in gusts of up to `gust` m/s any way.
+
+        What a gust has upwards it lacks sideways: its directions are cut into sectors, each of which counts with its
+        largest share upwards and its largest share sideways.
+        """
+        found = []
+        for aside, up in _SECTORS if gust > 0 else ((0.0, 0.0),):
+            slow, fast = np.maximum(low - gust * aside, 0.0), high + gust * aside
+            speeds = [slow, fast, *(np.clip(corner, slow, fast) for corner in self.corners)]
+            found += [self.at(speed, climb + gust * up, load) for speed in speeds]
+        return np.max(found, axis=0)
 
     @property
     def corners(self) -> Floats:

@@ -196,7 +196,7 @@ def _powers(scenario: Scenario, vehicle: UAV, power: Power, b: Floats, error: Fl
         course = course / np.maximum(np.linalg.norm(course, axis=1), np.finfo(float).tiny)[:, None]
         low = np.maximum(np.einsum("ijk,ik->ij", through, course).min(axis=1) - doubt, 0.0)
         high = sizes.max(axis=1) + doubt
-        watts.append(_largest(power, low, high, (way * up).max(axis=1) + error[:, 1], load))
+        watts.append(power.most(low, high, (way * up).max(axis=1) + error[:, 1], load))
         fastest = np.maximum(fastest, high)
     speed = np.linalg.norm(b[:, :, 3:6], axis=2).max(axis=1) + error[:, 1]
     climb, slowest, wing = np.abs(up).max(axis=1) + error[:, 1], np.zeros(len(b)), vehicle.fixed_wing
@@ -205,13 +205,7 @@ def _powers(scenario: Scenario, vehicle: UAV, power: Power, b: Floats, error: Fl
         turning, slowest = wing.speed**2 / wing.turn_radius, np.minimum(fastest, wing.speed)
         seconds = np.full(len(b), TURN_ABOUT * wing.turn_radius / wing.speed)
     load = np.maximum(load, math.hypot(1.0, turning / GRAVITY))
-    return _Powers(watts[0], watts[1], seconds * _largest(power, slowest, fastest, climb, load))
-
-
-def _largest(power: Power, low: Floats, high: Floats, climb: Floats, load: Floats) -> Floats:
-    """Return the largest power at airspeeds between `low` and `high`, and no more climb and load than given, (m,)."""
-    speeds = [low, high, *(np.clip(corner, low, high) for corner in power.corners)]
-    return np.max([power.at(speed, climb, load) for speed in speeds], axis=0)
+    return _Powers(watts[0], watts[1], seconds * power.most(slowest, fastest, climb, load))
 
 
 def _winds(scenario: Scenario, low: Floats, high: Floats) -> tuple[Floats, Floats]:
