@@ -47,7 +47,6 @@ from .model.altitude import AboveSea as AboveSea
 from .model.altitude import parse_altitude as parse_altitude
 from .model.conditions import Conditions as Conditions
 from .model.conditions import Sensor as Sensor
-from .model.conditions import wind_from as wind_from
 from .model.flight_record import Distribution as Distribution
 from .model.flight_record import Flight as Flight
 from .model.flight_record import FlightRuns as FlightRuns
@@ -106,6 +105,9 @@ from .model.verdict import Fault as Fault
 from .model.verdict import Verdict as Verdict
 from .model.verdict import Violation as Violation
 from .model.waypoints import Waypoints as Waypoints
+from .model.wind import Wind as Wind
+from .model.wind import WindLayer as WindLayer
+from .model.wind import wind_from as wind_from
 from .orders.files import read_waypoints as read_waypoints
 from .orders.files import write_waypoints as write_waypoints
 from .planners.astar import AStar as AStar

@@ -158,7 +158,8 @@ def test_the_documentation_states_the_profiles():
                 wing = limits.get("fixed_wing")
                 due = (
                     wing
-                    and f"{wing['speed']:g} m/s, {wing['turn_radius']:g} m of turn radius, {wing['climb']:g}° of climb"
+                    and f"{wing['speed']:g} m/s, {wing['turn_radius']:g} m of turn radius, "
+                    f"{wing['climb']:g}° of climb, {wing['max_wind']:g} m/s of wind"
                 )
                 assert cell == (due or "")
             elif fields == ["tracking_error"]:

@@ -17,6 +17,10 @@ EVERY_PART = sky.Scenario.model_validate(
         "bounds": {"min": [0, 0, 0], "max": [20, 20, 10]},
         "clearance": 0.25,
         "max_height": 9.5,
+        "wind": {
+            "layers": [{"altitude": 0, "velocity": [1, 0, 0]}, {"altitude": 10, "velocity": [1.5, 0.5, 0]}],
+            "gust": 0.2,
+        },
         "lattice": {"step": [1, 1, 1]},
         "terrain": {"origin": [0, 0], "step": [20, 20], "heights": [[0, 0.1], [0, 0]], "clearance": 0.5},
         "obstacles": [

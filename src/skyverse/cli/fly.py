@@ -22,6 +22,7 @@ from skyverse.model.short_lines import told_metres
 if TYPE_CHECKING:
     from skyverse.model.conditions import Conditions
     from skyverse.model.flight_record import Flight, FlightRuns
+    from skyverse.model.mission import Mission
     from skyverse.model.replanned_flight import ReplannedFlight
 
 ANIMATIONS = (".html", ".mp4", ".gif")
@@ -38,7 +39,7 @@ class ConditionOptions:
         The quadrotor that flies in place of every multirotor of the mission; when left out, the vehicle that the
         mission was planned for where that can be simulated (thesis, indoor, camera), and otherwise thesis.
     wind
-        The wind's velocity towards east, north and up, m/s.
+        The wind's velocity towards east, north and up, m/s; that of the mission's scenario when no wind is given.
     wind_speed
         The wind's speed, m/s, with --wind-from.
     wind_from
@@ -57,7 +58,7 @@ class ConditionOptions:
     """
 
     vehicle: Literal["thesis", "camera", "crazyflie", "hummingbird"] | None = None
-    wind: Annotated[str, SIGNED] = "0,0,0"
+    wind: Annotated[str | None, SIGNED] = None
     wind_speed: float | None = None
     wind_from: float | None = None
     gusts: Annotated[bool, FLAG] = False
@@ -66,11 +67,13 @@ class ConditionOptions:
     position_noise: float = 0.0
     delay: float = 0.0
 
-    def made(self) -> "Conditions":
-        """Return the conditions that the options describe."""
+    def made(self, mission: "Mission") -> "Conditions":
+        """Return the conditions that the options describe, for a mission that is flown."""
         import skyverse as sky
+        from skyverse.flight.fly import planned_wind
 
         blown, share = wind_of(self.wind, self.wind_speed, self.wind_from), share_of("--mismatch", self.mismatch)
+        blown = planned_wind(mission) if blown is None else blown
         return sky.Conditions(self.vehicle, blown, self.noise, self.gusts, share, self.position_noise, self.delay)
 
 
@@ -137,7 +140,7 @@ def fly(
     refuse_mixed(replanned, flight)
     written = _refused_files(mission, flight, files)
     given = sky.read_mission(mission)
-    told = conditions.made()
+    told = conditions.made(given)
     tell_not_proven(mission, given, scenario)
     if replanned.replan:
         flown = fly_replanned(given, told, flight, replanned)

@@ -70,6 +70,21 @@ def with_ceiling(source: str, scenario: "Scenario", max_height: str | None) -> "
     return scenario.model_copy(update={"max_height": most})
 
 
+def with_wind(scenario: "Scenario", velocity: tuple[float, float, float] | None, gust: float | None) -> "Scenario":
+    """Return a scenario in another wind, in which each UAV can fly, and with other gusts, m/s, as far as given."""
+    from skyverse.model.wind import Wind, refuse_wind
+
+    if velocity is not None:
+        blows = Wind(velocity=velocity, gust=gust or 0.0)
+        scenario = scenario.model_copy(update={"wind": blows if any(velocity) or gust else None})
+    elif gust is not None:
+        blows = scenario.wind or Wind(velocity=(0.0, 0.0, 0.0))
+        scenario = scenario.model_copy(update={"wind": blows.model_copy(update={"gust": gust})})
+    for uav in scenario.uavs:
+        refuse_wind(uav, scenario.winds)
+    return scenario
+
+
 def limited(scenario: "Scenario", limits: "FleetLimits") -> "Scenario":
     """Return a scenario all of whose UAVs have these limits."""
     from skyverse.model.uav import with_limits

@@ -70,16 +70,18 @@ def tracking_error_of(text: str | None) -> tuple[float, float] | None:
     return horizontal, vertical
 
 
-def wind_of(wind: str, speed: float | None, direction: float | None) -> tuple[float, float, float]:
+def wind_of(wind: str | None, speed: float | None, direction: float | None) -> tuple[float, float, float] | None:
     """Read a wind: as a vector, ``1,0,0``, or as pilots tell it, a speed and the direction that it blows from."""
-    from skyverse.model.conditions import wind_from
+    from skyverse.model.wind import wind_from
 
     if speed is None and direction is None:
+        if wind is None:
+            return None
         east, north, up = numbers_of("--wind", "east,north,up in m/s, as in 1,0,0", wind, 3)
         return east, north, up
     if speed is None or direction is None:
         raise InputError("--wind-speed and --wind-from: expected both or neither, found only one of them")
-    if wind != "0,0,0":
+    if wind is not None:
         raise InputError("--wind: expected either this or --wind-speed and --wind-from, found both")
     if not 0 <= speed < math.inf:
         raise InputError(f"--wind-speed: expected m/s from 0 on, found {speed:g}")

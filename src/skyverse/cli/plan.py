@@ -15,10 +15,11 @@ from skyverse.cli.given_scenario import (
     with_ceiling,
     with_ends,
     with_lattice,
+    with_wind,
 )
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, AsJson, GivenScenario, Output, Whole
 from skyverse.cli.outputs import mission_file, refuse_output, source_from
-from skyverse.cli.places import tracking_error_of
+from skyverse.cli.places import tracking_error_of, wind_of
 from skyverse.cli.report import report, tell_apart_by_timing
 from skyverse.cli.settings import planner_of
 from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
@@ -149,6 +150,14 @@ class ScenarioOptions:
         it is the scenario's, with steps upright that fit below the ceiling above ground.
     unknown
         What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
+    wind
+        The wind in which all fly, in place of the scenario's: its velocity towards east, north and up, m/s.
+    wind_speed
+        Its speed, m/s, with --wind-from.
+    wind_from
+        Where it blows from, degrees from north, clockwise, as pilots tell it: 270 is a west wind.
+    gust
+        How far the true wind may be from that, m/s, in any direction at any instant.
     """
 
     uav: More = None
@@ -156,6 +165,10 @@ class ScenarioOptions:
     max_height: Annotated[str | None, SIGNED] = None
     lattice_step: Annotated[str | None, SIGNED] = None
     unknown: Literal["free", "occupied"] | None = None
+    wind: Annotated[str | None, SIGNED] = None
+    wind_speed: float | None = None
+    wind_from: float | None = None
+    gust: float | None = None
 
 
 @Parameter(name="*")
@@ -222,6 +235,7 @@ def plan(
     asked = with_lattice(
         limited(asked, FleetLimits(**vars(limits) | {"tracking_error": error})), otherwise.lattice_step
     )
+    asked = with_wind(asked, wind_of(otherwise.wind, otherwise.wind_speed, otherwise.wind_from), otherwise.gust)
     tell_unknown(asked, otherwise.unknown)
     refuse_unsafe(scenario, asked)
     method = planner_of(search.planner, search.settings or [], asked)

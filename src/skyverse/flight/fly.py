@@ -99,7 +99,7 @@ def fly(
     mission
         The mission to fly; its scenario's limits say what the vehicle must be able to do.
     conditions
-        The vehicle, the wind, and what else disturbs; by default nothing does.
+        The vehicle, the wind, and what else disturbs; by default the scenario's wind alone.
     runs
         How often to fly it in the compiled simulator; by default it is flown once, in rotorpy.
     margin
@@ -119,7 +119,7 @@ def fly(
         If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or a parameter is out of range.
     """
     require_kind(mission, Mission, "mission")
-    conditions = Conditions() if conditions is None else conditions
+    conditions = Conditions(wind=planned_wind(mission)) if conditions is None else conditions
     require_kind(conditions, Conditions, "conditions")
     for name, value in (("runs", runs), ("workers", workers)):
         if value is not None:
@@ -129,6 +129,16 @@ def fly(
     if margin is not None:
         raise InputError("expected a single flight with it, found many", field="margin")
     return fly_runs(mission, conditions, runs, rng, workers, on_progress)
+
+
+def planned_wind(mission: Mission) -> tuple[float, float, float]:
+    """Return the wind, (3,) m/s, for which a mission was planned, at the mean altitude of its flights."""
+    wind = mission.scenario.wind
+    if wind is None:
+        return 0.0, 0.0, 0.0
+    heights = [one.coefficients[:, 0, 2].mean() for one in mission.trajectories if one is not None]
+    east, north, up = wind.at(np.mean(heights or [0.0])).tolist()
+    return east, north, up
 
 
 def chosen_vehicle(mission: Mission, conditions: Conditions) -> tuple[Vehicle, Conditions]:

@@ -14,7 +14,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind, require_number
 from skyverse.flight.commands import COMMAND_RATE, HOVER_SECONDS, SETTLING_SECONDS, commanded, reference
 from skyverse.flight.disturbances import draw
-from skyverse.flight.fly import chosen_vehicle
+from skyverse.flight.fly import chosen_vehicle, planned_wind
 from skyverse.flight.judge import approaches, measure, passings, strayed, too_near
 from skyverse.flight.simulator import ControlledUAV, Samples, require_simulator, samples
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
@@ -263,9 +263,9 @@ def fly_replanned(
         zones that are closed at times, or observations would arrive after the motions that answer them begin.
     """
     sensor = Sensor() if sensor is None else sensor
-    conditions = Conditions() if conditions is None else conditions
+    require_kind(replanner, Replanner, "replanner")
+    conditions = Conditions(wind=planned_wind(replanner.mission)) if conditions is None else conditions
     for field, value, wanted in (
-        ("replanner", replanner, Replanner),
         ("truth", truth, Scenario),
         ("sensor", sensor, Sensor),
         ("conditions", conditions, Conditions),

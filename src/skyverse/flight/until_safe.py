@@ -7,7 +7,7 @@ from typing import overload
 
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, require_kind, require_whole
-from skyverse.flight.fly import OnFlown, fly, fly_runs
+from skyverse.flight.fly import OnFlown, fly, fly_runs, planned_wind
 from skyverse.flight.judge import planned_close
 from skyverse.flight.vehicle import refuse_stand_in
 from skyverse.mission.plan_mission import MissionOptions, plan_mission
@@ -184,7 +184,7 @@ def fly_until_safe(
     if rounds is not None:
         require_whole(rounds, "rounds", 1)
     require_kind(mission, Mission, "mission")
-    conditions = Conditions() if conditions is None else conditions
+    conditions = Conditions(wind=planned_wind(mission)) if conditions is None else conditions
     require_kind(conditions, Conditions, "conditions")
     refuse_stand_in(conditions.vehicle or simulated_vehicle(mission.scenario.uavs), mission.scenario.uavs)
     factor = SLOWDOWN if runs is None else SLOWDOWN_OF_MANY

@@ -87,7 +87,7 @@ def guidance(problem: Problem, result: Result) -> Way:
     path = without_repeats(needed_waypoints(problem, result))
     if len(path) == 1 or np.linalg.norm(np.diff(path, axis=0), axis=1).sum() <= MIN_PATH:
         return place_to_stay(path[-1])
-    best = blended_legs(world, path, limits_of(uav, -LIMIT_MARGIN), TOLERANCE)
+    best = blended_legs(world, path, limits_of(uav, -LIMIT_MARGIN, world.scenario.winds), TOLERANCE)
     points = best.legs.points
     return Way(points.copy(), blend_depths(best.legs, best.speeds), np.arange(len(points)))
 

@@ -20,6 +20,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Pointing, Trajectory, joined
 from skyverse.model.uav import UAV
+from skyverse.model.wind import STILL_AIR, WindBall
 from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PIECE
 from skyverse.problem import Airspace
 from skyverse.space.world import World
@@ -57,6 +58,8 @@ class Multirotor(Pilot):
         Whether it comes to rest and stays there, as far as that is proven, while a mission is planned for all.
     memory
         What a policy's last answer asked to be kept; ``None`` at first.
+    winds
+        In which it flies.
     """
 
     course: Course
@@ -70,6 +73,7 @@ class Multirotor(Pilot):
     waits: bool = False
     pointed: tuple[Pointing, ...] = ()
     memory: object = None
+    winds: WindBall = STILL_AIR
     turns: ClassVar[str] = "can stop"
 
     @classmethod
@@ -83,7 +87,8 @@ class Multirotor(Pilot):
         if flight is not None and flight.pointing is None:
             flight = with_heading(flight, uav)
         (yaw,), _, _ = with_heading(motion, uav).heading([0.0]) if flight is None else flight.heading([0.0])
-        return cls(number, uav, 0.0, course, guidance, planned_motion(flight, guidance), still(float(yaw), uav))
+        own, pointing = planned_motion(flight, guidance), still(float(yaw), uav)
+        return cls(number, uav, 0.0, course, guidance, own, pointing, winds=mission.scenario.winds)
 
     @staticmethod
     def seconds_of_way_out(uav: UAV) -> float:
@@ -111,7 +116,7 @@ class Multirotor(Pilot):
 
     @property
     def _limits(self) -> Limits:
-        return limits_of(self.uav, -LIMIT_MARGIN)
+        return limits_of(self.uav, -LIMIT_MARGIN, self.winds)
 
     @property
     def motion(self) -> Trajectory:

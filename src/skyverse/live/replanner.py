@@ -309,7 +309,7 @@ class Replanner:
         began = time.perf_counter()
         others = {k: pilot.occupied for k, pilot in enumerate(self._pilots) if k != uav}
         around = Surroundings(
-            limits=limits_of(self.scenario.uavs[uav], -LIMIT_MARGIN),
+            limits=limits_of(self.scenario.uavs[uav], -LIMIT_MARGIN, self.scenario.winds),
             world=self._airspace.of(uav).world,
             moving=with_others(moving, self.scenario, uav, others),
             uavs=len(moving.names),

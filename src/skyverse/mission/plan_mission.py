@@ -16,6 +16,7 @@ from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Deconfliction
+from skyverse.model.wind import refuse_wind
 from skyverse.numerics.side_by_side import side_by_side, threads
 from skyverse.planners import planner_of
 from skyverse.planners.auto import Auto
@@ -123,12 +124,14 @@ def plan_mission(
     Raises
     ------
     InputError
-        If scenario, planner, assignment, options, workers or seed is invalid, or the stop rule does not fit the
-        planner.
+        If scenario, planner, assignment, options, workers or seed is invalid, the stop rule does not fit the planner,
+        or a UAV cannot fly in the scenario's wind.
     """
     require_kind(options, MissionOptions, "options")
     most_threads = threads(workers)
     airspace = Airspace(scenario)
+    for vehicle in scenario.uavs:
+        refuse_wind(vehicle, scenario.winds)
     planner = planner_of(planner)
     require_stop(stop)
     if isinstance(planner, Auto):

@@ -11,6 +11,7 @@ from skyverse.errors import InputError, require_choice, require_flag, require_nu
 from skyverse.model.quantities import Flag, Model, NonNegative, Positive, Real
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
+from skyverse.model.wind import MAX_WIND
 
 SIMULATED_VEHICLES = ("thesis", "camera", "crazyflie", "hummingbird")
 """The multirotors that a simulation has models of."""
@@ -20,24 +21,6 @@ MAX_NOISE = 10.0
 """Metres."""
 MAX_DELAY = 1.0
 """Seconds."""
-MAX_WIND = 100.0
-"""m/s."""
-
-
-def wind_from(speed: float, direction: float) -> tuple[float, float, float]:
-    """Return the velocity of a wind as pilots tell it, m/s towards east, north and up.
-
-    Parameters
-    ----------
-    speed
-        m/s.
-    direction
-        Where it blows from: degrees from north, clockwise, so that 270 is a west wind, which blows towards east.
-    """
-    require_number(speed, "speed", "m/s", 0.0)
-    require_number(direction, "direction", "degrees")
-    angle = math.radians(direction)
-    return round(-speed * math.sin(angle), 12) + 0.0, round(-speed * math.cos(angle), 12) + 0.0, 0.0
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from skyverse.model.round_steps import ROUND, round_steps
 from skyverse.model.shapes import LEAST_CLEARANCE, Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
+from skyverse.model.wind import STILL_AIR, Wind, WindBall
 
 MAX_STATES = 5e8
 """States of the exact search on a scenario's lattice, more of which would not fit into memory."""
@@ -204,6 +205,8 @@ class Scenario(Model):
         Obstacles that move in stated ways.
     terrain
         The ground, which must cover the bounds.
+    wind
+        In which all fly; ``None`` in still air.
     max_height
         Metres above the terrain that no UAV may exceed; ``None`` where there is no such ceiling. It needs a terrain,
         and is counted from `Terrain.lowest` where the terrain has it.
@@ -231,6 +234,7 @@ class Scenario(Model):
     objective: Annotated[
         Objective, BeforeValidator(_preset, json_schema_input_type=Objective | Literal["thesis", "turns"])
     ] = PRESETS["thesis"]
+    wind: Wind | None = None
     uavs: tuple[UAV, ...] = ()
     targets: tuple[Target, ...] = ()
     frame: Frame = Frame()
@@ -260,6 +264,7 @@ class Scenario(Model):
             self.description,
             f"bounds {TIMES.join(f'{size:,.6g}' for size in sizes)} m, from {told_point(low)} to {told_point(high)}",
             f"UAVs keep {', '.join(kept)}" if kept else "",
+            "" if self.wind is None else f"wind of {self.wind.told}",
             f"lattice of {counted(nodes, 'node')}, {TIMES.join(f'{one:g}' for one in step)} m apart, "
             f"{self.lattice.connectivity}-connected",
             "" if origin is None else f"origin at latitude {origin.latitude:.6f}, longitude {origin.longitude:.6f}",
@@ -271,6 +276,11 @@ class Scenario(Model):
     def risky_zones(self) -> tuple[Zone, ...]:
         """The zones in which every metre has a price: none where the objective's weight of risks is 0."""
         return tuple(zone for zone in self.zones if zone.risk is not None and self.objective.risk > 0)
+
+    @property
+    def winds(self) -> WindBall:
+        """All winds that may blow between the bounds, gusts included."""
+        return STILL_AIR if self.wind is None else self.wind.between(self.bounds.min[2], self.bounds.max[2])
 
     @property
     def ground_clearance(self) -> float:

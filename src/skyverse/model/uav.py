@@ -30,11 +30,15 @@ class FixedWing(Model):
         The radius of its tightest turn seen from above, metres.
     climb
         The steepest climb or descent, degrees.
+    max_wind
+        The strongest wind, m/s, gusts included, in which it holds that speed over ground by flying faster or slower
+        through the air. If it is left out, its airspeed may rise to the UAV's largest.
     """
 
     speed: Limit
     turn_radius: Limit
     climb: Annotated[Positive, Field(lt=90)]
+    max_wind: NonNegative | None = None
 
 
 class TrackingError(Model):
@@ -66,6 +70,9 @@ class UAV(Model):
         count heights above home. If it is left out, it is the terrain below, or the start where there is no terrain.
     max_speed, max_acceleration, max_jerk
         Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
+    max_airspeed
+        The fastest that it flies through the air, m/s, which is what counts in a wind; `max_speed`, which is over
+        ground, if it is left out.
     max_climb, max_descent
         The fastest that it climbs and descends, m/s; ``None`` where it has no such limit of its own.
     max_yaw_rate, max_yaw_acceleration
@@ -120,6 +127,7 @@ class UAV(Model):
     max_speed: Limit = 5.0
     max_acceleration: Limit = 3.5
     max_jerk: Limit = 50.0
+    max_airspeed: Limit | None = None
     max_climb: Limit | None = None
     max_descent: Limit | None = None
     max_yaw_rate: Limit = 60.0
@@ -171,6 +179,20 @@ class UAV(Model):
             return None
         induced, drag = (0.0, 0.0) if self.power is None else multirotor_curve(self.hover_power, self.power)
         return replace(power, hover=self.hover_power, induced=induced, drag=drag)
+
+    @property
+    def airspeed(self) -> float:
+        """The fastest that it flies through the air, m/s."""
+        return self.max_speed if self.max_airspeed is None else self.max_airspeed
+
+    @property
+    def max_wind(self) -> float:
+        """The strongest wind in which it can fly at all, m/s: hold its place, or an aeroplane its speed."""
+        wing = self.fixed_wing
+        if wing is None:
+            return self.airspeed
+        fastest = wing.speed / math.cos(math.radians(wing.climb))
+        return max(self.airspeed - fastest, 0.0) if wing.max_wind is None else wing.max_wind
 
     @model_validator(mode="before")
     @classmethod

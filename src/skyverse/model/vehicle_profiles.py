@@ -88,12 +88,14 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         "indoor": _profile(
             "small indoor quadrotor (Crazyflie 2.1, 27 g, with motion capture)",
             "speeds and tilt: limits of its firmware's position controller (PID_POS_VEL_X_MAX, PID_POS_VEL_Z_MAX, "
-            "PID_VEL_ROLL_MAX); thrust: rotorpy's parameters of it; separation: the downwash ellipsoids of Hönig et "
-            "al., Trajectory Planning for Quadrotor Swarms, IEEE Transactions on Robotics, 2018; tracking error: five "
+            "PID_VEL_ROLL_MAX), over ground and through the air alike; thrust: rotorpy's parameters of it; "
+            "separation: the downwash ellipsoids of Hönig et al., Trajectory Planning for Quadrotor Swarms, IEEE "
+            "Transactions on Robotics, 2018; tracking error: five "
             "times the mean of 49 vehicles, below 0.02 m, in Preiss et al., Crazyswarm: A Large Nano-Quadcopter Swarm, "
             "ICRA 2017; mass, battery and power: its maker's data sheet, 250 mAh at 3.7 V in 7 minutes of flight",
             simulated_as="crazyflie",
             max_speed=1.0,
+            max_airspeed=1.0,
             max_acceleration=2.0,
             max_jerk=20.0,
             max_tilt=20.0,
@@ -127,6 +129,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             f"in 38 minutes of hovering, in 45 at 9 m/s, and in 32 km at 14 m/s; {_PX4}; {_GNSS}",
             simulated_as="camera",
             max_speed=15.0,
+            max_airspeed=15.0,
             max_acceleration=3.0,
             max_jerk=4.0,
             max_tilt=30.0,
@@ -146,6 +149,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             "speeds and tilt: the manufacturer's specifications; mass, battery and power: the same, six batteries of "
             f"99.9 Wh in 16 minutes of hovering with 6 kg of payload, which the mass holds; {_PX4}; {_GNSS}",
             max_speed=18.0,
+            max_airspeed=18.0,
             max_acceleration=3.0,
             max_jerk=4.0,
             max_tilt=25.0,
@@ -166,6 +170,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             "delivery, Scientific Data 8:155, 2021, means of samples without payload; climb, descent and tilt: the "
             f"manufacturer's specifications; {_PX4}; {_GNSS}",
             max_speed=12.0,
+            max_airspeed=12.0,
             max_acceleration=2.1,
             max_jerk=4.0,
             max_tilt=35.0,
@@ -183,8 +188,10 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         "mapping": _profile(
             "mapping aeroplane (cruising at 15 m/s)",
             "speeds, climb and sink rates: PX4's defaults for fixed wings, FW_AIRSPD_TRIM, FW_AIRSPD_MAX, "
-            "FW_T_CLMB_R_SP and FW_T_SINK_R_SP; climb angle: the steepest that sinks no faster at that speed; turns: "
-            "at 30 degrees of bank, radius = speed^2 / (g tan 30 degrees); separation: its turn radius, and half of it "
+            "FW_T_CLMB_R_SP and FW_T_SINK_R_SP; wind: what takes its airspeed from 15 m/s over ground, 1 % off and "
+            "climbing, to FW_AIRSPD_MAX, 20 m/s, or, 5 m/s, to FW_AIRSPD_MIN, 10 m/s; climb angle: the "
+            "steepest that sinks no faster at that speed; turns: at 30 degrees of bank, radius = speed^2 / (g tan 30 "
+            "degrees); separation: its turn radius, and half of it "
             "above and below; tracking error: the radii within which PX4 takes waypoints and altitudes of fixed wings "
             "as reached, NAV_ACC_RAD and NAV_FW_ALT_RAD",
             max_speed=20.0,
@@ -194,7 +201,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             separation=40.0,
             vertical_separation=20.0,
             tracking_error={"horizontal": 10.0, "vertical": 10.0},
-            fixed_wing={"speed": 15.0, "turn_radius": 40.0, "climb": 7.5},
+            fixed_wing={"speed": 15.0, "turn_radius": 40.0, "climb": 7.5, "max_wind": 4.7},
         ),
     }
 )

@@ -38,6 +38,7 @@ class Fault(Enum):
     YAW = "yaws too fast"
     AIRSPEED = "off its airspeed"
     BATTERY = "battery"
+    WIND = "too much wind"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"
     UNDECIDED = "undecided"

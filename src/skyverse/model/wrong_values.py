@@ -45,7 +45,7 @@ _FIELDS_BY_UNIT = {
         "separation start step turn_radius vertical vertical_separation"
     ),
     "seconds": "active knots period since swap times",
-    "m/s": "growth max_climb max_descent max_speed speed top_speed",
+    "m/s": "growth gust max_airspeed max_climb max_descent max_speed max_wind speed top_speed velocity",
     "m/s^2": "acceleration max_acceleration",
     "m/s^3": "max_jerk",
     "degrees": "angle bearing climb heading latitude longitude max_tilt",

@@ -139,7 +139,11 @@ def _proven_sentence(
     limits += ["jerk", "thrust", "tilt", "yaw"] if vehicle.fixed_wing is None else ["airspeed", "turn", "climb"]
     rates = (("climb rate", vehicle.max_climb), ("descent rate", vehicle.max_descent))
     limits += [noun for noun, most in rates if most is not None]
+    if vehicle.max_airspeed is not None or scenario.wind is not None:
+        limits += ["speed through the air"] if vehicle.fixed_wing is None else []
     kept = f"{', '.join(limits[:-1])} and {limits[-1]}"
+    if scenario.wind is not None:
+        kept += f" in a wind of {scenario.wind.told}"
     if any(zone.max_speed is not None for zone in scenario.zones):
         kept += ", and the speed limits of zones"
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "

@@ -18,6 +18,7 @@ from skyverse.referee.speed_zones import judge_zone_speed
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tracking_error import EXACT, named
+from skyverse.referee.wind import judge_wind
 from skyverse.referee.world import RefereeWorld
 
 
@@ -52,9 +53,9 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
     if undecided:
         violations.append(_undecided(name, uav, undecided[0]))
     violations += judge_heading(vehicle, uav, trajectory.pointing)
-    in_zones = judge_zone_speed(world.scenario, uav, curve)
-    violations += in_zones.violations
-    halvings = in_zones.halvings + sum(int(answer.peaks.halvings[0]) for answer in answers)
+    slowed = [judge(world.scenario, uav, curve) for judge in (judge_zone_speed, judge_wind)]
+    violations += [violation for judged in slowed for violation in judged.violations]
+    halvings = sum(judged.halvings for judged in slowed) + sum(int(answer.peaks.halvings[0]) for answer in answers)
     return Judgement(violations, halvings)
 
 

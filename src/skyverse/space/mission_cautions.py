@@ -30,6 +30,8 @@ USUAL_CEILING = 120.0
 those of the United States."""
 LOWER = 1.0
 """Metres by which a flight is lower than both of its ends before that is told."""
+SLOW = 0.5
+"""The share of its largest speed below which what a UAV makes good against the wind is told."""
 KINDS_OF_TREES = ("tree", "vegetation")
 
 _Flown = tuple[str, Trajectory, FlightMeasures]
@@ -51,8 +53,19 @@ def mission_cautions(mission: Mission) -> list[MissionCaution]:
         *_flown_over(scenario, flown),
         *_high(scenario, flown),
         *_low(scenario, flown),
+        *_slow_in_wind(scenario, flights),
         *(MissionCaution("comes later", said) for said in later),
     ]
+
+
+def _slow_in_wind(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Iterator[MissionCaution]:
+    """Yield a caution for each multirotor that the wind slows down a lot."""
+    winds = scenario.winds
+    for uav in (one.uav for one in flights if one.trajectory is not None and one.uav.fixed_wing is None):
+        good = uav.airspeed - winds.strongest
+        if winds.strongest and good < SLOW * uav.max_speed:
+            said = f"{Caution.WARNING}: against {winds.told} {uav.name} makes {good:.2g} m/s good"
+            yield MissionCaution("slow in wind", said, (uav.name,))
 
 
 def _spare_targets(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Iterator[MissionCaution]:

@@ -92,7 +92,7 @@ def blended(world: World, waypoints: Floats, uav: UAV, tolerance: float) -> Traj
         every bend.
     """
     path = without_repeats(waypoints)
-    limits = limits_of(uav, -LIMIT_MARGIN)
+    limits = limits_of(uav, -LIMIT_MARGIN, world.scenario.winds)
     best = blended_legs(world, path, limits, tolerance)
     flows = len(path) == 2 or bool(best.speeds.any())
     flown = trajectory_along(best.legs, best.speeds, "blended" if flows else "stop-and-go")

@@ -3,8 +3,8 @@
 Variables are the control points of a quartic spline and the durations of the corridor's boxes. The objective is the
 time plus ``weight * integral of |jerk or snap|^2``. Barriers keep the control points of the position inside their
 boxes, those of velocity, acceleration and jerk inside balls, thrust inside a ball around another centre, tilt inside a
-cone, and vertical speed between its limits. A spline lies within the hull of its control points, so every iterate keeps
-to corridor and limits at every instant.
+cone, and vertical speed between its limits; in a wind, velocity also inside a ball around that of the air. A spline
+lies within the hull of its control points, so every iterate keeps to corridor and limits at every instant.
 
 Each round solves Newton's equations for all variables at once; see `newton_equations` and `newton_step`.
 """
@@ -151,6 +151,12 @@ def _slack(limits: Limits, order: int, x: float, y: float, z: float) -> float:
             if not used < 1.0:
                 return -1.0
             slack *= 1.0 - used
+        if limits.through_air < np.inf:
+            off = (x - limits.east) ** 2 + (y - limits.north) ** 2 + (z - limits.up) ** 2
+            more = 1.0 - off / limits.through_air**2
+            if not (more > 0.0 and slack > 0.0):
+                return -1.0
+            slack *= more
         return slack
     if order == 3:
         return 1.0 - (level + z * z) / limits.jerk**2

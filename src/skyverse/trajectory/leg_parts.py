@@ -12,6 +12,7 @@ import numpy as np
 from skyverse._typing import Bools, Floats, Ints
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.model.wind import STILL_AIR, WindBall
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.space.speed_zones import SpeedZone
 from skyverse.trajectory.limits import Limits, limits_of
@@ -108,7 +109,9 @@ def _blend_ways(speed: float, sharpness: Floats, limits: Limits) -> Floats:
     return np.where(sharpness > 0.0, 0.5 * speed * seconds, ZONE_MARGIN)
 
 
-def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0, zones: Sequence[SpeedZone] = ()) -> Trajectory:
+def rest_to_rest(
+    waypoints: Floats, uav: UAV, start: float = 0.0, zones: Sequence[SpeedZone] = (), winds: WindBall = STILL_AIR
+) -> Trajectory:
     """Fly straight from waypoint to waypoint and stop at each, as fast as the limits allow.
 
     Parameters
@@ -121,6 +124,8 @@ def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0, zones: Sequenc
         The first instant, seconds.
     zones
         With speed limits, which are kept too.
+    winds
+        In which the UAV flies.
 
     Returns
     -------
@@ -132,7 +137,7 @@ def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0, zones: Sequenc
         stay = np.zeros((1, 4, 3))
         stay[0, 0] = points[0]
         return Trajectory(np.array([start, start + 1.0]), stay)
-    limits = limits_of(uav, -LIMIT_MARGIN)
+    limits = limits_of(uav, -LIMIT_MARGIN, winds)
     parts = cut_legs(zones, points, limits)
     legs = parts.legs(parts.ends(points), limits)
     speeds = corner_speeds(legs, np.where(parts.at_waypoint, 0.0, np.inf))

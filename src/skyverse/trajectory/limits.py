@@ -1,10 +1,10 @@
 """How much of its UAV's limits a trajectory uses, bounded at every instant.
 
-The limits on speed, acceleration, jerk, thrust, tilt and vertical speed each keep a vector inside a convex set about
-the zero vector. The factor by which the set must be scaled to reach the vector (its gauge) is a convex function of the
-vector, so over a piece of a trajectory it is nowhere larger than at the piece's Bernstein coefficients. Halving the
-piece tightens this bound. The limits of an aeroplane's airspeed, turn and climb are polynomials instead, which must not
-exceed 1.
+The limits on speed, acceleration, jerk, thrust, tilt, vertical speed and, in a wind, speed through the air each keep a
+vector inside a convex set about the zero vector. The factor by which the set must be scaled to reach the vector (its
+gauge) is a convex function of the vector, so over a piece of a trajectory it is nowhere larger than at the piece's
+Bernstein coefficients. Halving the piece tightens this bound. The limits of an aeroplane's airspeed, turn and climb are
+polynomials instead, which must not exceed 1.
 """
 
 import math
@@ -14,6 +14,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.uav import GRAVITY, UAV
+from skyverse.model.wind import WindBall, refuse_wind
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import product, split
 from skyverse.numerics.kernel import by_reference, inner
@@ -27,9 +28,9 @@ MAX_HALVINGS = 20_000
 AIRSPEED_SHARE = 0.01
 """The share of its airspeed by which an aeroplane's horizontal speed may differ from it."""
 
-SPEED, ACCELERATION, JERK, THRUST, TILT, VERTICAL_SPEED, AIRSPEED, TURN, CLIMB = range(9)
-DERIVATIVE = (1, 2, 3, 2, 2, 1)
-"""Which derivative of the position each of the first six limits bounds."""
+SPEED, ACCELERATION, JERK, THRUST, TILT, VERTICAL_SPEED, THROUGH_AIR, AIRSPEED, TURN, CLIMB = range(10)
+DERIVATIVE = (1, 2, 3, 2, 2, 1, 1)
+"""Which derivative of the position each of the first seven limits bounds."""
 
 
 @by_reference
@@ -54,6 +55,11 @@ class Limits(NamedTuple):
         The tangent of an aeroplane's steepest climb.
     ascent, descent
         The largest speeds upwards and downwards, m/s; infinite where there is no such limit.
+    east, north, up
+        The velocity of the wind, m/s.
+    through_air
+        How far a multirotor's velocity may be from that of the wind, m/s, whatever gusts blow; infinite where its speed
+        keeps it within that anyway.
     """
 
     speed: float
@@ -67,12 +73,28 @@ class Limits(NamedTuple):
     climb: float
     ascent: float
     descent: float
+    east: float
+    north: float
+    up: float
+    through_air: float
 
 
-def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
-    """Return the limits of a UAV, all but the airspeed eased by a relative tolerance."""
+def limits_of(uav: UAV, tolerance: float, winds: WindBall) -> Limits:
+    """Return the limits of a UAV in winds, all but an aeroplane's airspeed eased by a relative tolerance.
+
+    Velocities that keep the airspeed in all of these winds are a ball about that in the middle. It holds 0, or the UAV
+    could not hold its place, which is refused. So whatever is flown may also be flown more slowly.
+
+    Raises
+    ------
+    InputError
+        If the UAV cannot fly in these winds.
+    """
+    refuse_wind(uav, winds)
     more = 1.0 + tolerance
     wing = uav.fixed_wing
+    implied = wing is not None or winds.strongest + uav.max_speed <= uav.airspeed
+    east, north, up = winds.velocity
     return Limits(
         speed=uav.max_speed * more,
         acceleration=uav.max_acceleration * more,
@@ -85,6 +107,10 @@ def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
         climb=math.tan(math.radians(wing.climb)) * more if wing else 0.0,
         ascent=math.inf if uav.max_climb is None else uav.max_climb * more,
         descent=math.inf if uav.max_descent is None else uav.max_descent * more,
+        east=east,
+        north=north,
+        up=up,
+        through_air=math.inf if implied else (uav.airspeed - winds.radius) * more,
     )
 
 
@@ -92,9 +118,11 @@ def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
 def applies(limits: Limits, limit: int) -> bool:
     """Tell whether a limit applies.
 
-    Those on speed and acceleration always do, that on vertical speed where there is one, and the others to multirotors
-    or to aeroplanes only.
+    Those on speed and acceleration always do, those on vertical speed and speed through the air where there are such,
+    and the others to multirotors or to aeroplanes only.
     """
+    if limit == THROUGH_AIR:
+        return limits.through_air < math.inf
     if limit == VERTICAL_SPEED:
         return min(limits.ascent, limits.descent) < math.inf
     return limit <= ACCELERATION or (limit >= AIRSPEED) == (limits.airspeed > 0.0)
@@ -185,6 +213,8 @@ def used_share(limits: Limits, limit: int, x: float, y: float, z: float) -> floa
     if limit == VERTICAL_SPEED:
         return max(z / limits.ascent, -z / limits.descent)
     squared = x * x + y * y + z * z
+    if limit == THROUGH_AIR:
+        return _share_of_ball(limits, x, y, z)
     if limit == THRUST:
         spare = limits.thrust**2 - GRAVITY**2
         return (z * GRAVITY + math.sqrt((z * GRAVITY) ** 2 + squared * spare)) / spare
@@ -193,6 +223,24 @@ def used_share(limits: Limits, limit: int, x: float, y: float, z: float) -> floa
     if limit == ACCELERATION:
         return math.sqrt(squared) / limits.acceleration
     return math.sqrt(squared) / limits.jerk
+
+
+@inner
+def _share_of_ball(limits: Limits, x: float, y: float, z: float) -> float:
+    """Return which share of a ball about the wind, which holds 0, a velocity uses: 0 without a limit.
+
+    It is the larger root s of ``|v / s - w|^2 = A^2``, with the wind w and the radius A.
+    """
+    if limits.through_air == math.inf:
+        return 0.0
+    strength = math.sqrt(limits.east**2 + limits.north**2 + limits.up**2)
+    spare = (limits.through_air - strength) * (limits.through_air + strength)
+    against = -(x * limits.east + y * limits.north + z * limits.up)
+    squared = x * x + y * y + z * z
+    root = math.sqrt(against**2 + squared * spare)
+    if against >= 0.0:
+        return (against + root) / spare
+    return squared / (root - against)  # the same, without a difference of large numbers
 
 
 @inner

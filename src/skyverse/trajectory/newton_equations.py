@@ -219,6 +219,8 @@ def _limit_barriers(limits: Limits, order: int, x: float, y: float, z: float, mu
     _ball(x, y, z, limits.speed if order == 1 else (limits.acceleration if order == 2 else limits.jerk), mu, g, h)
     if order == 1:
         _vertical_speed(limits, z, mu, g, h)
+        if limits.through_air < np.inf:
+            _ball(x - limits.east, y - limits.north, z - limits.up, limits.through_air, mu, g, h)
     if order != 2:
         return
     up = z + GRAVITY

@@ -99,11 +99,12 @@ def _with_lifts(problem: Problem, trajectory: Trajectory) -> Trajectory | None:
     uav, nominal = problem.scenario.uavs[problem.uav], problem.airspace.nominal.world
     up, down = problem.lifts
     zones = problem.airspace.world.speed_zones  # the tracking error counts for these on pads too
+    winds = problem.scenario.winds
     parts = [trajectory]
     if len(up):
-        parts.insert(0, rest_to_rest(np.vstack([up, problem.start]), uav, zones=zones))
+        parts.insert(0, rest_to_rest(np.vstack([up, problem.start]), uav, zones=zones, winds=winds))
     if len(down):
-        parts.append(rest_to_rest(np.vstack([problem.end, down]), uav, zones=zones))
+        parts.append(rest_to_rest(np.vstack([problem.end, down]), uav, zones=zones, winds=winds))
     if len(parts) == 1:
         return trajectory
     if any(prove(nominal, uav, part).verdict is not Verdict.PROVEN for part in parts if part is not trajectory):
@@ -118,7 +119,8 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
         if flown is not None:
             yield flown
         return
-    stops = rest_to_rest(waypoints, uav, zones=world.speed_zones)
+    winds = world.scenario.winds
+    stops = rest_to_rest(waypoints, uav, zones=world.speed_zones, winds=winds)
     if shape == "stop-and-go" or np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() <= MIN_PATH:
         yield stops
         yield _slower(stops, "As fast as its limits allow it could not be proven safe.")
@@ -126,7 +128,7 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
     straight = blended(world, waypoints, uav, CLOSE_REACH if close else TOLERANCE)
     why = ""
     if shape == "minimum-time":
-        if straight.end > WORTH_A_SPLINE * least_seconds(waypoints, uav):
+        if straight.end > WORTH_A_SPLINE * least_seconds(waypoints, uav, winds):
             flown = smooth(world, waypoints, uav, 3, close=close)
             if flown is not None and _is_better(flown, straight) and largest_distance(flown, waypoints) <= TOLERANCE:
                 yield flown

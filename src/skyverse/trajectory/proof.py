@@ -48,6 +48,7 @@ DEMANDS = (
     "thrust",
     "tilt",
     "vertical speed",
+    "speed through the air",
     "airspeed",
     "turn",
     "climb",
@@ -55,7 +56,7 @@ DEMANDS = (
     "clearance",
     "speed in a zone",
 )
-_BOUNDS, _CLEARANCE, _ZONE_SPEED = 9, 10, 11
+_BOUNDS, _CLEARANCE, _ZONE_SPEED = 10, 11, 12
 _VERDICTS = (Verdict.PROVEN, Verdict.REFUTED, Verdict.UNDECIDED)
 _PROVEN, _REFUTED, _UNDECIDED = range(3)
 
@@ -84,7 +85,10 @@ def prove(world: World, uav: UAV, trajectory: Trajectory) -> Proof:
     Whether it is continuous, and at rest at its ends, is not examined.
     """
     code, what, instant = _prove(
-        world.space, limits_of(uav, LIMIT_EASE), trajectory.knots.copy(), trajectory.coefficients.copy()
+        world.space,
+        limits_of(uav, LIMIT_EASE, world.scenario.winds),
+        trajectory.knots.copy(),
+        trajectory.coefficients.copy(),
     )
     verdict = _VERDICTS[code]
     if verdict is not Verdict.PROVEN:

@@ -13,7 +13,16 @@ import math
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner
 from skyverse.numerics.tolerances import MIN_RAMP, MIN_SPEED_CHANGE
-from skyverse.trajectory.limits import ACCELERATION, SPEED, THRUST, TILT, VERTICAL_SPEED, Limits, used_share
+from skyverse.trajectory.limits import (
+    ACCELERATION,
+    SPEED,
+    THROUGH_AIR,
+    THRUST,
+    TILT,
+    VERTICAL_SPEED,
+    Limits,
+    used_share,
+)
 
 BISECTIONS = 60
 """How often an interval of speeds is halved."""
@@ -23,7 +32,8 @@ BISECTIONS = 60
 def largest_speed(limits: Limits, way: Floats) -> float:
     """Return the largest speed in a direction, a unit vector (3,), m/s."""
     used = used_share(limits, SPEED, way[0], way[1], way[2])
-    return 1.0 / max(used, used_share(limits, VERTICAL_SPEED, way[0], way[1], way[2]))
+    used = max(used, used_share(limits, VERTICAL_SPEED, way[0], way[1], way[2]))
+    return 1.0 / max(used, used_share(limits, THROUGH_AIR, way[0], way[1], way[2]))
 
 
 @inner

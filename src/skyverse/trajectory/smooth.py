@@ -12,6 +12,7 @@ from scipy.interpolate import BSpline
 from skyverse._typing import Floats, Ints
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
+from skyverse.model.wind import STILL_AIR, WindBall
 from skyverse.numerics.kernel import kernel, writable
 from skyverse.numerics.tolerances import JERK_JUMP, LIMIT_MARGIN, MIN_PATH
 from skyverse.space.obstacles import only_boxes
@@ -80,7 +81,7 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
         return None
     origin = path[0].copy()  # far from 0, derivatives would be lost in rounding
     path, boxes = path - origin, boxes - np.tile(origin, 2)
-    limits = binding_limits(uav)
+    limits = binding_limits(uav, world.scenario.winds)
     points, spans, done = _spline_through(boxes, path, limits, order)
     if not done:
         return None
@@ -104,9 +105,9 @@ def _corridor(world: World, path: Floats, close: bool) -> Floats:
     return path[:0]
 
 
-def binding_limits(uav: UAV) -> Limits:
+def binding_limits(uav: UAV, winds: WindBall = STILL_AIR) -> Limits:
     """Return a multirotor's limits; thrust and tilt are infinite where the limit on acceleration implies them."""
-    limits = limits_of(uav, -LIMIT_MARGIN)
+    limits = limits_of(uav, -LIMIT_MARGIN, winds)
     a = limits.acceleration
     most_tilt = math.inf if a >= GRAVITY else a / math.sqrt(GRAVITY**2 - a**2)
     return limits._replace(

@@ -18,6 +18,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.model.trajectory import Form, Trajectory
 from skyverse.model.uav import UAV
+from skyverse.model.wind import STILL_AIR, WindBall
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_CROSS_PRODUCT, MIN_PIECE, MIN_SEGMENT
 from skyverse.trajectory.limits import Limits, limits_of
@@ -286,10 +287,10 @@ def add_piece(
     return m + 1
 
 
-def least_seconds(waypoints: Floats, uav: UAV) -> float:
+def least_seconds(waypoints: Floats, uav: UAV, winds: WindBall = STILL_AIR) -> float:
     """Return the seconds that straight legs between waypoints (n, 3) would take if no bend slowed the UAV down."""
     points = without_repeats(waypoints)
-    legs = legs_between(points, limits_of(uav, -LIMIT_MARGIN))
+    legs = legs_between(points, limits_of(uav, -LIMIT_MARGIN, winds))
     legs = legs._replace(sharpness=np.zeros(len(points)))
     return float(pieces_along(legs, corner_speeds(legs, np.ones(len(points))))[0].sum())
 

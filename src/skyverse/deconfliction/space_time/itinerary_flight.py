@@ -10,6 +10,7 @@ from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
+from skyverse.model.wind import STILL_AIR, WindBall
 from skyverse.numerics.tolerances import MIN_SEGMENT, MIN_WAIT
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.world import World
@@ -51,7 +52,9 @@ IsClear = Callable[[Sequence[Nonstop]], bool]
 """Tells whether nobody is too near to a flight that consists of these runs."""
 
 
-def split_at_waits(points: Floats, departures: Floats, arrivals: Floats, uav: UAV, stops: set[int]) -> list[Nonstop]:
+def split_at_waits(
+    points: Floats, departures: Floats, arrivals: Floats, uav: UAV, stops: set[int], winds: WindBall = STILL_AIR
+) -> list[Nonstop]:
     """Return the runs of an itinerary over n points, each with a stop at every point.
 
     Parameters
@@ -64,14 +67,17 @@ def split_at_waits(points: Floats, departures: Floats, arrivals: Floats, uav: UA
         Whose limits are kept.
     stops
         The points at which a run ends even without a wait.
+    winds
+        In which the UAV flies.
     """
     waits = departures[1:-1] - arrivals[1:-1] > MIN_WAIT
     ends = [0, *(k + 1 for k, wait in enumerate(waits.tolist()) if wait or k + 1 in stops), len(points) - 1]
-    return [_stop_and_go(points[a : b + 1], float(departures[a]), uav) for a, b in pairwise(ends)]
+    return [_stop_and_go(points[a : b + 1], float(departures[a]), uav, winds) for a, b in pairwise(ends)]
 
 
-def _stop_and_go(path: Floats, departure: float, uav: UAV) -> Nonstop:
-    return Nonstop(path, departure, joined([rest_to_rest(path[k : k + 2], uav) for k in range(len(path) - 1)]))
+def _stop_and_go(path: Floats, departure: float, uav: UAV, winds: WindBall) -> Nonstop:
+    legs = [rest_to_rest(path[k : k + 2], uav, winds=winds) for k in range(len(path) - 1)]
+    return Nonstop(path, departure, joined(legs))
 
 
 def whole_flight(runs: Sequence[Nonstop]) -> Trajectory:
@@ -102,16 +108,16 @@ def smoothed(world: World, uav: UAV, runs: Sequence[Nonstop], clear: IsClear) ->
         else:
             legs = len(best[k].path) - 1
             if legs >= 2 * LEAST_PARTS:
-                best[k : k + 1] = _halves(best[k], uav)
+                best[k : k + 1] = _halves(best[k], uav, world.scenario.winds)
                 continue
         k += 1
     return best
 
 
-def _halves(run: Nonstop, uav: UAV) -> list[Nonstop]:
+def _halves(run: Nonstop, uav: UAV, winds: WindBall) -> list[Nonstop]:
     middle = len(run.path) // 2
-    first = _stop_and_go(run.path[: middle + 1], run.departure, uav)
-    return [first, _stop_and_go(run.path[middle:], first.arrival, uav)]
+    first = _stop_and_go(run.path[: middle + 1], run.departure, uav, winds)
+    return [first, _stop_and_go(run.path[middle:], first.arrival, uav, winds)]
 
 
 def _smooth_ways(world: World, uav: UAV, run: Nonstop) -> list[Nonstop]:

@@ -93,7 +93,7 @@ class WaitingFlights:
         points = graph.points[found.vertices]
         up, down = map(len, problem.lifts)
         stops = {k for k, there in ((1, up), (len(points) - 2, down)) if there}
-        runs = split_at_waits(points, found.departures, found.arrivals, limited, stops)
+        runs = split_at_waits(points, found.departures, found.arrivals, limited, stops, pool.scenario.winds)
         taking_off, landing = runs[:up], runs[len(runs) - down :]
         traffic, start = pool.traffic(planned, placed), planned.trajectory.start
 
@@ -123,9 +123,9 @@ class WaitingFlights:
         pool = self.pool
         uav, world = pool.scenario.uavs[planned.uav], problem.airspace.world
         slowest = min([uav.max_speed, *(zone.max_speed for zone in world.speed_zones)])
-        limited = derived(uav, max_speed=slowest)
+        limited = derived(uav, max_speed=slowest, max_airspeed=uav.airspeed)
         graph = self._roadmap(planned.uav)
-        limits = limits_of(limited, -LIMIT_MARGIN)
+        limits = limits_of(limited, -LIMIT_MARGIN, pool.scenario.winds)
         source, target = (_vertex(graph, place) for place in (problem.uav_place, problem.target_place))
         key = uav.tracking_error, limits
         if key not in self._profiles:
