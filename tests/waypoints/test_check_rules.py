@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.waypoints import FindingKind
 from skyverse.waypoints.report import as_data, finding_lines
 from written_missions import item, litchi, litchi_row, plan
 
@@ -419,3 +420,17 @@ def test_of_many_legs_on_end_that_meet_the_same_the_worst_is_told(tmp_path, low,
     assert len([one for one in found if one.subject.value == "legs"]) == low + 3
     assert len(legs) == told
     assert sum("on end" in said for said in legs) == (told == 3)
+
+
+def test_a_mission_that_the_battery_does_not_give_is_refuted_and_what_is_left_of_it_is_told(tmp_path):
+    near = checked(tmp_path, plan(tour((5 * NORTH, 0, 30), (NORTH, 0, 30))))
+    assert FindingKind.BATTERY not in {one.kind for one in near.missions[0].findings}
+    assert 0.5 < near.missions[0].summary.left < 0.9
+    far = checked(tmp_path, plan(tour((50 * NORTH, 0, 30), (NORTH, 0, 30))))
+    (found,) = (one for one in far.missions[0].findings if one.kind is FindingKind.BATTERY)
+    assert found.wrong
+    assert found.limit == pytest.approx(0.7 * 77 * 3600)
+    assert far.missions[0].summary.energy < found.found < 1.01 * far.missions[0].summary.energy
+    assert far.missions[0].summary.left < 0.2
+    (line,) = (line for line in finding_lines(far, 0) if "battery" in line)
+    assert "53.9 Wh" in line

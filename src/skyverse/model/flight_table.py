@@ -240,11 +240,13 @@ def told_energy(joules: float) -> str:
 
 
 def _left(flight: PlannedFlight) -> str:
-    """Return what is left of a battery, to a tenth of a percent, and never as much as the reserve where it is less."""
     left = None if flight.summary is None else flight.summary.left
-    if left is None:
-        return NO_VALUE
-    spare = left - flight.uav.reserve
+    return NO_VALUE if left is None else told_left(left, flight.uav.reserve)
+
+
+def told_left(left: float, reserve: float) -> str:
+    """Return which share of a battery is left, and how far that is above or below its reserve, on the safe side."""
+    spare = left - reserve
     side = (
         f"{math.floor(1000 * spare) / 10:.1f} % above" if spare >= 0 else f"{math.ceil(-1000 * spare) / 10:.1f} % below"
     )

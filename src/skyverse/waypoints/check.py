@@ -25,6 +25,7 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.waypoints import OrderKind
 from skyverse.numerics.tolerances import SAME_PLACE
+from skyverse.referee.energy import energy_bounds
 from skyverse.referee.judgement import CEILING_NUMBER, GROUND_NUMBER, Incursion
 from skyverse.summary import flight_summary
 from skyverse.waypoints.defaults import DEFAULTS
@@ -299,6 +300,12 @@ def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFindi
     if lengths and lengths[longest] > defaults.longest_leg:
         items, limit = flown.numbers(longest + 1), defaults.longest_leg
         yield MissionFinding(Subject.LIMITS, FindingKind.LENGTH, items, found=lengths[longest], limit=limit)
+    if vehicle.usable_energy is not None:
+        flight = plan.predicted()
+        taken = energy_bounds(scenario, plan.route.uav, flight, flight.start, flight.end)[1][-1]
+        if taken > vehicle.usable_energy:
+            kind, limit = FindingKind.BATTERY, vehicle.usable_energy
+            yield MissionFinding(Subject.LIMITS, kind, found=float(taken), limit=limit)
 
 
 def _of_way_home(flown: FlownMission, scenario: Scenario, back: WayHome | None) -> Iterator[MissionFinding]:

@@ -48,6 +48,7 @@ class FindingKind(StrEnum):
     NOT_AEROPLANE = "not an aeroplane"
     COUNT = "count of items"
     LENGTH = "length of a leg"
+    BATTERY = "battery"
 
 
 def kind_of(shape: Shape) -> FindingKind:
@@ -83,7 +84,7 @@ class MissionFinding:
     found, limit
         What was found and what is allowed: metres from the ground, the ceiling, the bounds or an obstacle that are left
         by all that the vehicle may stray, negative beyond it, and the clearance that is to be left; the altitude of
-        home in the file and the ground there; a speed, m/s; a count; metres of a leg.
+        home in the file and the ground there; a speed, m/s; a count; metres of a leg; joules.
     clear_at
         Metres above mean sea level at which the vehicle would be clear there; ``None`` where no height clears it.
     times

@@ -8,7 +8,7 @@ from typing import Any
 from skyverse.exports.separation import Apart
 from skyverse.exports.way_home import UNPROVEN_NEAR_HOME
 from skyverse.model.caution import Caution
-from skyverse.model.flight_table import told_energy
+from skyverse.model.flight_table import told_energy, told_left
 from skyverse.model.short_lines import counted, listed, told_clock, told_metres
 from skyverse.waypoints.check import CheckedMission, Height
 from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
@@ -62,6 +62,7 @@ _SAID = {
     FindingKind.NOT_AEROPLANE: "the file is for an aeroplane, and is judged as flown by a vehicle that can stop: "
     "name an aeroplane as its vehicle",
     FindingKind.COUNT: "{one.found:,.0f} items, and usual boards with {autopilot} take {one.limit:,.0f}",
+    FindingKind.BATTERY: "the flight takes up to {energy}, and the battery gives {battery} above its reserve",
     FindingKind.LENGTH: "it is {one.found:,.0f} m long, and {autopilot} may refuse more than {one.limit:,.0f} m",
 }
 
@@ -107,6 +108,8 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     rows.append(("bounds", _kept(met[FindingKind.BOUNDS])))
     length, time, energy = told_metres(mission.summary.length), told_clock(mission.summary.time), mission.summary.energy
     rows.append(("flight", f"{time} min, {length}" + ("" if energy is None else f", about {told_energy(energy)}")))
+    if mission.summary.left is not None:
+        rows.append(("battery left", told_left(mission.summary.left, scenario.uavs[flown.plan.route.uav].reserve)))
     if mission.of(Subject.ORDERS):
         rows.append(("orders", f"{Caution.NOT} all followed"))
     if mission.photos is not None:
@@ -182,6 +185,8 @@ def _said(mission: CheckedMission, finding: MissionFinding) -> str:
         crosses="cross" if inside else near,
         at=f" at {times[0]} min" if times else "",
         times=" to ".join(times),
+        energy=told_energy(found),
+        battery=told_energy(finding.limit or 0.0),
     )
 
 
