@@ -87,8 +87,8 @@ def turning_back(
     instants, joules
         (m,) seconds and joules; the bound holds at these instants.
     last
-        The point of no return: the last of the instants up to which one battery suffices for turning back. ``None``
-        without a battery, or where it does not even suffice at `begin`.
+        The point of no return: the instant up to which one battery suffices for turning back. ``None`` without a
+        battery, or where it does not even suffice at `begin`.
 
     Raises
     ------
@@ -99,9 +99,19 @@ def turning_back(
     turn = parts.taken.turn  # an instant belongs to the parts on both sides
     back = parts.summed(parts.taken.back) + np.maximum(np.r_[0.0, turn], np.r_[turn, 0.0])
     usable = scenario.uavs[uav].usable_energy
-    fits = np.zeros(len(back), bool) if usable is None else parts.summed(parts.taken.watts) + back <= usable
-    until = len(fits) if fits.all() else int(np.argmin(fits))
-    return parts.edges, back, float(parts.edges[until - 1]) if until else None
+    if usable is None:
+        return parts.edges, back, None
+    return parts.edges, back, _until(parts.edges, parts.summed(parts.taken.watts) + back - usable)
+
+
+def _until(edges: Floats, lacking: Floats) -> float | None:
+    """Return until when what is lacking (m,), linear between edges (m,), is not above 0; ``None`` if it begins above."""
+    k = int(np.argmax(lacking > 0))
+    if not lacking[k] > 0:
+        return float(edges[-1])
+    if k == 0:
+        return None
+    return float(edges[k] - (edges[k] - edges[k - 1]) * lacking[k] / (lacking[k] - lacking[k - 1]))
 
 
 def sorties(trajectory: Trajectory) -> Floats:
@@ -131,14 +141,14 @@ def judge_battery(scenario: Scenario, uav: int, trajectory: Trajectory, spans: F
         joules = sortie.summed(sortie.taken.watts)
         if joules[-1] <= vehicle.usable_energy:
             continue
-        k = int(np.argmin(joules <= vehicle.usable_energy))
+        until = _until(sortie.edges, joules - vehicle.usable_energy)
         which = "" if len(spans) == 1 else f" in sortie {number}"
         usable, needed = (value / JOULES_OF_WATT_HOUR for value in (vehicle.usable_energy, float(joules[-1])))
         message = (
             f"{vehicle.name} takes up to {needed:.4g} Wh{which}, {needed - usable:.3g} Wh more than the "
             f"{usable:.4g} Wh that its battery gives, {vehicle.battery:.6g} Wh with a reserve of {vehicle.reserve:.3g}."
         )
-        violations.append(Violation(Fault.BATTERY, (uav,), message, float(sortie.edges[k])))
+        violations.append(Violation(Fault.BATTERY, (uav,), message, until))
     return violations
 
 
