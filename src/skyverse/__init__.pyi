@@ -90,6 +90,9 @@ from .model.shapes import Prism as Prism
 from .model.shapes import Sphere as Sphere
 from .model.shapes import Terrain as Terrain
 from .model.shapes import Voxels as Voxels
+from .model.sortie import Sortie as Sortie
+from .model.sortie import Unvisited as Unvisited
+from .model.sortie import Visit as Visit
 from .model.trajectory import Motion as Motion
 from .model.trajectory import Trajectory as Trajectory
 from .model.uav import UAV as UAV

@@ -1,4 +1,4 @@
-"""One UAV, one target, one objective, compiled."""
+"""One UAV, one way from place to place, one objective, compiled."""
 
 import math
 from functools import cached_property
@@ -100,14 +100,16 @@ class Airspace:
 
 
 class Problem:
-    """One UAV that has to reach one target.
+    """One UAV that has to reach one target, or a later leg of its tour: from a target to another one, or home.
 
     Parameters
     ----------
     scenario
         The scenario; an `Airspace` of it in its place saves compiling it again for each of its problems.
     uav, target
-        Indices of the scenario's UAVs and targets, or their names.
+        Indices of the scenario's UAVs and targets, or their names; the target is ``None`` for the way home.
+    begins
+        The target, by index or name, from which the UAV comes; ``None`` where it comes from its start.
     departs
         Seconds into the mission at which the UAV departs. Planners that price contact with movers heed it.
 
@@ -119,7 +121,7 @@ class Problem:
         (3,) metres: where the path is planned from and to. That is where the UAV and its target are, or above
         them, where the UAV may stray that takes off from a pad and lands on one.
     uav_place, target_place
-        (3,) metres: where the UAV and its target are.
+        (3,) metres: where the UAV and its target are, without the height above their pads.
 
     Raises
     ------
@@ -128,35 +130,44 @@ class Problem:
     """
 
     def __init__(
-        self, scenario: Scenario | Airspace, uav: int | str = 0, target: int | str = 0, *, departs: float = 0.0
+        self,
+        scenario: Scenario | Airspace,
+        uav: int | str = 0,
+        target: int | str | None = 0,
+        *,
+        begins: int | str | None = None,
+        departs: float = 0.0,
     ) -> None:
         airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
         self.scenario = airspace.scenario
         self.uav = uav = index_of(self.scenario.uavs, uav, "uav")
-        self.target = target = index_of(self.scenario.targets, target, "target")
+        targets, home = self.scenario.targets, self.scenario.uavs[uav].start
+        self.target = None if target is None else index_of(targets, target, "target")
+        self.begins = None if begins is None else index_of(targets, begins, "begins")
         if not isinstance(departs, float | int | np.number) or not 0.0 <= departs < math.inf:
             raise InputError(f"expected a number of seconds from 0 on, found {shown(departs)}", field="departs")
         self.departs = float(departs)
         self.airspace = airspace.of(uav)
-        self.uav_place = np.array(self.scenario.uavs[uav].start)
-        self.target_place = np.array(self.scenario.targets[target].position)
-        self.start = self.airspace.lifted(uav, self.scenario.uavs[uav].start)
-        self.end = self.airspace.lifted(uav, self.scenario.targets[target].position)
+        begin, end = (home if k is None else targets[k].position for k in (self.begins, self.target))
+        self.uav_place, self.target_place = np.array(begin), np.array(end)
+        self.start, self.end = self.airspace.lifted(uav, begin), self.airspace.lifted(uav, end)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Problem):
             return NotImplemented
-        ours, theirs = ((one.uav, one.target, one.departs) for one in (self, other))
+        ours, theirs = ((one.uav, one.target, one.begins, one.departs) for one in (self, other))
         return ours == theirs and (self.scenario is other.scenario or self.scenario == other.scenario)
 
     def __hash__(self) -> int:
-        return hash((self.uav, self.target, self.departs))
+        return hash((self.uav, self.target, self.begins, self.departs))
 
     def __repr__(self) -> str:
-        uav, target = self.scenario.uavs[self.uav], self.scenario.targets[self.target]
+        targets = self.scenario.targets
+        begins = "" if self.begins is None else f"{targets[self.begins].name} at "
+        target = "its start" if self.target is None else targets[self.target].name
         return as_lines(
-            f"Problem in scenario {self.scenario.name!r}: {uav.name} from {told_point(self.uav_place)} "
-            f"to {target.name} at {told_point(self.target_place)}",
+            f"Problem in scenario {self.scenario.name!r}: {self.scenario.uavs[self.uav].name} from "
+            f"{begins}{told_point(self.uav_place)} to {target} at {told_point(self.target_place)}",
             f"{told_metres(math.dist(self.uav_place, self.target_place))} as the crow flies",
         )
 

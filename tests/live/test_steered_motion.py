@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from replanned import hall
 from skyverse.live import braking_motion, steered_motion
+from skyverse.referee.sorties import Tour
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import RefereeWorlds
 from skyverse.trajectory.limits import limits_of
@@ -34,7 +35,7 @@ def faults(uav, motion):
     wide = sky.Bounds(min=(-500, -500, -500), max=(500, 500, 500))
     lattice = sky.Lattice(step=(10, 10, 10))
     scenario = hall(uavs=[uav]).model_copy(update={"bounds": wide, "lattice": lattice, "clearance": 0.001})
-    found = judge_trajectory(RefereeWorlds(scenario).of(0), 0, None, motion).violations
+    found = judge_trajectory(RefereeWorlds(scenario).of(0), 0, Tour(), motion).violations
     return [one for one in found if one.fault is not sky.Fault.TRAJECTORY_ENDS]
 
 

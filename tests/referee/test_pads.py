@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from judged_missions import result
-from skyverse.referee.pads import holds, pad_of, pads_of, parts_of_flight
+from skyverse.referee.pads import holds, pad_of, pads_of, pads_sentence, parts_of_flight
 from skyverse.referee.path import judge_ends, judge_safety
+from skyverse.referee.sorties import Tour, tour_to
 from skyverse.referee.world import referee_world
 
 ERROR = sky.TrackingError(horizontal=1.0, vertical=2.0)
@@ -176,12 +177,12 @@ def test_parts_on_pads_are_judged_without_the_error():
     judged_in = referee_world(scenario(ROOF, terrain=terrain, max_height=35.0), ERROR)
     legs = [PLACE, [10.4, 10, 7.4], [10, 10, 20], [3, 3, 20]]
     b = np.array([[p, q] for p, q in pairwise(legs)], dtype=float)
-    pads = pads_of(judged_in, 0, 0)
-    assert pads.target is None
-    assert pads.sentence == (
+    pads = pads_of(judged_in, 0, Tour((0,)))
+    assert [noun for noun, _ in pads] == ["start"]
+    assert pads_sentence(pads) == (
         "; only on the pad at its start up to z = 7.51 m that error does not count for the ground and roofs below"
     )
-    (on_pad, first), (whole, rest) = parts_of_flight(judged_in, 0, 0, b, np.zeros(len(b)))
+    (on_pad, first), (whole, rest) = parts_of_flight(judged_in, 0, Tour((0,)), b, np.zeros(len(b)))
     assert (first, rest) == (slice(0, 1), slice(1, 3))
     assert on_pad is judged_in.nominal
     assert whole is judged_in
@@ -196,7 +197,7 @@ def test_every_piece_is_judged_once_and_without_the_error_on_the_pads_alone():
     b = np.array([[p, q] for p, q in pairwise(legs)])
     for start, end, flown, on_pads in ((PLACE, there, b, (2, 1)), (there, PLACE, b[::-1, ::-1], (1, 2))):
         world = referee_world(scenario(*roofs, place=start, targets=({"position": end},)), ERROR)
-        parts = list(parts_of_flight(world, 0, 0, flown, np.zeros(len(b))))
+        parts = list(parts_of_flight(world, 0, Tour((0,)), flown, np.zeros(len(b))))
         assert [part for _, part in parts] == [
             slice(0, on_pads[0]),
             slice(on_pads[0], 6 - on_pads[1]),
@@ -212,7 +213,7 @@ def test_a_path_that_comes_too_near_to_a_roof_on_a_pad_is_refuted(above, backwar
     ends = [free, place] if backwards else [place, free]
     given = scenario(ROOF, place=ends[0], targets=({"position": ends[1]},))
     path = np.array([place, (10, 10, TOP), (10, 10, 20), free])
-    found = list(judge_safety(referee_world(given, ERROR), 0, 0, path[::-1] if backwards else path))
+    found = list(judge_safety(referee_world(given, ERROR), 0, Tour((0,)), path[::-1] if backwards else path))
     assert [one.fault for one in found] == ([sky.Fault.PATH_CLEARANCE] if above < 0.5 else [])
 
 
@@ -222,7 +223,7 @@ def test_on_a_pad_the_first_and_last_nodes_may_be_anywhere_above_the_start_and_t
     given = scenario(ROOF, place=ends[0], targets=({"position": ends[1]},))
     node = np.array([10.0, 10, 6 + up])
     path = result([node], 1)
-    found = judge_ends(referee_world(given, ERROR), 0, 0, path.path, path)
+    found = judge_ends(referee_world(given, ERROR), 0, tour_to(given, 0, 0), path.path, path)
     assert [one.fault for one in found] == faults
 
 

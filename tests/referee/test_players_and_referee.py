@@ -11,6 +11,7 @@ from drawn_shapes import HOLE, SQUARE, along, places, worlds
 from judged_clearance import LET_PASS, ROUNDING, world
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.pads import parts_of_flight
+from skyverse.referee.sorties import Tour
 from skyverse.referee.tracking_error import raised_heights
 from skyverse.referee.world import referee_world
 from skyverse.space.tracking_error import raised
@@ -236,7 +237,7 @@ def test_a_flight_up_and_down_one_line_is_judged_once():
     given = tube(terrain=None, max_height=None, uavs=(uav,), targets=(target,))
     b = np.array([[[1.5, 1.5, low], [1.5, 1.5, low + 0.1]] for low in (0.5, 0.6, 0.7, 0.8, 0.9)])
     world = referee_world(given, error)
-    ((judged_in, part),) = parts_of_flight(world, 0, 0, b, np.zeros(len(b)))
+    ((judged_in, part),) = parts_of_flight(world, 0, Tour((0,)), b, np.zeros(len(b)))
     assert (part.start, part.stop) == (0, 5)
     assert judged_in.error == sky.TrackingError()
 

@@ -5,6 +5,8 @@ import pytest
 from scipy import ndimage
 
 import skyverse as sky
+from skyverse.model.mission import Mission
+from skyverse.planners.base import provenance
 from skyverse.space.pads import fleet_pads, pads_sentence
 from skyverse.space.unsafe_points import Regions, nearest_free, unsafe_points
 
@@ -201,7 +203,9 @@ def fleet(*uavs):
 
 
 def told(given, assignment):
-    return pads_sentence(given, fleet_pads(given, assignment))
+    nothing = (None,) * len(given.uavs)
+    mission = Mission(given, tuple(assignment), nothing, nothing, (), provenance("nobody", None, None))
+    return pads_sentence(given, fleet_pads(mission))
 
 
 def straying(x, **changes):

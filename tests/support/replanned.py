@@ -6,6 +6,7 @@ import numpy as np
 
 import skyverse as sky
 from skyverse.referee.curve import curve_of
+from skyverse.referee.sorties import Tour
 from skyverse.referee.timed_shapes import judge_movers
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import RefereeWorlds
@@ -136,7 +137,7 @@ def faults(replanner, uav=0):
     scenario = replanner.scenario.model_copy(
         update={"uavs": tuple(uavs), "movers": tuple(earlier(one, replanner.now) for one in replanner.predicted())}
     )
-    judged = judge_trajectory(RefereeWorlds(scenario).of(0), 0, None, motion)
+    judged = judge_trajectory(RefereeWorlds(scenario).of(0), 0, Tour(), motion)
     found = [one for one in judged.violations if one.fault is not sky.Fault.TRAJECTORY_ENDS]  # it flies already
     horizon -= 2e-3  # so long it is judged where it ends
     if motion.end > horizon:  # what is flown later need only be clear of what stands still

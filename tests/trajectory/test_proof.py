@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import skyverse as sky
+from skyverse.referee.sorties import Tour
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import referee_world
 from skyverse.trajectory import prove, rest_to_rest
@@ -164,7 +165,7 @@ def test_what_is_proven_at_the_very_limit_the_referee_proves_too(trajectory, uav
     for scale in (1 + 1e-6, 1 + 1e-7, 1.0, 1 - 1e-7):
         longer = stretched(at_the_limit, scale)
         if prove(OPEN, uav, longer).verdict is sky.Verdict.PROVEN:
-            judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (uav,)})), 0, None, longer)
+            judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (uav,)})), 0, Tour(), longer)
             assert {v.fault for v in judged.violations} <= LOOSE_ENDS
 
 
@@ -222,7 +223,7 @@ def test_a_hundredth_of_the_weight_is_carried_so_that_tilt_has_a_meaning():
     descent = rest_to_rest(np.array([[0, 0, 50], [0, 0, 0], [0, 0, 40]], float), strong)
     assert dense(descent)[2][:, 2].min() == pytest.approx(-0.99 * 9.81, rel=1e-6)
     assert prove(OPEN, strong, descent).verdict is sky.Verdict.PROVEN
-    judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (strong,)})), 0, None, descent)
+    judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (strong,)})), 0, Tour(), descent)
     assert {v.fault for v in judged.violations} <= LOOSE_ENDS
     falling = pieces([0, 1], [[[0, 0, 0], [0, 0, 0], [0, 0, -9.8 / 2]]])
     assert prove(OPEN, strong, falling).what == "tilt"

@@ -95,7 +95,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
             print(f"Proven at every instant: {what_is_proven(mission.scenario, mission.makespan)}.")
-            named = pads_sentence(mission.scenario, fleet_pads(mission.scenario, mission.assignment))
+            named = pads_sentence(mission.scenario, fleet_pads(mission))
             if named:
                 print(named)
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")

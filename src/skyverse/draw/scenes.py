@@ -193,7 +193,7 @@ def scene(mission: Mission) -> MissionScene:
         interrupted=mission.interrupted,
         judged=mission.apart is not None,
         proven=proven,
-        pads=tuple(fleet_pads(scenario, mission.assignment)) if proven else (),
+        pads=tuple(fleet_pads(mission)) if proven else (),
         cautions=tuple(caution.sentence for caution in mission_cautions(mission)),
     )
 

@@ -325,7 +325,7 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
                 f"rise by {options.takeoff:g} m."
             )
         yield from _of_way_home(fleet, plan, back)
-    if pads := pads_sentence(scenario, fleet_pads(scenario, mission.assignment)):
+    if pads := pads_sentence(scenario, fleet_pads(mission)):
         yield pads
     yield from (said for _, said in apart.sentences(scenario))
     if any(zones_of(scenario, plan.route.uav) for plan in plans):

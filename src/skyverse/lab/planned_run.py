@@ -39,6 +39,7 @@ def plan_job(job: Job, problems: Sequence[Problem] | None = None, rates: Rates |
     for problem in problems_of(job.case) if problems is None else problems:
         stop = _counted(job, job.planner, problem, {} if rates is None else rates)
         result = require_result(job.planner.plan(problem, stop=stop, rng=streams[problem.uav]))
+        assert problem.target is not None
         violations = check_result(job.case.scenario, problem.uav, problem.target, result)
         wrong = wrong_figures(job.case.scenario, problem.airspace.rates, result)
         complaints += [violation.message for violation in violations]

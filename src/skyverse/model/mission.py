@@ -13,6 +13,7 @@ from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.short_lines import SMALLEST_GAP, as_lines, counted, told_gap, told_metres, told_seconds
+from skyverse.model.sortie import Sortie, Unvisited, Visit
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Action, Certificate, Deconfliction, Violation
@@ -56,9 +57,15 @@ class Mission(ArrayRecord):
     Attributes
     ----------
     assignment
-        The index of each UAV's target, ``None`` for a UAV without a target.
+        The index of each UAV's target, of a tour that of its last one; ``None`` for a UAV without a target.
     results, trajectories
-        One entry for each UAV, in the scenario's order; ``None`` where there is none.
+        One entry for each UAV, in the scenario's order; ``None`` where there is none. Those of a tour lead through all
+        of its targets, and home wherever it goes there.
+    sorties
+        Of tours: the flights of each UAV, in the scenario's order; empty where each UAV flies to one target and stays
+        there. See `sorties_of`.
+    unvisited
+        Of tours: the targets that no UAV visits, each with why.
     violations
         What the referee found wrong when the mission was planned; empty if nothing. `check` judges anew.
     interrupted
@@ -90,6 +97,8 @@ class Mission(ArrayRecord):
     apart: Certificate | None = field(default=None, compare=False)
     deconfliction: Deconfliction | None = None
     flights: tuple[FlightSummary | None, ...] = ()
+    sorties: tuple[tuple[Sortie, ...], ...] = ()
+    unvisited: tuple[Unvisited, ...] = ()
     source: str | None = None
     format: Literal["skyverse/mission/2"] = "skyverse/mission/2"
 
@@ -198,12 +207,13 @@ class Mission(ArrayRecord):
 
     @property
     def complete(self) -> bool:
-        """Whether as many UAVs as possible have a target, and each of them a path to it and a trajectory."""
+        """Whether as many UAVs as possible have a target, each with a path and a trajectory; of tours, all targets."""
         pairs = min(len(self.scenario.uavs), len(self.scenario.targets))
         assigned = sum(target is not None for target in self.assignment)
+        visited = {visit.target for own in self.sorties for sortie in own for visit in sortie.visits}
         return (
             not self.interrupted
-            and assigned == pairs
+            and (len(visited) == len(self.scenario.targets) if self.sorties else assigned == pairs)
             and all(
                 target is None or (result is not None and result.status.reached and trajectory is not None)
                 for target, result, trajectory in zip(self.assignment, self.results, self.trajectories, strict=True)
@@ -245,7 +255,18 @@ class Mission(ArrayRecord):
             target is not None and trajectory is None
             for target, trajectory in zip(self.assignment, self.trajectories, strict=True)
         )
-        return f"{counted(without, 'UAV')} with a target but no way to it"
+        missed = [f"{counted(len(self.unvisited), 'target')} that nobody visits"] if self.unvisited else []
+        return " and ".join(missed or [f"{counted(without, 'UAV')} with a target but no way to it"])
+
+    def sorties_of(self, uav: int) -> tuple[Sortie, ...]:
+        """Return the flights of a UAV, by its index: as stated, or the one to its target; none without a trajectory."""
+        if self.sorties:
+            return self.sorties[uav] if 0 <= uav < len(self.sorties) else ()
+        target, trajectory = _entry(self.assignment, uav), _entry(self.trajectories, uav)
+        if target is None or trajectory is None:
+            return ()
+        arrival = Visit(target, trajectory.end, trajectory.end)
+        return (Sortie(trajectory.start, trajectory.end, (arrival,)),)
 
 
 Thing = TypeVar("Thing")
@@ -260,6 +281,7 @@ class PlannedFlight:
     result: Result | None = None
     trajectory: Trajectory | None = None
     summary: FlightSummary | None = None
+    sorties: tuple[Sortie, ...] = ()
 
     @property
     def status(self) -> str:
@@ -284,6 +306,7 @@ def planned_flights(mission: Mission) -> tuple[PlannedFlight, ...]:
                 result=_entry(mission.results, k),
                 trajectory=trajectory if trajectory is not None and _sound(trajectory) else None,
                 summary=_entry(mission.flights, k),
+                sorties=mission.sorties_of(k),
             )
         )
     return tuple(flights)

@@ -146,10 +146,47 @@ def _preset(value: object) -> object:
 
 
 class Target(Model):
-    """A place that one UAV must reach: its position in metres, and a name, by default ``target-1`` and so on."""
+    """A place that one UAV must reach.
+
+    Attributes
+    ----------
+    name
+        Unique in its scenario; ``target-1``, ``target-2`` and so on if it is left out.
+    position
+        x, y, z in metres.
+    stay
+        Seconds for which the UAV stays there.
+    window
+        Seconds into the mission, from the first to the second of which the stay must begin; ``None`` for any time.
+    uavs
+        The names of the UAVs that may go there; empty for all.
+    demand
+        What is brought there or fetched from there, kg; see `UAV.capacity`.
+    heading, look_at
+        Where a multirotor points its nose while it stays: degrees clockwise from north, or at x, y, z in metres.
+    """
 
     name: str = ""
     position: Point
+    stay: NonNegative = 0.0
+    window: tuple[NonNegative, NonNegative] | None = None
+    uavs: tuple[str, ...] = ()
+    demand: NonNegative = 0.0
+    heading: Annotated[Number, Field(ge=0, le=360)] | None = None
+    look_at: Point | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if self.window is not None and self.window[0] > self.window[1]:
+            raise ValueError("window must not end before it begins, but it is {:g} to {:g} s".format(*self.window))
+        if self.look_at is not None and self.heading is not None:
+            raise ValueError("look_at and heading both say where the nose points: give one of them")
+        return self
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing but its place is given."""
+        return self == Target(name=self.name, position=self.position)
 
 
 class Source(Model):
@@ -288,6 +325,18 @@ class Scenario(Model):
         own = None if self.terrain is None else self.terrain.clearance
         return self.clearance if own is None else own
 
+    def end_place(self, uav: int, target: int | None) -> tuple[float, float, float] | None:
+        """Return where a UAV ends whose last target is this one, metres; ``None`` for one that has no target."""
+        if target is None:
+            return None
+        return self.uavs[uav].start if self.uavs[uav].end == "home" else self.targets[target].position
+
+    @property
+    def asks_for_tours(self) -> bool:
+        """Whether more is asked than that each UAV flies to one target and stays there."""
+        returns = any(uav.end == "home" for uav in self.uavs)
+        return returns or len(self.targets) > len(self.uavs) > 0 or not all(target.is_plain for target in self.targets)
+
     @property
     def digest(self) -> str:
         """The SHA-256 of all that is given, 64 hexadecimal digits: scenarios that differ have different ones."""
@@ -317,6 +366,15 @@ class Scenario(Model):
                 f"clearance must be at least {LEAST_CLEARANCE:g} m with {' and '.join(found)}, but it is "
                 f"{self.clearance:g}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _by_known_uavs(self) -> Self:
+        known = {uav.name for uav in self.uavs}
+        for number, target in enumerate(self.targets):
+            strange = [name for name in target.uavs if name not in known]
+            if strange:
+                raise ValueError(f"targets[{number}].uavs: there is no UAV of the name {shown(strange[0])}")
         return self
 
     @model_validator(mode="after")

@@ -3,7 +3,7 @@
 import math
 from dataclasses import fields, replace
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
@@ -68,6 +68,10 @@ class UAV(Model):
     home
         z of the real ground below `start`, metres, where the UAV stands before it takes off, and from where autopilots
         count heights above home. If it is left out, it is the terrain below, or the start where there is no terrain.
+    end
+        Where it ends: ``"target"``, at its last target, or ``"home"``, where it started.
+    capacity
+        The targets' demands that it can carry at once, kg; ``None`` where that is not limited.
     max_speed, max_acceleration, max_jerk
         Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
     max_airspeed
@@ -124,6 +128,8 @@ class UAV(Model):
     name: str = ""
     start: Point
     home: Number | None = None
+    end: Literal["target", "home"] = "target"
+    capacity: Limit | None = None
     max_speed: Limit = 5.0
     max_acceleration: Limit = 3.5
     max_jerk: Limit = 50.0
@@ -289,7 +295,7 @@ def strayed_share(xy: Floats, z: Floats, aside: Floats, up: Floats) -> Floats:
 
 
 _NOT_OF_A_VEHICLE = (
-    *("name", "start", "home", "look_at", "heading", "priority"),
+    *("name", "start", "home", "end", "look_at", "heading", "priority"),
     *("payload", "reserve", "batteries", "swap"),
 )
 """The fields of a UAV that do not depend on its vehicle."""

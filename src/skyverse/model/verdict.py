@@ -39,6 +39,7 @@ class Fault(Enum):
     AIRSPEED = "off its airspeed"
     BATTERY = "battery"
     WIND = "too much wind"
+    VISIT = "visit"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"
     UNDECIDED = "undecided"

@@ -208,8 +208,8 @@ class FleetSeparation(NamedTuple):
 
     Attributes
     ----------
-    scenario, targets
-        What was given, and the index of each UAV's target, ``None`` for those without one.
+    scenario, ends
+        What was given, and where each UAV's flight must end, (3,) metres, ``None`` for those without a target.
     motion, edges
         The motion, and the edges of slices of time, seconds.
     across, above
@@ -217,7 +217,7 @@ class FleetSeparation(NamedTuple):
     """
 
     scenario: Scenario
-    targets: Sequence[int | None]
+    ends: Sequence[tuple[float, float, float] | None]
     motion: FleetMotion
     edges: Floats
     across: Floats
@@ -264,7 +264,9 @@ class FleetSeparation(NamedTuple):
         return math.hypot(*((meeting.first - meeting.second) / [across, across, above]))
 
 
-def fleet_separation(scenario: Scenario, targets: Sequence[int | None], motion: FleetMotion) -> FleetSeparation:
+def fleet_separation(
+    scenario: Scenario, ends: Sequence[tuple[float, float, float] | None], motion: FleetMotion
+) -> FleetSeparation:
     """Return the separation of each two UAVs whose motion is known: the larger one, grown by both tracking errors.
 
     The difference of the flown positions is within an upright cylinder about the difference of the nominal ones. Its
@@ -279,4 +281,4 @@ def fleet_separation(scenario: Scenario, targets: Sequence[int | None], motion: 
     keep[(keep <= LET_PASS).any(axis=2)] = 0.0  # without a separation none is kept
     rim = np.divide(errors[:, None] + errors[None], keep, np.zeros_like(keep), where=keep > 0)
     keep *= 1.0 + np.hypot(rim[..., :1], rim[..., 1:])
-    return FleetSeparation(scenario, targets, motion, time_slices(motion), keep[..., 0], keep[..., 1])
+    return FleetSeparation(scenario, ends, motion, time_slices(motion), keep[..., 0], keep[..., 1])

@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse.errors import require_kind
 from skyverse.model.mission import Mission, index_of
+from skyverse.model.pad import Pad
 from skyverse.model.power import JOULES_OF_WATT_HOUR
 from skyverse.model.quantities import short
 from skyverse.model.result import Result, Status
@@ -20,13 +21,14 @@ from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.energy import judge_battery, sorties
 from skyverse.referee.fleet_motion import judged_until
-from skyverse.referee.pads import Pads, pads_of
+from skyverse.referee.pads import pads_of, pads_sentence
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
+from skyverse.referee.sorties import judge_sorties, tour_of, tour_to
 from skyverse.referee.timed_shapes import judge_movers
 from skyverse.referee.tracking_error import EXACT
 from skyverse.referee.trajectory import judge_trajectory
-from skyverse.referee.untrusted import entry, target_index
+from skyverse.referee.untrusted import entry
 from skyverse.referee.world import RefereeWorlds
 
 MAX_SHOWN = 4
@@ -93,7 +95,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     """Judge all trajectories of a mission, and the fleet's separation."""
     scenario = worlds.scenario
     count, digest = len(scenario.uavs), scenario.digest
-    targets = [target_index(scenario, entry(mission.assignment, uav)) for uav in range(count)]
+    tours = [tour_of(scenario, mission, uav) for uav in range(count)]
     curves: list[PolynomialCurve | None] = [None] * count
     unknown: set[int] = set()
     violations: list[list[Violation]] = [[] for _ in range(count)]
@@ -102,23 +104,25 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
         trajectory = entry(mission.trajectories, uav)
         if not isinstance(trajectory, Trajectory):
             continue
-        violations[uav], halvings[uav] = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
+        violations[uav], halvings[uav] = judge_trajectory(worlds.of(uav), uav, tours[uav], trajectory)
         curve = curve_of(trajectory)
         if isinstance(curve, str):
             unknown.add(uav)
         else:
             curves[uav] = curve
             violations[uav] += judge_battery(scenario, uav, trajectory, sorties(trajectory))
+            if mission.sorties:
+                violations[uav] += judge_sorties(scenario, mission, uav, trajectory, curve)
     in_time = judge_movers(scenario, curves, unknown)
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
         violations[uav] += in_time[uav].violations
         if isinstance(entry(mission.trajectories, uav), Trajectory):
-            pads = pads_of(worlds.of(uav), uav, targets[uav])
+            pads = pads_of(worlds.of(uav), uav, tours[uav])
             sentence = _proven_sentence(scenario, digest, uav, curves, pads)
             cuts = halvings[uav] + in_time[uav].halvings
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
-    separation = judge_separation(scenario, targets, curves, unknown)
+    separation = judge_separation(scenario, [tour.end for tour in tours], curves, unknown)
     sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"
     if any(uav.tracking_error != EXACT for uav in scenario.uavs):
         sentence += ", in every flight of theirs within their tracking errors"
@@ -131,7 +135,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
 
 
 def _proven_sentence(
-    scenario: Scenario, digest: str, uav: int, curves: Sequence[PolynomialCurve | None], pads: Pads
+    scenario: Scenario, digest: str, uav: int, curves: Sequence[PolynomialCurve | None], pads: list[tuple[str, Pad]]
 ) -> str:
     vehicle, curve = scenario.uavs[uav], curves[uav]
     knots = np.zeros(2) if curve is None else curve.knots
@@ -169,12 +173,12 @@ def _proven_sentence(
     )
 
 
-def _for_every_flight(error: TrackingError, pads: Pads) -> str:
+def _for_every_flight(error: TrackingError, pads: list[tuple[str, Pad]]) -> str:
     """Say that what is proven holds for all flights within a tracking error, and on which pads it does not count."""
     if error == EXACT:
         return ""
     stray = f"{error.horizontal:.6g} m horizontally and {error.vertical:.6g} m vertically"
-    return f", for every flight within {stray} of it{pads.sentence}"
+    return f", for every flight within {stray} of it{pads_sentence(pads)}"
 
 
 def _where(scenario: Scenario, digest: str) -> str:
@@ -243,13 +247,13 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
         violations = judge_assignment(scenario, mission)
         fleet = judge_fleet(worlds, mission)
         for uav in range(len(scenario.uavs)):
-            target = target_index(scenario, entry(mission.assignment, uav))
+            tour = tour_of(scenario, mission, uav)
             result, trajectory = entry(mission.results, uav), entry(mission.trajectories, uav)
             if isinstance(result, Result):
                 if result.status is Status.NOT_PLANNED and not mission.interrupted:
                     message = f"{scenario.uavs[uav].name} was not planned, but the mission was not interrupted."
                     violations.append(Violation(Fault.STATUS, (uav,), message))
-                violations += judge_result(worlds.of(uav), uav, target, result, isinstance(trajectory, Trajectory))
+                violations += judge_result(worlds.of(uav), uav, tour, result, isinstance(trajectory, Trajectory))
             violations += fleet.trajectories[uav]
         violations += fleet.apart
         return violations, fleet.certificates
@@ -281,4 +285,4 @@ def check_result(scenario: Scenario, uav: int | str, target: int | str, result: 
     worlds = RefereeWorlds(scenario)
     uav, target = index_of(scenario.uavs, uav, "uav"), index_of(scenario.targets, target, "target")
     with np.errstate(all="ignore"):
-        return list(judge_result(worlds.of(uav), uav, target, result, None))
+        return list(judge_result(worlds.of(uav), uav, tour_to(scenario, uav, target), result, None))

@@ -1,4 +1,4 @@
-"""Where a UAV's tracking error does not count: on the pads at its own start and target.
+"""Where a UAV's tracking error does not count: on the pads at its own start and targets.
 
 `model.pad` says what a pad is and what the UAV stands on there. All else keeps the error from the pad, or there
 is no pad. So on a pad the nominal position alone is judged.
@@ -6,7 +6,7 @@ is no pad. So on a pad the nominal position alone is judged.
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,30 +18,28 @@ from skyverse.referee.ground import Ceiling, GrownGround
 from skyverse.referee.prisms import GrownPrisms
 from skyverse.referee.round_solids import GrownCylinders, GrownEllipsoids
 from skyverse.referee.solids import GrownSolids
+from skyverse.referee.sorties import Tour
 from skyverse.referee.tolerances import EXEMPT_SLOPE, LET_PASS, ON_AXIS
 from skyverse.referee.tracking_error import EXACT, narrower, shorter
 from skyverse.referee.world import RefereeWorld
 
 
-class Pads(NamedTuple):
-    """The pads at a UAV's start and its target, ``None`` where there is none."""
-
-    start: Pad | None
-    target: Pad | None
-
-    @property
-    def sentence(self) -> str:
-        """What a certificate says of them, to be added to a sentence; empty where there are none."""
-        named = [f"at its {noun} up to z = {pad.top:.6g} m" for noun, pad in self._asdict().items() if pad is not None]
-        told = " and on that ".join(named)
-        return f"; only on the pad {told} that error does not count for the ground and roofs below" if named else ""
-
-
-def pads_of(world: RefereeWorld, uav: int, target: int | None) -> Pads:
-    """Return the pads at a UAV's start and at its target, if it has one."""
+def pads_of(world: RefereeWorld, uav: int, tour: Tour) -> list[tuple[str, Pad]]:
+    """Return the pads at a UAV's start and at the targets that it visits, each with what is there, in words."""
     scenario = world.scenario
-    there = None if target is None else pad_of(world, uav, scenario.targets[target].position)
-    return Pads(pad_of(world, uav, scenario.uavs[uav].start), there)
+    places = {"start": scenario.uavs[uav].start}
+    for target in dict.fromkeys(tour.visited):
+        there = scenario.targets[target]
+        places["target" if len(tour.visited) == 1 else there.name] = there.position
+    pads = ((noun, pad_of(world, uav, place)) for noun, place in places.items())
+    return [(noun, pad) for noun, pad in pads if pad is not None]
+
+
+def pads_sentence(pads: list[tuple[str, Pad]]) -> str:
+    """Return what a certificate says of a UAV's pads, to be added to a sentence; empty where there are none."""
+    ways = ("at its {} up to z = {:.6g} m", "at {} up to z = {:.6g} m")
+    told = " and on that ".join(ways[noun not in ("start", "target")].format(noun, pad.top) for noun, pad in pads)
+    return f"; only on the pad {told} that error does not count for the ground and roofs below" if told else ""
 
 
 def pad_of(world: RefereeWorld, uav: int, place: tuple[float, float, float]) -> Pad | None:
@@ -113,7 +111,7 @@ def _tops(kind: GrownSolids, which: Indices, world: RefereeWorld) -> Floats:
 
 
 def parts_of_flight(
-    world: RefereeWorld, uav: int, target: int | None, b: Floats, error: Floats
+    world: RefereeWorld, uav: int, tour: Tour, b: Floats, error: Floats
 ) -> Iterator[tuple[RefereeWorld, slice]]:
     """Cut the pieces of a flight where it leaves and enters its pads, and yield in which world each part is judged.
 
@@ -121,19 +119,17 @@ def parts_of_flight(
     ----------
     world
         For the nominal position of the UAV.
-    uav, target
-        The indices of the UAV, and of its target, ``None`` where it has none.
+    uav, tour
+        The index of the UAV, and the targets that it visits.
     b, error
         (n, degree + 1, 3) coefficients of the pieces, metres, and (n,) bounds on their errors.
     """
-    pads, count = pads_of(world, uav, target), len(b)
-    rise = 0 if pads.start is None else _leading(holds(pads.start, b, error))
-    descent = 0 if pads.target is None else min(_leading(holds(pads.target, b, error)[::-1]), count - rise)
-    on_pads = slice(0, rise), slice(count - descent, count)
-    cuts = (world.nominal, on_pads[0]), (world, slice(rise, count - descent)), (world.nominal, on_pads[1])
-    for judged_in, part in cuts:
-        if part.start < part.stop:
-            yield judged_in, part
+    on_pad = np.zeros(len(b), dtype=np.bool_)
+    for _, pad in pads_of(world, uav, tour):
+        on_pad |= holds(pad, b, error)
+    cuts = [0, *(np.flatnonzero(np.diff(on_pad)) + 1).tolist(), len(b)]
+    for start, stop in pairwise(cuts):
+        yield world.nominal if on_pad[start] else world, slice(start, stop)
 
 
 def holds(pad: Pad, b: Floats, error: Floats) -> NDArray[np.bool_]:
@@ -142,8 +138,3 @@ def holds(pad: Pad, b: Floats, error: Floats) -> NDArray[np.bool_]:
     low, high = b[:, :, 2].min(axis=1), b[:, :, 2].max(axis=1)
     held: NDArray[np.bool_] = (aside + error <= pad.spare + ON_AXIS) & (low - error >= pad.place[2] - LET_PASS)
     return held & (high + error <= pad.top + LET_PASS)
-
-
-def _leading(held: NDArray[np.bool_]) -> int:
-    """Return how many of the first of some are true in a row."""
-    return len(held) if held.all() else int(np.argmin(held))

@@ -11,21 +11,22 @@ from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.judgement import position_text, position_tuple
 from skyverse.referee.pads import pads_of, parts_of_flight
+from skyverse.referee.sorties import Tour
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tracking_error import named
 from skyverse.referee.untrusted import finite_point, float_array
 from skyverse.referee.world import RefereeWorld
 
 
-def judge_safety(world: RefereeWorld, uav: int, target: int | None, path: Floats) -> Iterator[Violation]:
+def judge_safety(world: RefereeWorld, uav: int, tour: Tour, path: Floats) -> Iterator[Violation]:
     """Yield where a path (n, 3) is out of bounds or too close to an obstacle, at its worst.
 
-    On the pads at the UAV's start and target its tracking error does not count.
+    On the pads at the UAV's start and targets its tracking error does not count.
     """
     if len(path) < 2:  # a path of one node is judged as a segment of length zero
         path = np.concatenate([path, path])
     legs = np.stack([path[:-1], path[1:]], axis=1)
-    for judged_in, part in parts_of_flight(world, uav, target, legs, np.zeros(len(legs))):
+    for judged_in, part in parts_of_flight(world, uav, tour, legs, np.zeros(len(legs))):
         yield from _judge_part(judged_in, uav, path[part.start : part.stop + 1], part.start)
 
 
@@ -73,16 +74,16 @@ def judge_moves(world: RefereeWorld, uav: int, path: Floats) -> Iterator[Violati
         yield Violation(Fault.PATH_STEP, (uav,), message, position=position_tuple(path[k]))
 
 
-def judge_ends(world: RefereeWorld, uav: int, target: int | None, path: Floats, result: Result) -> Iterator[Violation]:
+def judge_ends(world: RefereeWorld, uav: int, tour: Tour, path: Floats, result: Result) -> Iterator[Violation]:
     """Yield what is wrong with a result's start and goal nodes, and with a status that says the goal is reached."""
     scenario = world.scenario
     name, status = scenario.uavs[uav].name, result.status
-    pads = pads_of(world, uav, target)
-    ends = [("start", result.start, scenario.uavs[uav].start, pads.start)]
-    if target is not None:
-        ends.append(("goal", result.goal, scenario.targets[target].position, pads.target))
-    for noun, given, place, pad in ends:
-        complaint = _end_complaint(world, noun, given, np.array(place), pad, path, result.any_angle)
+    pads = {pad.place: pad for _, pad in pads_of(world, uav, tour)}
+    ends = [("start", result.start, scenario.uavs[uav].start)]
+    if tour.end is not None:
+        ends.append(("goal", result.goal, tour.end))
+    for noun, given, place in ends:
+        complaint = _end_complaint(world, noun, given, np.array(place), pads.get(place), path, result.any_angle)
         if complaint is not None:
             message = f"{name}'s {noun} node {complaint}."
             at = position_tuple(path[0 if noun == "start" else -1])

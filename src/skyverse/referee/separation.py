@@ -29,7 +29,10 @@ PAIRS_AT_ONCE = 2000
 
 
 def judge_separation(
-    scenario: Scenario, targets: Sequence[int | None], curves: Sequence[PolynomialCurve | None], unknown: set[int]
+    scenario: Scenario,
+    ends: Sequence[tuple[float, float, float] | None],
+    curves: Sequence[PolynomialCurve | None],
+    unknown: set[int],
 ) -> Judgement:
     """Judge every pair of UAVs at every instant.
 
@@ -37,15 +40,15 @@ def judge_separation(
     ----------
     scenario
         What was given.
-    targets, curves
-        The index of each UAV's target, and its motion; ``None`` where it has none.
+    ends, curves
+        Where each UAV's flight must end, (3,) metres, and its motion; ``None`` where it has none.
     unknown
         The UAVs whose motion is not known; they are left out.
     """
     motion = fleet_motion(scenario, curves, unknown)
     if len(motion.uavs) < 2:
         return Judgement([], 0)
-    fleet = fleet_separation(scenario, targets, motion)
+    fleet = fleet_separation(scenario, ends, motion)
     near = np.concatenate(list(near_pairs(motion, fleet.edges, fleet.across, fleet.above)))
     order = np.lexsort(near.T[::-1])
     pairs, begins = np.unique(near[order, :2], axis=0, return_index=True)
@@ -81,13 +84,13 @@ def _judge_pairs(fleet: FleetSeparation, pairs: Indices, slices: list[Indices]) 
 
 
 def _given_meetings(fleet: FleetSeparation, pair: Indices) -> tuple[PairPositions | None, PairPositions | None]:
-    """Return the starts, and, where both UAVs fly, the targets of a pair (2,), each where they are given too close."""
+    """Return the starts, and, where both UAVs fly, the ends of a pair (2,), each where they are given too close."""
     i, j = pair
     scenario, motion = fleet.scenario, fleet.motion
     uavs = [motion.uavs[k] for k in (i, j)]
     starts = PairPositions(0.0, *(np.array(scenario.uavs[uav].start) for uav in uavs))
     targets = None
-    places = [np.array(scenario.targets[target].position) for uav in uavs if (target := fleet.targets[uav]) is not None]
+    places = [np.array(end) for uav in uavs if (end := fleet.ends[uav]) is not None]
     if len(places) == 2 and all(len(motion.knots[k]) > 2 for k in (i, j)):
         targets = PairPositions(float(max(motion.knots[k][-2] for k in (i, j))), *places)
 

@@ -44,6 +44,9 @@ All jumps of one trajectory together may make no more than this either.
 LIMIT_LET_PASS = 1e-6
 """Share of a UAV's limit that may be exceeded: planners reach limits exactly, and rounding adds to that."""
 
+SAME_INSTANT = 1e-6
+"""Seconds by which the instants of visits may differ from those of a flight, as both are rounded."""
+
 SURELY_OUTSIDE = 2e-5
 """Metres: what is so far above or below a shape is outside it, however its coordinates are rounded."""
 

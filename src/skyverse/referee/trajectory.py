@@ -14,6 +14,7 @@ from skyverse.referee.judgement import Judgement, position_text, position_tuple
 from skyverse.referee.limits import FlightLimit, flight_limits, judge_heading
 from skyverse.referee.pads import parts_of_flight
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
+from skyverse.referee.sorties import Tour
 from skyverse.referee.speed_zones import judge_zone_speed
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
@@ -31,16 +32,16 @@ class _Answer(NamedTuple):
     curve: PolynomialCurve
 
 
-def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajectory: Trajectory) -> Judgement:
-    """Judge UAV number `uav`'s trajectory to its target, if it has one; what is not proven is a violation."""
+def judge_trajectory(world: RefereeWorld, uav: int, tour: Tour, trajectory: Trajectory) -> Judgement:
+    """Judge UAV number `uav`'s trajectory along its tour; what is not proven is a violation."""
     vehicle = world.scenario.uavs[uav]
     name = vehicle.name
     curve = curve_of(trajectory)
     if isinstance(curve, str):
         malformed = Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s trajectory {curve}.")
         return Judgement([malformed])
-    violations = [*_judge_ends(world, uav, target, curve), *judge_continuity(vehicle, uav, curve)]
-    parts = _parts(world, uav, target, curve)
+    violations = [*_judge_ends(world, uav, tour, curve), *judge_continuity(vehicle, uav, curve)]
+    parts = _parts(world, uav, tour, curve)
     positions = [bernstein(part.pieces, part.durations) for _, part in parts]
     safe: list[_Answer] = []
     for (judged_in, part), position in zip(parts, positions, strict=True):
@@ -60,7 +61,7 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
 
 
 def _parts(
-    world: RefereeWorld, uav: int, target: int | None, curve: PolynomialCurve
+    world: RefereeWorld, uav: int, tour: Tour, curve: PolynomialCurve
 ) -> list[tuple[RefereeWorld, PolynomialCurve]]:
     """Return the parts of a curve with the worlds in which they are judged: on a pad, that without an error."""
     if world.error == EXACT:
@@ -69,7 +70,7 @@ def _parts(
     b, error = np.stack([part.b for part in position], axis=2), np.max([part.error for part in position], axis=0)
     return [
         (judged_in, PolynomialCurve(curve.knots[part.start : part.stop + 1], curve.pieces[part]))
-        for judged_in, part in parts_of_flight(world, uav, target, b, error)
+        for judged_in, part in parts_of_flight(world, uav, tour, b, error)
     ]
 
 
@@ -136,14 +137,14 @@ def _undecided(name: str, uav: int, answer: _Answer) -> Violation:
     return Violation(Fault.UNDECIDED, (uav,), message, time, position_tuple(motion[0]))
 
 
-def _judge_ends(world: RefereeWorld, uav: int, target: int | None, curve: PolynomialCurve) -> Iterator[Violation]:
+def _judge_ends(world: RefereeWorld, uav: int, tour: Tour, curve: PolynomialCurve) -> Iterator[Violation]:
     """Yield the first end of a trajectory at which the UAV is not where it must be, or not at rest."""
     scenario, (knots, pieces) = world.scenario, curve
     vehicle = scenario.uavs[uav]
     ends = [("starts", knots[0], curve.motion(0, 0.0), vehicle.start)]
-    if target is not None:
+    if tour.end is not None:
         last = curve.motion(len(pieces) - 1, curve.durations[-1])
-        ends.append(("ends", knots[-1], last, scenario.targets[target].position))
+        ends.append(("ends", knots[-1], last, tour.end))
     for verb, time, motion, due in ends:
         miss, speed, acceleration = np.linalg.norm(motion[:3] - [due, np.zeros(3), np.zeros(3)], axis=1)
         rests = vehicle.fixed_wing is not None or (speed <= LET_PASS and acceleration <= LET_PASS)

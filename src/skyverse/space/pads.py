@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.mission import Mission
 from skyverse.model.pad import Pad, pad_at
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
@@ -25,14 +26,14 @@ MAX_NAMED = 3
 
 
 class FleetPad(NamedTuple):
-    """The pad of a UAV's start or target.
+    """The pad of a UAV's start or of a target.
 
     Attributes
     ----------
     uav
         The index of its UAV.
     end
-        ``"start"`` or ``"target"``.
+        What is there: ``"its start"``, ``"its target"`` or, of a tour, the name of a target.
     pad
         Where it is.
     """
@@ -124,20 +125,17 @@ def _too_near(world: World, pad: Pad) -> str | None:
     return f"is {far:.3g} m too near {others.named(number)}"
 
 
-def fleet_pads(scenario: Scenario, assignment: Sequence[int | None]) -> list[FleetPad]:
-    """Return the pads of a fleet on which a tracking error matters.
-
-    Parameters
-    ----------
-    scenario
-        The scenario.
-    assignment
-        The target of each UAV, ``None`` where it has none.
-    """
+def fleet_pads(mission: Mission) -> list[FleetPad]:
+    """Return the pads of a mission's fleet on which a tracking error matters, at starts and targets."""
+    scenario = mission.scenario
     worlds: dict[TrackingError, World] = {}
     found = []
-    for number, (uav, target) in enumerate(zip(scenario.uavs, assignment, strict=True)):
-        places = {"start": uav.start} | ({} if target is None else {"target": scenario.targets[target].position})
+    for number, uav in enumerate(scenario.uavs):
+        visits = [visit.target for sortie in mission.sorties_of(number) for visit in sortie.visits]
+        visits = visits or [target for target in mission.assignment[number : number + 1] if target is not None]
+        places = {"its start": uav.start}
+        for target in (scenario.targets[visit] for visit in visits):
+            places["its target" if len(visits) == 1 else target.name] = target.position
         for end, place in places.items():
             if uav.tracking_error == NO_ERROR or uav.fixed_wing is not None:
                 continue
@@ -154,7 +152,7 @@ def pads_sentence(scenario: Scenario, pads: Sequence[FleetPad]) -> str:
     """Return a sentence that names the pads of a fleet; empty where there are none."""
     told = []
     for number in dict.fromkeys(one.uav for one in pads):
-        own = [f"at its {one.end} up to z = {one.pad.top:.4g} m" for one in pads if one.uav == number]
+        own = [f"at {one.end} up to z = {one.pad.top:.4g} m" for one in pads if one.uav == number]
         told.append(f"{scenario.uavs[number].name} {' and '.join(own)}")
     if not told:
         return ""

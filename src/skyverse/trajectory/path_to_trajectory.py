@@ -69,6 +69,12 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
     InputError
         If there is no such shape.
     """
+    flown = leg_along(problem, result, shape)
+    return None if flown is None else with_heading(flown, problem.scenario.uavs[problem.uav])
+
+
+def leg_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -> Trajectory | None:
+    """Return the trajectory of `fly_along` before it is said where the UAV's nose points: a leg of a tour."""
     require_choice(shape, get_args(Shape), "shape")
     if not result.status.reached:
         return None
@@ -77,8 +83,7 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
     waypoints, priced = needed_waypoints(problem, result), bool(soft_terms(scenario))
     for trajectory in _attempts(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
-            flown = _with_lifts(problem, trajectory)
-            return None if flown is None else with_heading(flown, uav)
+            return _with_lifts(problem, trajectory)
     return None
 
 

@@ -19,7 +19,7 @@ from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 from skyverse.space.pads import lifted
 from skyverse.space.world import World
 from skyverse.waypoints.defaults import settled
-from skyverse.waypoints.unrolled import Unrolled, Visit, base_over
+from skyverse.waypoints.unrolled import ReachedWaypoint, Unrolled, base_over
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class FlownMission:
     """
 
     waypoints: Waypoints
-    visits: tuple[Visit, ...]
+    visits: tuple[ReachedWaypoint, ...]
     plan: FlightPlan
     end: End
     return_altitude: float
@@ -128,7 +128,7 @@ def _return(flown: FlownMission) -> Floats:
     return np.array([[*points[-1, :2], level], [*home[:2], level], home])
 
 
-def _deviations(scenario: Scenario, visits: Sequence[Visit]) -> Floats:
+def _deviations(scenario: Scenario, visits: Sequence[ReachedWaypoint]) -> Floats:
     """Return how far each leg between visits may be off the straight line, metres."""
     places = np.array([visit.at for visit in visits])
     off = MAVLINK_ROUNDING + leg_deviation(scenario, np.linalg.norm(np.diff(places, axis=0)[:, :2], axis=1))

@@ -31,7 +31,7 @@ MAX_BEND, LEAST_PART = 2.0, 2.0
 _MOVES = (OrderKind.TAKEOFF, OrderKind.WAYPOINT, OrderKind.LOITER, OrderKind.RETURN, OrderKind.LAND)
 
 
-class Visit(NamedTuple):
+class ReachedWaypoint(NamedTuple):
     """A place to which an order leads.
 
     Attributes
@@ -67,7 +67,7 @@ class Unrolled:
     scenario: Scenario
     home: Floats
     told: Settled
-    visits: list[Visit] = field(default_factory=list)
+    visits: list[ReachedWaypoint] = field(default_factory=list)
     landings: list[Floats] = field(default_factory=list)
     assumed: list[str] = field(default_factory=list)
     delay: float = 0.0
@@ -203,7 +203,7 @@ class Unrolled:
     def _visit(self, order: Order, at: Floats, radius: float = 0.0, hold: float = 0.0, **over_ground: Any) -> None:
         if len(self.visits) > 1 and math.dist(at, self.here) <= SAME_PLACE:  # which is no corner
             self.visits[-1] = self.visits[-1]._replace(radius=0.0)
-        self.visits.append(Visit(order, at, radius, hold, self.speed, **over_ground))
+        self.visits.append(ReachedWaypoint(order, at, radius, hold, self.speed, **over_ground))
         self.here = at
 
     def _radius(self, order: Order) -> float:
