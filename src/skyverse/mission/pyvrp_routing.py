@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from pyvrp import ProblemData, Solution
     from pyvrp.stop import StoppingCriterion
 
-_PATIENCE = 500  # iterations without a better solution
-_EFFORT = 500_000  # the most iterations, times targets
+_PATIENCE = 500, 10  # iterations without a better solution, and how many more for each target
+_EFFORT = 2 * 10**8  # the most iterations, times the square of the targets
 _DOUBTS = 150  # iterations after which a largest finish counts as out of reach
-_LEVEL = 0.002  # how near the largest finish comes to one that is out of reach, as a share
+_LEVEL = 0.005  # how near the largest finish comes to one that is out of reach, as a share
 _UNITS = 10**7  # in which PyVRP counts: of the prices of flying to each target alone, of a battery, of a capacity
 _LATEST = 1 << 43
 
@@ -49,9 +49,13 @@ def pyvrp_tours(
         said = f'{work.targets} targets need PyVRP: pip install "skyverse[tours]"; up to ten go without it'
         raise InputError(said, field="targets")
     clock = _Clock(search.stop, work.targets)
-    able = np.array([possible(vehicle, work) for vehicle in vehicles])
-    model = _Model(vehicles, work, search, np.flatnonzero(able.any(axis=0)), timed=criterion == "min-max")
-    tours = model.fleet(model.solved(clock.rule(_PATIENCE)), clock)
+    able = [possible(vehicle, work) for vehicle in {v.alike(): v for v in vehicles}.values()]
+    held, times = np.flatnonzero(np.any(able, axis=0)), criterion == "min-max" or work.windows
+    for required in (True, False):  # that all must be visited makes a quicker search, which may find nothing
+        model = _Model(vehicles, work, search, held, timed=times, required=required)
+        tours = model.fleet(model.solved(clock.rule(clock.patience)), clock, whole=required)
+        if clock.cancelled or sum(len(sortie) for tour in tours for sortie in tour) == len(held):
+            break
     if criterion == "min-max" and max(map(len, tours)) == 1:
         tours = _levelled(vehicles, work, search, tours, clock)
     return tours, clock.cancelled
@@ -81,7 +85,7 @@ def _levelled(
             tours, high = found, level
         else:
             low = middle
-    found, level = within(high, clock.rule(_PATIENCE))
+    found, level = within(high, clock.rule(clock.patience))
     return found if level <= high else tours
 
 
@@ -90,7 +94,7 @@ class _Clock:
 
     def __init__(self, stop: Stop | None, targets: int) -> None:
         self._stop, self._begun, self._iterations = stop, time.perf_counter(), 0
-        self._most = max(_EFFORT // targets, _PATIENCE)
+        self.patience, self._most = _PATIENCE[0] + _PATIENCE[1] * targets, max(_EFFORT // targets**2, 100)
 
     @property
     def cancelled(self) -> bool:
@@ -129,35 +133,31 @@ class _Model:
         held: Ints,
         *,
         timed: bool,
-        required: bool = False,
+        required: bool,
     ) -> None:
         kinds: dict[object, list[int]] = {}
         for i, vehicle in enumerate(vehicles):
             kinds.setdefault(vehicle.alike(), []).append(i)
         self._vehicles, self._work, self._search, self._held = vehicles, work, search, held
         self._kinds = list(kinds.values())
-        self._timed = timed or work.windows
+        self._timed = timed
         self._rank = np.arange(work.targets) if search.order is None else np.argsort(search.order)
         firsts = [vehicles[members[0]] for members in self._kinds]
-        limits = work.windows or search.order is not None or not all(
-            v.allowed[held].all() and np.isfinite(v.price).all() and np.isfinite(v.seconds).all()
-            and v.usable == v.capacity == math.inf for v in firsts
-        )  # fmt: skip
         prices, seconds = (
             sum(min(_alone(matrix, j, v) for v, matrix in zip(firsts, matrices, strict=True)) for j in held)
             for matrices in ([v.price for v in firsts], [v.seconds for v in firsts])
         )
-        self._per_price, self._per_second = (_UNITS / x if 0 < x < math.inf else 1.0 for x in (prices, seconds))
+        self._per_price, self._per_second = _scale(prices), _scale(seconds)
         extra = sum(min((v.most_sorties - 1) * len(k), len(held)) for v, k in zip(firsts, self._kinds, strict=True))
-        self._prize = 0 if required or not limits else _UNITS * (extra + 2)
+        self._prize = 0 if required else _UNITS * (extra + 2)
         self._data = self._problem(firsts)
 
     def _problem(self, firsts: Sequence[TourVehicle]) -> "ProblemData":
         from pyvrp import Client, Depot, Location, ProblemData, VehicleType
 
         n, work, held = len(self._held), self._work, self._held
-        capacity = max((v.capacity for v in firsts if v.capacity < math.inf), default=0.0)
-        per_kilogram = _UNITS / capacity if capacity > 0 and work.demand.any() else 0.0
+        capacity = max((v.capacity for v in firsts if v.capacity < math.inf), default=math.inf)
+        per_kilogram = _scale(capacity) if work.demand.any() and capacity < math.inf else 0.0
         clients = [
             Client(
                 place,
@@ -177,7 +177,7 @@ class _Model:
         for k, (v, members) in enumerate(zip(firsts, self._kinds, strict=True)):
             battery = v.usable < math.inf
             price, seconds = self._units(v, v.price * self._per_price), self._units(v, v.seconds * self._per_second)
-            per_joule = _UNITS / v.usable if battery and v.usable > 0 else 1.0
+            per_joule = _scale(v.usable)
             stays = v.joules + np.append(v.visit_joules, (0.0, 0.0))
             distances.append(self._units(v, stays * per_joule) if battery else price)
             durations.append(seconds if self._timed else price if battery else np.zeros_like(price))
@@ -279,6 +279,11 @@ class _Model:
         if chosen is not None:
             tours[chosen[0]] = chosen[1]
         return chosen is not None
+
+
+def _scale(largest: float) -> float:
+    """Return a power of ten that makes a number as large as `_UNITS` allow, so that short decimals stay exact."""
+    return 10.0 ** math.floor(math.log10(_UNITS / largest)) if 0 < largest < math.inf else 1.0
 
 
 def _alone(matrix: Floats, j: int, vehicle: TourVehicle) -> float:
