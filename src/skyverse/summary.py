@@ -12,6 +12,7 @@ from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
+from skyverse.model.wind import Wind
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
 from skyverse.search.path_shortening.shortcut import drop_collinear
 
@@ -36,13 +37,13 @@ def with_flight_summaries(mission: Mission) -> Mission:
         if result is None or trajectory is None or not len(result.path):
             flights.append(None)
         else:
-            flights.append(flight_summary(uav, result.path, trajectory))
+            flights.append(flight_summary(uav, result.path, trajectory, mission.scenario.wind))
     return replace(mission, flights=tuple(flights))
 
 
-def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSummary:
-    """Summarise what a UAV flies along a path (n, 3), metres."""
-    power = uav.power_model
+def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory, wind: Wind | None = None) -> FlightSummary:
+    """Summarise what a UAV flies along a path (n, 3), metres, in a wind."""
+    power, gust = uav.power_model, 0.0 if wind is None else wind.gust
 
     def rates(instants: Floats) -> Floats:
         motion = trajectory.at(instants)
@@ -50,11 +51,13 @@ def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSumm
         if power is None:
             return speed[:, None]
         load = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1) / GRAVITY
-        level, climb = np.linalg.norm(motion.velocity[:, :2], axis=1), motion.velocity[:, 2]
-        return np.column_stack([speed, power.at(level, climb, load), power.at(level, climb, load)])
+        through = motion.velocity if wind is None else motion.velocity - wind.at(motion.position[:, 2])
+        level, climb = np.linalg.norm(through[:, :2], axis=1), through[:, 2]
+        worst = [power.most(level, level, climb, load, gust)] if gust else []
+        return np.column_stack([speed, power.at(level, climb, load), *worst])
 
     length, *energies = map(float, _integrals(rates, trajectory.knots))
-    energy, bound = energies or (None, None)
+    energy, bound = (energies[0], energies[-1]) if energies else (None, None)
     spent = None if bound is None or uav.battery is None else bound / (uav.battery * JOULES_OF_WATT_HOUR)
     return FlightSummary(
         length=length,

@@ -1,15 +1,14 @@
 """No flight takes more energy than the referee's bound, which is tight; a battery that does not suffice is refused."""
 
-import math
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.model.trajectory import Trajectory
 from skyverse.referee.energy import energy_bounds, judge_battery, turning_back
+from skyverse.summary import flight_summary
 from skyverse.trajectory import rest_to_rest
 
 CAMERA = {"hover_power": 121.6, "power": ((9, 102.7), (14, 121.3)), "mass": 0.915, "battery": 77.0}
@@ -21,10 +20,10 @@ KINDS = {
 }
 
 
-def world(**fields):
+def world(wind=None, **fields):
     uav = sky.UAV(start=(0, 0, 20), max_speed=15, max_acceleration=4, **fields)
     box = {"min": (-2000, -2000, 0), "max": (2000, 2000, 200)}
-    return sky.Scenario(name="air", bounds=box, clearance=1, obstacles=[], uavs=[uav], targets=[])
+    return sky.Scenario(name="air", bounds=box, clearance=1, obstacles=[], uavs=[uav], targets=[], wind=wind)
 
 
 def flight(seed, uav, corners=8):
@@ -41,11 +40,20 @@ def line(*pieces):
     return Trajectory(knots, np.stack([places, velocities], axis=1))
 
 
-def simulated(scenario, trajectory, begin, end, way=1.0):
-    """Return joules by the midpoint rule at steps of a millisecond or so, without what the referee computes."""
+def simulated(scenario, trajectory, begin, end, way=1.0, gusts=None):
+    """Return joules by the midpoint rule at steps of a millisecond or so, without what the referee computes.
+
+    Gusts (k, 3), shares of the margin, follow each other at equal times, with straight lines between them.
+    """
     edges = np.linspace(begin, end, max(2, int((end - begin) / 1e-3)))
     motion = trajectory.at((edges[1:] + edges[:-1]) / 2)
     velocity = way * motion.velocity
+    if scenario.wind is not None:
+        velocity = velocity - scenario.wind.at(motion.position[:, 2])
+    if gusts is not None:
+        at = np.linspace(0, len(gusts) - 1, len(velocity))
+        blown = np.stack([np.interp(at, np.arange(len(gusts)), axis) for axis in np.asarray(gusts).T], axis=1)
+        velocity = velocity - scenario.wind.gust * blown
     load = np.sqrt(np.sum((motion.acceleration + np.array([0, 0, 9.81])) ** 2, axis=1)) / 9.81
     power = scenario.uavs[0].power_model.at(np.hypot(velocity[:, 0], velocity[:, 1]), velocity[:, 2], load)
     return float(np.sum(power * np.diff(edges)))
@@ -96,7 +104,9 @@ def test_flying_back_takes_the_climb_that_was_sunk_and_the_turn():
     scenario = world(**CAMERA)
     instants, joules, last = turning_back(scenario, 0, line((10, (9, 0, 0)), (10, (0, 0, -2))), 0, 20)
     back = 10 * 102.7 + 10 * (121.6 + 0.915 * 9.81 * 2)
-    assert joules[-1] - back == pytest.approx(2 * 2 / 4 * 121.6 * math.hypot(1, 4 / 9.81) ** 1.5, rel=0.25)
+    load = 1 + 4 / 9.81
+    turning = 121.6 * load**1.5 + load * 0.915 * 9.81 * 2  # for the second that braking and gathering speed take
+    assert joules[-1] - back == pytest.approx(turning, rel=1e-3)
     assert last == instants[-1] == 20
 
 
@@ -144,3 +154,64 @@ def test_a_plan_that_the_battery_does_not_give_is_refuted_and_one_that_it_gives_
     poor = air.model_copy(update={"uavs": (air.uavs[0].model_copy(update={"battery": 3.0}),)})
     (violation,) = sky.check(poor, sky.plan_mission(poor, sky.Taut(), rng=1))
     assert violation.fault is sky.Fault.BATTERY
+
+
+LAYERS = [{"altitude": 10, "velocity": (3, -2, 0.5)}, {"altitude": 22, "velocity": (7, 1, -0.5)}]
+WINDS = [
+    {"velocity": (6, 2, 0)},
+    {"layers": LAYERS},
+    {"velocity": (-4, 5, 0.3), "gust": 2.5},
+    {"layers": LAYERS, "gust": 1},
+]
+
+
+@pytest.mark.parametrize("kind", ["momentum", "measured"])
+@given(seed=st.integers(0, 10**6), wind=st.sampled_from(WINDS), way=st.sampled_from([1.0, -1.0]))
+@example(seed=4015, wind=WINDS[0], way=1.0)  # whose power is largest in the middle of parts
+@settings(max_examples=25, deadline=None)
+def test_in_no_wind_and_no_gusts_a_flight_takes_more_than_its_bound(kind, seed, wind, way):
+    scenario = world(wind=wind, **KINDS[kind])
+    trajectory = flight(seed, scenario.uavs[0], corners=4)
+    bounded = energy_bounds if way > 0 else turning_back
+    most = bounded(scenario, 0, trajectory, 0, trajectory.end)[1][-1]
+    rng = np.random.default_rng(seed)
+    gusts = rng.normal(size=(40, 3))
+    gusts = [gusts / np.linalg.norm(gusts, axis=1)[:, None], np.zeros((2, 3)), np.full((2, 3), (0, 0, -1.0))]
+    true = [simulated(scenario, trajectory, 0, trajectory.end, way, one) for one in gusts]
+    assert max(true) <= most * (1 + 1e-6)
+    if scenario.wind.gust == 0 and way > 0:
+        assert most <= 1.01 * true[0]
+
+
+def test_hovering_in_a_wind_is_flying_and_a_gust_from_above_is_a_climb():
+    for wind, watts in (
+        ({"velocity": (9, 0, 0)}, 102.7),
+        ({"layers": [{"altitude": 0, "velocity": (0, 0, 0)}, {"altitude": 40, "velocity": (0, 28, 0)}]}, 121.3),
+        ({"velocity": (0, 0, -2)}, 121.6 + 0.915 * 9.81 * 2),
+    ):
+        scenario = world(wind=wind, **CAMERA)
+        assert energy_bounds(scenario, 0, line((60, (0, 0, 0))), 0, 60)[1][-1] == pytest.approx(60 * watts, rel=1e-6)
+    scenario = world(wind={"velocity": (0, 0, 0), "gust": 2}, **CAMERA)
+    joules = energy_bounds(scenario, 0, line((60, (0, 0, 0))), 0, 60)[1][-1]
+    assert joules == pytest.approx(60 * (121.6 + 0.915 * 9.81 * 2), rel=1e-6)
+
+
+def test_with_the_wind_the_way_out_takes_less_than_the_way_back():
+    scenario = world(wind={"velocity": (8, 0, 0)}, **CAMERA)
+    power = scenario.uavs[0].power_model
+    out = line((100, (8, 0, 0)))
+    assert energy_bounds(scenario, 0, out, 0, 100)[1][-1] == pytest.approx(100 * 121.6, rel=1e-6)
+    instants, joules, last = turning_back(scenario, 0, out, 0, 100)
+    against = float(power.at(np.array([16.0]), np.zeros(1), np.ones(1))[0])
+    assert joules[-1] - joules[0] == pytest.approx(100 * against, rel=1e-6)
+    assert last == instants[-1]
+
+
+def test_what_is_stated_of_a_flight_in_wind_and_gusts_is_what_the_referee_bounds():
+    scenario = world(wind={"layers": LAYERS, "gust": 2}, **CAMERA)
+    trajectory = flight(3, scenario.uavs[0])
+    told = flight_summary(scenario.uavs[0], trajectory.at(trajectory.knots).position, trajectory, scenario.wind)
+    assert told.energy == pytest.approx(simulated(scenario, trajectory, 0, trajectory.end), rel=1e-5)
+    most = energy_bounds(scenario, 0, trajectory, 0, trajectory.end)[1][-1]
+    assert told.energy < told.energy_bound <= most <= 1.01 * told.energy_bound
+    assert told.left == pytest.approx(0.9 - told.energy_bound / (77 * 3600))

@@ -16,12 +16,15 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.verdict import Fault, Violation
+from skyverse.model.wind import Wind
 from skyverse.referee.curve import PolynomialCurve, curve_of, derivative
 from skyverse.referee.polynomial import bernstein, halve
-from skyverse.referee.tolerances import MACHINE_EPSILON
+from skyverse.referee.tolerances import MACHINE_EPSILON, TWO_ROUNDINGS
 
 LOOSE = 5e-3
-"""Share by which the power on a part may exceed that in its middle before the part is cut in two."""
+"""Share by which the bound on the power on a part may exceed its mean before the part is cut in two."""
+SIMPSON = np.array([1.0, 4.0, 1.0]) / 6
+"""Weights of begin, middle and end of a part in the mean on it; no bound rests on that."""
 MAX_CUTS, MAX_PARTS = 12, 2**17
 """How often a part is cut in two, and parts of one trajectory at most; uncut, they are bounded all the same."""
 TURN_ABOUT = 7 * math.pi / 3
@@ -95,7 +98,7 @@ def turning_back(
     ValueError
         If no power is known of the UAV, or the trajectory is malformed.
     """
-    parts = _parts_of(scenario, uav, trajectory).between(begin, end)
+    parts = _parts_of(scenario, uav, trajectory, back=True).between(begin, end)
     turn = parts.taken.turn  # an instant belongs to the parts on both sides
     back = parts.summed(parts.taken.back) + np.maximum(np.r_[0.0, turn], np.r_[turn, 0.0])
     usable = scenario.uavs[uav].usable_energy
@@ -105,7 +108,7 @@ def turning_back(
 
 
 def _until(edges: Floats, lacking: Floats) -> float | None:
-    """Return until when what is lacking (m,), linear between edges (m,), is not above 0; ``None`` if it begins above."""
+    """Return until when what is lacking (m,), linear between edges (m,), is at most 0; ``None`` if it begins above."""
     k = int(np.argmax(lacking > 0))
     if not lacking[k] > 0:
         return float(edges[-1])
@@ -152,20 +155,21 @@ def judge_battery(scenario: Scenario, uav: int, trajectory: Trajectory, spans: F
     return violations
 
 
-def _parts_of(scenario: Scenario, uav: int, trajectory: Trajectory) -> _TakenOnParts:
-    """Return parts of a trajectory on each of which the power is nearly constant."""
+def _parts_of(scenario: Scenario, uav: int, trajectory: Trajectory, *, back: bool = False) -> _TakenOnParts:
+    """Return parts of a trajectory on each of which the power is nearly constant, and that of flying back if asked."""
     vehicle, curve = scenario.uavs[uav], curve_of(trajectory)
-    power = vehicle.power_model
-    if power is None or isinstance(curve, str):
+    if vehicle.power_model is None or isinstance(curve, str):
         raise ValueError(f"{vehicle.name}'s trajectory {curve}" if isinstance(curve, str) else "the power is not known")
     b, error = _motion(curve)
     piece, begin, width = np.arange(len(b)), curve.knots[:-1], curve.durations
     done: list[Floats] = []
     for cut in range(MAX_CUTS + 1):
         left, right = halve(b)
-        most = _powers(scenario, vehicle, power, b, error[piece])
-        middle = _powers(scenario, vehicle, power, right[:, :1], np.zeros((len(b), 3)))
-        rough = (most.watts > (1 + LOOSE) * middle.watts) | (most.back > (1 + LOOSE) * middle.back)
+        most = _powers(scenario, vehicle, b, error[piece], back=back)
+        samples = np.concatenate([b[:, :1], right[:, :1], b[:, -1:]])
+        sampled = _powers(scenario, vehicle, samples, np.zeros((len(samples), 3)), back=back)
+        means = [np.einsum("i,ij->j", SIMPSON, one.reshape(3, -1)) for one in (sampled.watts, sampled.back)]
+        rough = (most.watts > (1 + LOOSE) * means[0]) | (most.back > (1 + LOOSE) * means[1])
         rough &= (cut < MAX_CUTS) & (2 * len(b) < MAX_PARTS)
         done.append(np.stack([begin, *most])[:, ~rough])
         b, piece, width = np.concatenate([left[rough], right[rough]]), np.tile(piece[rough], 2), width[rough] / 2
@@ -192,32 +196,42 @@ def _motion(curve: PolynomialCurve) -> tuple[Floats, Floats]:
     return np.stack([part.b for part in parts], axis=2), np.stack([errors[2], *lengths], axis=1)
 
 
-def _powers(scenario: Scenario, vehicle: UAV, power: Power, b: Floats, error: Floats) -> _Powers:
-    """Return bounds on what is taken on parts (m, degree + 1, 9)."""
+def _powers(scenario: Scenario, vehicle: UAV, b: Floats, error: Floats, *, back: bool) -> _Powers:
+    """Return bounds on what is taken on parts (m, degree + 1, 9); nothing for the way back if that is not asked."""
     altitude, velocity, up = b[:, :, 2], b[:, :, 3:5], b[:, :, 5]
     load = (np.linalg.norm(b[:, :, 6:] + np.array([0.0, 0.0, GRAVITY]), axis=2).max(axis=1) + error[:, 2]) / GRAVITY
-    wind, doubt = _winds(scenario, altitude.min(axis=1) - error[:, 0], altitude.max(axis=1) + error[:, 0])
-    doubt = doubt + error[:, 1]
-    watts, fastest = [], np.zeros(len(b))
-    for way in (1.0, -1.0):
-        through = way * velocity - wind[:, None]
-        sizes = np.linalg.norm(through, axis=2)
+    wind, doubt = _winds(scenario.wind, altitude.min(axis=1) - error[:, 0], altitude.max(axis=1) + error[:, 0])
+    gust, power = 0.0 if scenario.wind is None else scenario.wind.gust, vehicle.power_model or Power()
+    aside = np.hypot(doubt[:, 0], doubt[:, 1]) + error[:, 1]
+    rise = doubt[:, 2] - wind[:, 2] + error[:, 1]  # of the climb through the air
+    watts = []
+    for way in (1.0, -1.0) if back else (1.0,):
+        through = way * velocity - wind[:, None, :2]
         course = through.mean(axis=1)
         course = course / np.maximum(np.linalg.norm(course, axis=1), np.finfo(float).tiny)[:, None]
-        low = np.maximum(np.einsum("ijk,ik->ij", through, course).min(axis=1) - doubt, 0.0)
-        high = sizes.max(axis=1) + doubt
-        watts.append(power.most(low, high, (way * up).max(axis=1) + error[:, 1], load))
-        fastest = np.maximum(fastest, high)
+        low = np.maximum(np.einsum("ijk,ik->ij", through, course).min(axis=1) - aside, 0.0)
+        high = np.linalg.norm(through, axis=2).max(axis=1) + aside
+        watts.append(power.most(low, high, (way * up).max(axis=1) + rise, load, gust))
+    if not back:
+        return _Powers(watts[0], *np.zeros((2, len(b))))
     speed = np.linalg.norm(b[:, :, 3:6], axis=2).max(axis=1) + error[:, 1]
-    climb, slowest, wing = np.abs(up).max(axis=1) + error[:, 1], np.zeros(len(b)), vehicle.fixed_wing
-    turning, seconds = vehicle.max_acceleration, 2.0 * speed / vehicle.max_acceleration
+    strongest, climb = np.linalg.norm(wind[:, :2], axis=1) + aside, np.abs(up).max(axis=1) + rise
+    slowest, turning = np.zeros(len(b)), vehicle.max_acceleration
+    seconds, wing = 2.0 * speed / turning, vehicle.fixed_wing
     if wing is not None:
-        turning, slowest = wing.speed**2 / wing.turn_radius, np.minimum(fastest, wing.speed)
+        slowest, turning = np.maximum(wing.speed - strongest, 0.0), wing.speed**2 / wing.turn_radius
         seconds = np.full(len(b), TURN_ABOUT * wing.turn_radius / wing.speed)
-    load = np.maximum(load, math.hypot(1.0, turning / GRAVITY))
-    return _Powers(watts[0], watts[1], seconds * power.most(slowest, fastest, climb, load))
+    turn = power.most(slowest, speed + strongest, climb, np.maximum(load, 1.0 + turning / GRAVITY), gust)
+    return _Powers(watts[0], watts[1], seconds * turn)
 
 
-def _winds(scenario: Scenario, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Return winds (m, 2), m/s, and how far off they may be, (m,), at altitudes from `low` to `high`, in gusts too."""
-    return np.zeros((len(low), 2)), np.zeros(len(low))
+def _winds(wind: Wind | None, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Return winds (m, 3), m/s, at altitudes from `low` to `high` (m,), and how far off they may be there, (m, 3).
+
+    Between its layers a wind changes linearly, so that it is largest and smallest at layers and at the ends.
+    """
+    if wind is None:
+        return np.zeros((len(low), 3)), np.zeros((len(low), 3))
+    found = np.stack([wind.at(np.clip(altitude, low, high)) for altitude in (low, high, *wind.table[0])])
+    least, most = found.min(axis=0), found.max(axis=0)
+    return (least + most) / 2, (most - least) / 2 + TWO_ROUNDINGS * np.abs(found).max(axis=0)

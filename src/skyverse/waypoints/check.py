@@ -87,8 +87,8 @@ class CheckedMission:
     @cached_property
     def summary(self) -> FlightSummary:
         """Length, time and energy of the flight."""
-        plan = self.flown.plan
-        return flight_summary(self.scenario.uavs[plan.route.uav], plan.waypoints, plan.predicted())
+        plan, uav = self.flown.plan, self.scenario.uavs[self.flown.plan.route.uav]
+        return flight_summary(uav, plan.waypoints, plan.predicted(), self.scenario.wind)
 
     @property
     def photos(self) -> int | None:
