@@ -45,6 +45,7 @@ class _Lines(NamedTuple):
 
     @classmethod
     def of(cls, wind: Wind) -> Self:
+        """Return the lines of a wind."""
         z, winds = wind.table
         rise = np.diff(winds, axis=0) / np.diff(z)[:, None]
         unit = float(np.linalg.norm(rise, axis=1).max(initial=0.0))
@@ -62,9 +63,13 @@ class _Lines(NamedTuple):
 
     def off(self, line: Indices, low: Floats, high: Floats) -> Floats:
         """Return how far the wind is from lines, at most, at heights between others, (m,) m/s."""
-        knots = [low, high, *(np.clip(end, low, high) for end in self.ends)]  # between these it is straight
-        gaps = [np.linalg.norm(self.on(self.line(height), height) - self.on(line, height), axis=1) for height in knots]
+        bends = [low, high, *(np.clip(end, low, high) for end in self.ends)]  # between these it changes linearly
+        gaps = [np.linalg.norm(self.at(height) - self.on(line, height), axis=1) for height in bends]
         return np.max(gaps, axis=0)
+
+    def at(self, height: Floats) -> Floats:
+        """Return the winds, (m, 3) m/s, at heights."""
+        return self.on(self.line(height), height)
 
 
 def judge_wind(scenario: Scenario, uav: int, curve: PolynomialCurve) -> Judgement:
@@ -95,7 +100,7 @@ def judge_wind(scenario: Scenario, uav: int, curve: PolynomialCurve) -> Judgemen
     time = float(curve.knots[piece] + share * curve.durations[piece])
     motion = curve.motion(piece, share * float(curve.durations[piece]))
     height = motion[:1, 2] * lines.unit
-    blows = lines.on(lines.line(height), height)[0]
+    blows = lines.at(height)[0]
     reached = math.hypot(*(moves * motion[1] - blows)) + wind.gust
     at = f"at t = {time:.6g} s, position {position_text(motion[0])}"
     where = (time, position_tuple(motion[0]))
