@@ -298,6 +298,14 @@ def terms_of_legs(scenario: Scenario, rates: Rates, path: Floats, goal: Floats) 
     return _named(scenario, legs(rates, writable(path), goal).tolist())
 
 
+def terms_of_path(scenario: Scenario, rates: Rates, path: Floats, goal: Floats, *, any_angle: bool) -> dict[str, float]:
+    """Return the terms of a path (n, 3), whose nodes are counted where that is its unit and it is on the lattice."""
+    terms = terms_of_legs(scenario, rates, path, goal)
+    if scenario.objective.unit == "nodes" and not any_angle:
+        terms["fuel"] = scenario.objective.fuel * len(path)
+    return terms
+
+
 def _named(scenario: Scenario, shares: Sequence[float]) -> dict[str, float]:
     """Return the shares of those terms that the scenario prices, by name."""
     names = ("fuel", "divergence", "end", "altitude", "risk", "climb")
@@ -319,9 +327,7 @@ def wrong_figures(scenario: Scenario, rates: Rates, result: Result) -> str:
     uneven = "" if falls else f"the history of costs does not fall to the cost, {result.cost:.9g}"
     if result.objective:
         return uneven
-    true = terms_of_legs(scenario, rates, result.path, result.goal)
-    if scenario.objective.unit == "nodes" and not result.any_angle:
-        true["fuel"] = scenario.objective.fuel * len(result.path)
+    true = terms_of_path(scenario, rates, result.path, result.goal, any_angle=result.any_angle)
     price, bound = sum(true.values()), result.bound
     same = result.terms.keys() == true.keys() and all(_agree(result.terms[name], true[name]) for name in true)
     if not (same and _agree(result.cost, price)):

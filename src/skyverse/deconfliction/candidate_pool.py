@@ -276,20 +276,35 @@ class CandidatePool:
 
         Of several conflicts the median is returned, and ``None`` if all of them are before or after the flight.
         """
+        departure = candidate.trajectory.start
+        shares = [(when - departure) / candidate.seconds for when in self._meetings(candidate, traffic)]
+        within = sorted(share for share in shares if 0.0 < share < 1.0)
+        return within[len(within) // 2] if within else None
+
+    def first_conflict(self, candidate: Candidate, traffic: Traffic) -> float | None:
+        """Return when a candidate that departs at once is first in conflict, seconds into the mission, if it ever is.
+
+        That is before its departure where it is in the way of others before, and after its arrival where it is then.
+        """
+        if not self.conflicts(candidate, candidate.trajectory.start, traffic).any():
+            return None
+        return min(self._meetings(candidate, traffic), default=candidate.trajectory.start + candidate.seconds)
+
+    def _meetings(self, candidate: Candidate, traffic: Traffic) -> list[float]:
+        """Return when a candidate that departs at once is in conflict with each flight and mover until it arrives."""
         curves = self._store.arrays.curves
         schedule, xy, z, _ = traffic
-        shares: list[float] = []
         departure = candidate.trajectory.start
         end = departure + candidate.seconds
+        meetings: list[float] = []
         own = TimedCurve(candidate.curve, departure, 1.0)
         in_conflict = self.conflicts(candidate, departure, traffic)
         flights = len(schedule.curve)
         if in_conflict[flights:].any():
             met = meets_movers(self._movers(candidate), curves, own, end)
-            shares += [(when - departure) / candidate.seconds for when in met[met < np.inf].tolist()]
+            meetings += met[met < np.inf].tolist()
         for p in np.flatnonzero(in_conflict[:flights]):
             other = TimedCurve(int(schedule.curve[p]), float(schedule.departure[p]), float(schedule.time_scale[p]))
             spans = conflict_spans(curves, other, own, float(xy[p]), float(z[p]), end, False)
-            shares += [(when - departure) / candidate.seconds for when in spans[:, 2].tolist()]
-        within = sorted(share for share in shares if 0.0 < share < 1.0)
-        return within[len(within) // 2] if within else None
+            meetings += spans[:, 2].tolist()
+        return meetings

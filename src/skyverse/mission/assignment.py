@@ -90,26 +90,40 @@ def cost_matrix(airspace: Airspace, assignment: Assignment, workers: int = 1) ->
     if assignment == "identity":
         np.fill_diagonal(matrix, 1.0)
         return matrix
-    kinds = [(airspace.of(i), uav.fixed_wing is None) for i, uav in enumerate(scenario.uavs)]
-    open_goals: dict[tuple[Airspace, bool], tuple[list[int], Ints]] = {}  # the same for all UAVs of a kind
-    for i, kind in enumerate(kinds):
-        if kind in open_goals:
-            continue
-        ends = [snap_endpoint(kind[0], kind[0].lifted(i, t.position), start=False) for t in scenario.targets]
-        free = [j for j, (_, refusal) in enumerate(ends) if refusal is None]
-        open_goals[kind] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
+    kinds: dict[tuple[Airspace, bool], list[int]] = {}
+    for i, uav in enumerate(scenario.uavs):
+        kinds.setdefault((airspace.of(i), uav.fixed_wing is None), []).append(i)
+    starts, places = np.array([uav.start for uav in scenario.uavs]), [target.position for target in scenario.targets]
+    for (own, _), alike in kinds.items():
+        matrix[alike] = lattice_prices(own, alike[0], starts[alike], places, workers)
+    return matrix
+
+
+def lattice_prices(airspace: Airspace, uav: int, begins: ArrayLike, ends: ArrayLike, workers: int = 1) -> Floats:
+    """Return the prices (m, n) of cheapest paths on the lattice, infinite where there is none.
+
+    Parameters
+    ----------
+    airspace, uav
+        Of a UAV, and its index: others that stray as far, and have pads as it has, share the prices.
+    begins, ends
+        (m, 3) and (n, 3) metres: places where UAVs are and where they go, without the height above their pads.
+    workers
+        Threads that search.
+    """
+    sources, goals = np.reshape(begins, (-1, 3)), np.reshape(ends, (-1, 3))
+    found = [snap_endpoint(airspace, airspace.lifted(uav, tuple(place)), start=False) for place in goals.tolist()]
+    free = [j for j, (_, refusal) in enumerate(found) if refusal is None]
+    nodes: Ints = np.array([found[j][0] for j in free], dtype=np.int64)
 
     def row(i: int) -> Floats:
-        own, prices = airspace.of(i), np.full(targets, np.inf)
-        free, nodes = open_goals[kinds[i]]
-        source, refusal = snap_endpoint(own, own.lifted(i, scenario.uavs[i].start), start=True)
+        prices = np.full(len(goals), np.inf)
+        source, refusal = snap_endpoint(airspace, airspace.lifted(uav, tuple(sources[i].tolist())), start=True)
         if refusal is None and free:
-            prices[free] = prices_to(own.grid, own.pricing, source, nodes)
+            prices[free] = prices_to(airspace.grid, airspace.pricing, source, nodes)
         return prices
 
-    for i, prices in enumerate(side_by_side(row, uavs, workers)):
-        matrix[i] = prices
-    return matrix
+    return np.array([*side_by_side(row, len(sources), workers)]).reshape(len(sources), len(goals))
 
 
 def assign_targets(

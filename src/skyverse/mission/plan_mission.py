@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol, get_args
+from typing import Literal, Protocol, get_args
 
 from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.find_conflicts import find_conflicts
@@ -11,6 +11,8 @@ from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError, require_choice, require_flag, require_kind
 from skyverse.mission.assignment import Assignment, Criterion, assign_targets
+from skyverse.mission.tour_legs import LegPlanning
+from skyverse.mission.tours import TourOptions, plan_tours
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
@@ -42,6 +44,8 @@ class MissionOptions:
         Of the trajectories of multirotors. ``"minimum-time"``: along the path's straight legs with blends at the bends,
         or along a spline near the path where that is faster; ``"minimum-snap"`` and ``"minimum-jerk"``: along splines
         that may cut corners; ``"stop-and-go"``: at rest at every waypoint.
+    order
+        Of tours: ``"best"``, or ``"given"`` where each UAV visits its targets in the scenario's order.
     keep_apart
         Whether conflicts are resolved: UAVs that would come too close, those of lower priority first, depart later, fly
         more slowly, take a detour, or exchange targets (unless the assignment is ``"identity"``).
@@ -58,12 +62,14 @@ class MissionOptions:
 
     criterion: Criterion = "min-sum"
     shape: Shape = "minimum-time"
+    order: Literal["best", "given"] = "best"
     keep_apart: bool = True
     apart_in_space: bool = False
 
     def __post_init__(self) -> None:
         require_choice(self.criterion, get_args(Criterion), "criterion")
         require_choice(self.shape, get_args(Shape), "shape")
+        require_choice(self.order, ("best", "given"), "order")
         require_flag(self.keep_apart, "keep_apart")
         require_flag(self.apart_in_space, "apart_in_space")
         if self.apart_in_space and not self.keep_apart:
@@ -87,7 +93,7 @@ def plan_mission(
     *,
     stop: Stop | None = None,
     rng: Seed = None,
-    assignment: Assignment = "path-cost",
+    assignment: Assignment | Literal["tours"] = "path-cost",
     options: MissionOptions = _BY_DEFAULT,
     workers: int | None = None,
     on_progress: OnProgress | None = None,
@@ -107,7 +113,10 @@ def plan_mission(
         Seed or generator. Every UAV draws from a stream of its own.
     assignment
         ``"path-cost"`` prices a pair by the exact cheapest path, ``"euclidean"`` by the straight line (the thesis's
-        Algorithm 4), ``"identity"`` sends UAV i to target i (the thesis's "without coordination").
+        Algorithm 4), ``"identity"`` sends UAV i to target i (the thesis's "without coordination"). By ``"tours"`` each
+        UAV visits as many targets as is best; so it does by ``"path-cost"`` where there are more targets than UAVs.
+        Where targets ask for more than that one UAV flies there and stays, or UAVs return, all of them make tours, of
+        one target each by ``"euclidean"`` and ``"identity"``.
     options
         What the assignment minimises, the shape of trajectories, and whether and how UAVs are kept apart.
     workers
@@ -139,10 +148,18 @@ def plan_mission(
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
     shape = options.shape
-    assigned = assign_targets(airspace, assignment, options.criterion, most_threads)
+    require_choice(assignment, (*get_args(Assignment), "tours"), "assignment")
     asked = f"{planner!r}, assignment={assignment!r}, criterion={options.criterion!r}, shape={shape!r}"
     direct = isinstance(planner, DirectPlanner)
     origin = provenance(asked, *((None, None) if direct else (stop, seed)))
+    makes_tours = _makes_tours(scenario, assignment)
+    assigned: tuple[int | None, ...] | None = None
+    if assignment != "tours" and not (makes_tours and assignment == "path-cost"):
+        assigned = assign_targets(airspace, assignment, options.criterion, most_threads)
+    if assigned is None or makes_tours:
+        legs = int(generator.integers(2**62))
+        how = LegPlanning(planner=planner, stop=stop, seed=legs, shape=shape, workers=most_threads)
+        return _judged(plan_tours(airspace, how, _tour_options(options, assigned), origin))
 
     def flight(uav: int) -> tuple[Result | None, Trajectory | None]:
         target = assigned[uav]
@@ -172,9 +189,27 @@ def plan_mission(
             mission = _apart_in_space(airspace, mission, make_trajectory, resolve)
         else:
             mission = resolve(mission)
+    return _judged(mission)
+
+
+def _judged(mission: Mission) -> Mission:
+    """Return a mission with what is flown in numbers, and what the referee says of it."""
     mission = with_flight_summaries(mission)
-    violations, (certificates, apart) = judge(scenario, mission)
+    violations, (certificates, apart) = judge(mission.scenario, mission)
     return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
+
+
+def _makes_tours(scenario: Scenario, assignment: str) -> bool:
+    """Tell whether UAVs make tours; by ``"path-cost"`` also since there are more targets than UAVs, if all can stop."""
+    more = len(scenario.targets) > len(scenario.uavs) > 0 and all(uav.fixed_wing is None for uav in scenario.uavs)
+    return assignment == "tours" or scenario.asks_for_tours or (more and assignment == "path-cost")
+
+
+def _tour_options(options: MissionOptions, only: tuple[int | None, ...] | None) -> TourOptions:
+    if options.apart_in_space:
+        raise InputError("tours are kept apart by timing only", field="apart_in_space")
+    keep_order = options.order == "given"
+    return TourOptions(criterion=options.criterion, keep_order=keep_order, keep_apart=options.keep_apart, only=only)
 
 
 def _apart_in_space(

@@ -333,9 +333,8 @@ class Scenario(Model):
 
     @property
     def asks_for_tours(self) -> bool:
-        """Whether more is asked than that each UAV flies to one target and stays there."""
-        returns = any(uav.end == "home" for uav in self.uavs)
-        return returns or len(self.targets) > len(self.uavs) > 0 or not all(target.is_plain for target in self.targets)
+        """Whether a UAV is to return, or a target asks for more than that one UAV flies there and stays."""
+        return any(uav.end == "home" for uav in self.uavs) or not all(target.is_plain for target in self.targets)
 
     @property
     def digest(self) -> str:

@@ -117,11 +117,6 @@ def _until(edges: Floats, lacking: Floats) -> float | None:
     return float(edges[k] - (edges[k] - edges[k - 1]) * lacking[k] / (lacking[k] - lacking[k - 1]))
 
 
-def sorties(trajectory: Trajectory) -> Floats:
-    """Return when the sorties of a trajectory begin and end, (n, 2) seconds: one, from its departure to its arrival."""
-    return np.array([[trajectory.knots[0], trajectory.knots[-1]]])
-
-
 def judge_battery(scenario: Scenario, uav: int, trajectory: Trajectory, spans: Floats) -> list[Violation]:
     """Return a violation for each sortie that one battery does not give, reserve and what is not trusted apart.
 

@@ -19,12 +19,12 @@ from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.curve import PolynomialCurve, curve_of
-from skyverse.referee.energy import judge_battery, sorties
+from skyverse.referee.energy import judge_battery
 from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.pads import pads_of, pads_sentence
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
-from skyverse.referee.sorties import judge_sorties, tour_of, tour_to
+from skyverse.referee.sorties import judge_sorties, spans_of, tour_of, tour_to
 from skyverse.referee.timed_shapes import judge_movers
 from skyverse.referee.tracking_error import EXACT
 from skyverse.referee.trajectory import judge_trajectory
@@ -110,7 +110,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
             unknown.add(uav)
         else:
             curves[uav] = curve
-            violations[uav] += judge_battery(scenario, uav, trajectory, sorties(trajectory))
+            violations[uav] += judge_battery(scenario, uav, trajectory, spans_of(mission, uav, curve))
             if mission.sorties:
                 violations[uav] += judge_sorties(scenario, mission, uav, trajectory, curve)
     in_time = judge_movers(scenario, curves, unknown)

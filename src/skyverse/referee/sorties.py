@@ -11,6 +11,7 @@ from skyverse._typing import Floats
 from skyverse.model.arrays import arctan2
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario, Target
+from skyverse.model.short_lines import counted
 from skyverse.model.sortie import Sortie, Unvisited, Visit
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
@@ -49,6 +50,12 @@ def sound_sorties(mission: Mission, uav: int) -> tuple[Sortie, ...]:
     return tuple(one for one in own if isinstance(one, Sortie)) if isinstance(own, tuple) else ()
 
 
+def spans_of(mission: Mission, uav: int, curve: PolynomialCurve) -> Floats:
+    """Return when the sorties of a UAV begin and end, (n, 2) seconds: as stated, or one along all of its flight."""
+    stated = [(one.begin, one.end) for one in sound_sorties(mission, uav)]
+    return np.array(stated or [(curve.knots[0], curve.knots[-1])], dtype=np.float64)
+
+
 def judge_visits(scenario: Scenario, mission: Mission) -> Iterator[Violation]:
     """Yield which targets of a mission with tours are visited twice, or neither visited nor named as unvisited."""
     names = [target.name for target in scenario.targets]
@@ -84,7 +91,15 @@ def judge_sorties(
         message = f"{vehicle.name}'s sorties and visits do not follow one another from take-off to landing."
         yield Violation(Fault.VISIT, (uav,), message)
         return
+    if vehicle.batteries is not None and len(sorties) > vehicle.batteries:
+        many = counted(vehicle.batteries, "battery", "batteries")
+        message = f"{vehicle.name} flies {len(sorties)} sorties, but has {many}."
+        yield Violation(Fault.VISIT, (uav,), message)
     for one, following in pairwise(sorties):
+        stood = following.begin - one.end
+        if not stood >= vehicle.swap - SAME_INSTANT:
+            message = f"{vehicle.name} stands at home for {stood:.6g} s between two sorties, not {vehicle.swap:.6g} s."
+            yield Violation(Fault.VISIT, (uav,), message, one.end)
         off = _off(curve, one.end, following.begin, vehicle.start)
         if not off <= LET_PASS:
             message = f"{vehicle.name} is {off:.6g} m from home between two sorties, after t = {one.end:.6g} s."

@@ -2,20 +2,22 @@
 
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.blended import blended
-from skyverse.trajectory.heading import with_heading
+from skyverse.trajectory.heading import HeldYaw, with_heading
 from skyverse.trajectory.leg_parts import rest_to_rest
-from skyverse.trajectory.path_to_trajectory import Shape, fly_along, needed_waypoints
+from skyverse.trajectory.path_to_trajectory import Shape, fly_along, leg_along, needed_waypoints
 from skyverse.trajectory.proof import Proof, prove
 from skyverse.trajectory.smooth import smooth
 from skyverse.trajectory.straight_legs import least_seconds
 
 __all__ = [
+    "HeldYaw",
     "Proof",
     "Shape",
     "blended",
     "fly_aeroplane",
     "fly_along",
     "least_seconds",
+    "leg_along",
     "needed_waypoints",
     "prove",
     "rest_to_rest",

@@ -1,7 +1,9 @@
 """Where a UAV's nose points: along its course, at a point or in one direction, no faster than it may turn."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,19 +27,33 @@ SHORTEST_SPREAD = 0.2
 """Seconds over which each turn is spread at least."""
 
 
-def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
+class HeldYaw(NamedTuple):
+    """A yaw, rad, that is wanted between two instants, seconds."""
+
+    begin: float
+    end: float
+    yaw: float
+
+
+def with_heading(trajectory: Trajectory, uav: UAV, held: Sequence[HeldYaw] = ()) -> Trajectory:
     """Return a trajectory with where the UAV's nose and camera point, within its limits on the yaw.
 
     By default the nose points along the course seen from above; with `uav.look_at`, at that point, and with
     `uav.heading`, that way. Where there is no course, as in a hover or a vertical climb, the heading is kept, and a
     turn from one course to the next is made half before and half after the middle of that time. Where the limits keep
-    the nose off `uav.look_at`, the trajectory's note says by how much.
+    the nose off `uav.look_at`, the trajectory's note says by how much. While a yaw is `held`, the nose points there.
     """
     shares = np.arange(SAMPLES) / SAMPLES
     instants = np.r_[
         (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), trajectory.end
     ]
     known, courses = wanted_yaws(trajectory, instants, uav)
+    for begin, end, yaw in held:
+        within = (instants >= begin) & (instants <= end)
+        yaws = np.zeros(len(instants))
+        yaws[known] = courses
+        known, yaws = known | within, np.where(within, yaw, yaws)
+        courses = yaws[known]
     at = instants[known]
     when, turns = _gathered(at, wrapped(np.diff(courses)))
     rate, acceleration = math.radians(uav.max_yaw_rate), math.radians(uav.max_yaw_acceleration)

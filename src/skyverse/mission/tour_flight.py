@@ -1,0 +1,139 @@
+"""A tour as it is flown: legs from rest to rest, and between them stays at targets and at home, as one trajectory."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from skyverse.model.arrays import arctan2
+from skyverse.model.scenario import Scenario, Target
+from skyverse.model.sortie import Sortie, Visit
+from skyverse.model.trajectory import Trajectory, joined
+from skyverse.model.uav import UAV
+from skyverse.trajectory import HeldYaw, with_heading
+
+TURN_ALLOWANCE = 1.5
+"""How many times as long as a turn by half a circle the UAV has to turn its nose before a stay, and after it."""
+SHORTEST_STAND = 1e-6
+"""Seconds: a shorter stand between two legs is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class TourFlight:
+    """The flight of one UAV along its tour.
+
+    Attributes
+    ----------
+    scenario, uav
+        What was given, and the index of the UAV.
+    legs
+        From rest to rest, in their order.
+    ends
+        The target at which each leg ends, ``None`` at home.
+    departures
+        The earliest instant for each leg, seconds into the mission: it departs then, or as soon as what comes before is
+        done.
+    """
+
+    scenario: Scenario
+    uav: int
+    legs: tuple[Trajectory, ...]
+    ends: tuple[int | None, ...]
+    departures: tuple[float, ...]
+
+    @cached_property
+    def times(self) -> tuple[tuple[float, float], ...]:
+        """When each leg departs and arrives, seconds into the mission."""
+        times: list[tuple[float, float]] = []
+        for leg, least, end in zip(self.legs, self.departures, (None, *self.ends), strict=False):
+            ready = 0.0 if not times else self._done(end, times[-1][1])
+            departure = max(ready, least)
+            times.append((departure, departure + leg.duration))
+        return tuple(times)
+
+    def _done(self, end: int | None, arrival: float) -> float:
+        """Return when what is to be done where a leg ends is done, if it arrives there at an instant."""
+        if end is None:
+            return arrival + self._own.swap
+        visit = self._visit(end, arrival)
+        return visit.departure + turning_seconds(self._own, self.scenario.targets[end])
+
+    def _visit(self, target: int, arrival: float) -> Visit:
+        wanted = self.scenario.targets[target]
+        begin = arrival + turning_seconds(self._own, wanted)
+        begin = begin if wanted.window is None else max(begin, wanted.window[0])
+        return Visit(target, begin, begin + wanted.stay)
+
+    @property
+    def _own(self) -> UAV:
+        return self.scenario.uavs[self.uav]
+
+    @cached_property
+    def sorties(self) -> tuple[Sortie, ...]:
+        """Its sorties, from one stand at home to the next."""
+        sorties: list[Sortie] = []
+        visits: list[Visit] = []
+        begin: float | None = None
+        for (departure, arrival), end in zip(self.times, self.ends, strict=True):
+            begin = departure if begin is None else begin
+            if end is not None:
+                visits.append(self._visit(end, arrival))
+            if end is None:
+                sorties.append(Sortie(begin, arrival, tuple(visits)))
+                visits, begin = [], None
+        if begin is not None:
+            sorties.append(Sortie(begin, self._done(self.ends[-1], self.times[-1][1]), tuple(visits)))
+        return tuple(sorties)
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """All of it, with where the nose points."""
+        parts: list[Trajectory] = []
+        for k, (leg, (departure, _)) in enumerate(zip(self.legs, self.times, strict=True)):
+            if k:
+                parts += _stand(parts[-1], self.times[k - 1][1], departure)
+            parts.append(leg.retimed(departure))
+        parts += _stand(parts[-1], self.times[-1][1], self.sorties[-1].end)
+        notes = dict.fromkeys(part.note for part in parts if part.note)
+        form = next((part.form for part in parts if part.form != "stop-and-go"), parts[0].form)
+        whole = replace(joined(parts), form=form, note=" ".join(notes))
+        held = [
+            HeldYaw(visit.arrival, visit.departure, yaw)
+            for sortie in self.sorties
+            for visit in sortie.visits
+            if (yaw := wanted_yaw(self.scenario.targets[visit.target])) is not None
+        ]
+        return with_heading(whole, self._own, held)
+
+    def keeps_windows(self) -> bool:
+        """Tell whether each stay begins within its window."""
+        visits = (visit for sortie in self.sorties for visit in sortie.visits)
+        windows = ((visit, self.scenario.targets[visit.target].window) for visit in visits)
+        return all(window is None or visit.arrival <= window[1] for visit, window in windows)
+
+
+def _stand(before: Trajectory, begin: float, end: float) -> Sequence[Trajectory]:
+    """Return the stand where a trajectory ends, none where it would be too short."""
+    if end - begin <= SHORTEST_STAND:
+        return ()
+    place = before.at([before.end]).position
+    return (Trajectory(np.array([begin, end]), place[None]),)
+
+
+def turning_seconds(uav: UAV, target: Target) -> float:
+    """Return how long a UAV has to turn its nose where a target wants it before a stay, and away from it after."""
+    if wanted_yaw(target) is None:
+        return 0.0
+    return TURN_ALLOWANCE * (180.0 / uav.max_yaw_rate + 4.0 * uav.max_yaw_rate / uav.max_yaw_acceleration)
+
+
+def wanted_yaw(target: Target) -> float | None:
+    """Return where a target wants the nose, rad, counterclockwise from east."""
+    if target.heading is not None:
+        return math.radians(90.0 - target.heading)
+    if target.look_at is None:
+        return None
+    east, north = np.subtract(target.look_at, target.position)[:2]
+    return float(arctan2(np.array(north), np.array(east)))

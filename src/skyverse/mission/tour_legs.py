@@ -1,0 +1,229 @@
+"""The legs of tours, between starts and targets: priced roughly first, and exactly where they decide."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from skyverse._typing import Floats, Ints
+from skyverse.cost import terms_of_path
+from skyverse.mission.assignment import lattice_prices, straight_line
+from skyverse.mission.routing import Tour, TourVehicle
+from skyverse.model.result import Effort, Result, Status, no_history
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.numerics.side_by_side import side_by_side
+from skyverse.numerics.tolerances import OPTIMALITY_GAP
+from skyverse.planners.base import DirectPlanner, Planner
+from skyverse.planners.own_path import require_result
+from skyverse.problem import Airspace, Problem
+from skyverse.referee import energy_bounds
+from skyverse.stop import Stop
+from skyverse.trajectory import Shape, leg_along
+
+Ends = tuple[int | None, int | None]
+"""Of a leg: the targets where it begins and ends, ``None`` for the UAV's start."""
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A leg of a tour: its path, its trajectory from rest to rest, and what the battery gives for it at most, J."""
+
+    result: Result
+    trajectory: Trajectory | None
+    joules: float
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes, s; infinite where it cannot be flown."""
+        return math.inf if self.trajectory is None else self.trajectory.duration
+
+
+@dataclass(frozen=True, kw_only=True)
+class LegPlanning:
+    """How legs are planned: by what, until when, by which seed, in which shape, and by how many threads."""
+
+    planner: Planner
+    stop: Stop | None
+    seed: int
+    shape: Shape
+    workers: int
+
+
+@dataclass(eq=False)
+class TourLegs:
+    """The legs between all places of a scenario, for each of its UAVs.
+
+    Prices are lower bounds until a leg is planned: on the lattice they are exact from the start, else those of straight
+    lines. A tour that is best by lower bounds, and all of whose legs are planned, is best.
+
+    Attributes
+    ----------
+    airspace, how
+        What is flown in, and how legs are planned.
+    timed
+        Whether the seconds of legs are their prices, since wind, batteries or windows make them what counts.
+    """
+
+    airspace: Airspace
+    how: LegPlanning
+    timed: bool
+    _planned: dict[tuple[object, Ends], Leg] = field(default_factory=dict)
+    _rough: dict[object, Floats] = field(default_factory=dict)
+
+    def vehicle(self, uav: int, stay: Floats) -> TourVehicle:
+        """Return the numbers of a UAV among the targets, at which it stays so many seconds, (n,), for routing."""
+        scenario = self.airspace.scenario
+        own, targets = scenario.uavs[uav], scenario.targets
+        price, seconds = self._rough_numbers(uav)
+        power = own.power_model if own.usable_energy is not None else None
+        airspeeds = np.r_[np.linspace(0.0, own.airspeed, 50), [] if power is None else power.corners]
+        least = 0.0 if power is None else float(power.at(airspeeds, np.zeros(1), np.ones(1)).min())
+        joules = least * seconds
+        for a, b in self._ends():
+            leg = self._planned.get((self._key(uav, (a, b)), (a, b)))
+            if leg is not None:
+                cell = self._cell((a, b))
+                price[cell] = leg.result.cost if leg.trajectory is not None else math.inf
+                seconds[cell], joules[cell] = leg.seconds, leg.joules
+        np.fill_diagonal(price, 0.0)
+        hover = np.array([self._standing(uav, target.position) for target in targets])
+        return TourVehicle(
+            price=seconds if self.timed else price,
+            seconds=np.where(np.isfinite(price), seconds, math.inf),
+            joules=joules,
+            visit_joules=hover * stay,
+            usable=math.inf if power is None or own.usable_energy is None else own.usable_energy,
+            most_sorties=len(targets) + 1 if own.batteries is None else own.batteries,
+            swap=own.swap,
+            capacity=math.inf if own.capacity is None else own.capacity,
+            allowed=np.array([not target.uavs or own.name in target.uavs for target in targets], dtype=np.bool_),
+            returns=own.end == "home",
+            waiting=float(hover.max(initial=0.0)),
+        )
+
+    def plan(self, wanted: Iterable[tuple[int, Ends]]) -> bool:
+        """Plan legs of UAVs that are not planned yet, and tell whether there was any."""
+        keys = {(self._key(uav, ends), ends): (uav, ends) for uav, ends in wanted}
+        new = [(key, one) for key, one in keys.items() if key not in self._planned]
+        workers = self.how.workers if isinstance(self.how.planner, DirectPlanner) else 1
+
+        def planned(k: int) -> Leg:
+            return self._leg(*new[k][1])
+
+        for (key, _), leg in zip(new, side_by_side(planned, len(new), workers), strict=True):
+            self._planned[key] = leg
+        return bool(new)
+
+    def leg(self, uav: int, ends: Ends) -> Leg:
+        """Return a leg that was planned."""
+        return self._planned[self._key(uav, ends), ends]
+
+    def _leg(self, uav: int, ends: Ends) -> Leg:
+        problem = Problem(self.airspace, uav, ends[1], begins=ends[0])
+        numbers = [self.how.seed, uav, *(0 if end is None else end + 1 for end in ends)]
+        result = require_result(self.how.planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(numbers)))
+        trajectory = leg_along(problem, result, self.how.shape)
+        joules = 0.0
+        if trajectory is not None and self.airspace.scenario.uavs[uav].usable_energy is not None:
+            bounds = energy_bounds(self.airspace.scenario, uav, trajectory, trajectory.start, trajectory.end)
+            joules = float(bounds[1][-1])
+        return Leg(result, trajectory, joules)
+
+    def _standing(self, uav: int, place: tuple[float, float, float]) -> float:
+        """Return the most that a UAV takes while it stands in the air, W; 0 without a battery."""
+        if self.airspace.scenario.uavs[uav].usable_energy is None:
+            return 0.0
+        stands = Trajectory(np.array([0.0, 1.0]), np.array([[place]]))
+        return float(energy_bounds(self.airspace.scenario, uav, stands, 0.0, 1.0)[1][-1])
+
+    def _rough_numbers(self, uav: int) -> tuple[Floats, Floats]:
+        """Return lower bounds of prices and seconds, (n + 2, n + 2) each, as `TourVehicle` has them."""
+        scenario = self.airspace.scenario
+        own, vehicle = self.airspace.of(uav), scenario.uavs[uav]
+        places = np.array([target.position for target in scenario.targets]).reshape(-1, 3)
+        home = np.array([vehicle.start])
+        apart = _bordered(straight_line(places, places), straight_line(home, places)[0])
+        if self.how.planner.leaves_lattice(scenario):
+            return own.rates.metre * apart, apart / vehicle.max_speed
+        among = self._key(uav, (0, 0))
+        if among not in self._rough:  # the same for all UAVs of a kind, wherever they start
+            self._rough[among] = lattice_prices(own, uav, places, places, self.how.workers)
+        outwards = lattice_prices(own, uav, home, places)[0]
+        return _bordered(self._rough[among], outwards), apart / vehicle.max_speed
+
+    def _key(self, uav: int, ends: Ends) -> object:
+        """Return what UAVs have in common that fly a leg alike: their limits, and their start where it matters."""
+        own = self.airspace.scenario.uavs[uav]
+        alike = own.model_copy(update={name: UAV.model_fields[name].default for name in _NO_MATTER})
+        return alike.model_copy(update={"start": own.start if None in ends else (0.0, 0.0, 0.0)}).model_dump_json()
+
+    def _ends(self) -> Iterable[Ends]:
+        places = [*range(len(self.airspace.scenario.targets)), None]
+        return ((a, b) for a in places for b in places if a != b)
+
+    def _cell(self, ends: Ends) -> tuple[Ints, Ints] | tuple[slice | int, slice | int]:
+        """Return where a leg stands in matrices whose last two rows and columns are those of the UAV's start."""
+        n = len(self.airspace.scenario.targets)
+        a, b = (slice(n, n + 2) if end is None else end for end in ends)
+        return a, b
+
+
+_NO_MATTER = (
+    *("name", "home", "end", "capacity", "look_at", "heading", "priority"),
+    *("separation", "vertical_separation", "reserve", "batteries", "swap", "vehicle"),
+)
+"""The fields of a UAV by which legs do not differ."""
+
+
+def _bordered(among: Floats, outwards: Floats) -> Floats:
+    """Return the numbers between targets, (n, n), with those from and to the start, (n,), as the last two places."""
+    numbers = np.pad(among, (0, 2))
+    numbers[-2:, :-2] = outwards
+    numbers[:-2, -2:] = outwards[:, None]
+    return numbers
+
+
+def legs_of(tour: Tour, returns: bool) -> list[Ends]:
+    """Return the legs of a tour, through all of its sorties; every sortie but the last ends at home."""
+    legs: list[Ends] = []
+    for number, sortie in enumerate(tour, 1):
+        places: list[int | None] = [None, *sortie]
+        places += [None] if returns or number < len(tour) else []
+        legs += pairwise(places)
+    return legs
+
+
+def joined_result(airspace: Airspace, legs: list[Result]) -> Result:
+    """Return the results of a tour's legs as one, whose path leads through all of its targets."""
+    first, last = legs[0], legs[-1]
+    path = legs[0].path
+    for leg in legs[1:]:
+        again = len(leg.path) > 0 and np.array_equal(path[-1], leg.path[0])
+        path = np.vstack([path, leg.path[int(again) :]])
+    any_angle = any(leg.any_angle for leg in legs)
+    terms = terms_of_path(airspace.scenario, airspace.rates, path, last.goal, any_angle=any_angle)
+    price = sum(terms.values())
+    bounds = [leg.bound for leg in legs if leg.bound is not None]
+    saved = sum(leg.cost for leg in legs) - price  # nodes that two legs share are counted once
+    bound = sum(bounds) - max(saved, 0.0) if len(bounds) == len(legs) else None
+    optimal = bound is not None and price <= bound * (1 + OPTIMALITY_GAP)
+    return Result(
+        Status.OPTIMAL if optimal and all(leg.status is Status.OPTIMAL for leg in legs) else Status.COMPLETE,
+        path,
+        price,
+        terms,
+        None if bound is None else min(bound, price),
+        first.start,
+        last.goal,
+        sum((leg.effort for leg in legs), Effort()),
+        sum(leg.seconds for leg in legs),
+        no_history(),
+        last.stopped_by,
+        first.provenance,
+        any_angle,
+        all(leg.straight_bound for leg in legs),
+        first.objective,
+    )

@@ -1,0 +1,149 @@
+"""Tours: several targets for each UAV, in the best order, within what its battery gives, and home again."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.mission.assignment import Criterion
+from skyverse.mission.route import route
+from skyverse.mission.routing import Reason, Routes, TourVehicle, Work
+from skyverse.mission.tour_flight import TourFlight, turning_seconds
+from skyverse.mission.tour_legs import LegPlanning, TourLegs, joined_result, legs_of
+from skyverse.mission.tour_waits import with_waits
+from skyverse.model.mission import Mission
+from skyverse.model.result import Provenance
+from skyverse.model.scenario import Scenario
+from skyverse.model.sortie import Unvisited
+from skyverse.problem import Airspace
+
+MOST_ROUNDS = 40
+"""How often routes are sought anew because legs of the last ones turned out dearer than they seemed."""
+
+REASONS: dict[Reason, str] = {
+    "nobody may": "no UAV may go there",
+    "no way": "no UAV has a way there and back",
+    "capacity": "its demand is above what any UAV that may go there can carry",
+    "window": "no UAV can be there before its window closes",
+    "battery": "no battery gives what it takes to go there and back",
+    "left over": "no UAV has time or battery left for it beside the others",
+}
+"""Why targets are left out."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TourOptions:
+    """How tours are made.
+
+    Attributes
+    ----------
+    criterion
+        What is minimised; see `route`.
+    keep_order
+        Whether each UAV visits its targets in the order in which the scenario gives them.
+    keep_apart
+        Whether UAVs wait for others to pass.
+    only
+        For each UAV the one target that it may visit; ``None`` where all may visit all.
+    """
+
+    criterion: Criterion
+    keep_order: bool
+    keep_apart: bool
+    only: tuple[int | None, ...] | None = None
+
+
+def plan_tours(airspace: Airspace, how: LegPlanning, options: TourOptions, origin: Provenance) -> Mission:
+    """Plan a mission of tours: who visits what and in which order, the legs, and waits for others.
+
+    Legs are priced by lower bounds until routes want them; those are planned, and the routes sought anew, until no leg
+    of theirs is left that was not planned. With up to ten targets they are then the best by the prices of all pairs.
+    """
+    scenario = airspace.scenario
+    _require_multirotors(scenario)
+    windy = scenario.wind is not None or any(uav.battery is not None for uav in scenario.uavs)
+    legs = TourLegs(airspace, how, timed=windy or any(target.window is not None for target in scenario.targets))
+    routes = _routes(scenario, legs, options)
+    flights = [_flight(scenario, legs, uav, routes) for uav in range(len(scenario.uavs))]
+    mission = Mission(
+        scenario=scenario,
+        assignment=(),
+        results=tuple(
+            None if flight is None else joined_result(airspace, [legs.leg(uav, ends).result for ends in _ends(flight)])
+            for uav, flight in enumerate(flights)
+        ),
+        trajectories=(),
+        violations=(),
+        provenance=origin,
+        interrupted=routes.interrupted,
+        unvisited=tuple(Unvisited(target, REASONS[why]) for target, why in sorted(routes.unvisited.items())),
+    )
+    planned = _flown(mission, flights)
+    return with_waits(airspace, planned, flights, _flown) if options.keep_apart and not routes.interrupted else planned
+
+
+def _require_multirotors(scenario: Scenario) -> None:
+    for uav in scenario.uavs:
+        if uav.fixed_wing is not None:
+            why = f"{uav.name} is an aeroplane, which cannot stop at targets; tours are for multirotors"
+            raise InputError(why, field="assignment")
+
+
+def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
+    order = [*range(len(scenario.targets))] if options.keep_order else None
+    turns = [max((turning_seconds(uav, target) for uav in scenario.uavs), default=0.0) for target in scenario.targets]
+    stay = np.array([target.stay + 2.0 * turn for target, turn in zip(scenario.targets, turns, strict=True)])
+    windows = [(0.0, math.inf) if target.window is None else target.window for target in scenario.targets]
+    work = Work(
+        stay=stay.reshape(-1),
+        window=np.maximum(np.array(windows).reshape(-1, 2) - np.array(turns)[:, None], 0.0),
+        demand=np.array([target.demand for target in scenario.targets], dtype=np.float64),
+    )
+    for _ in range(MOST_ROUNDS):
+        vehicles = [_vehicle(legs, uav, stay, options) for uav in range(len(scenario.uavs))]
+        routes = route(vehicles, work, options.criterion, order=order, stop=legs.how.stop, seed=legs.how.seed)
+        wanted = [
+            (uav, ends)
+            for uav, tour in enumerate(routes.tours)
+            for ends in legs_of(tour, scenario.uavs[uav].end == "home")
+        ]
+        if not legs.plan(wanted):
+            return routes
+    return replace(routes, optimal=False)
+
+
+def _vehicle(legs: TourLegs, uav: int, stay: Floats, options: TourOptions) -> TourVehicle:
+    vehicle = legs.vehicle(uav, stay)
+    if options.only is None:
+        return vehicle
+    return replace(vehicle, allowed=vehicle.allowed & (np.arange(len(stay)) == options.only[uav]))
+
+
+def _flight(scenario: Scenario, legs: TourLegs, uav: int, routes: Routes) -> TourFlight | None:
+    """Return the flight of a UAV along its tour; ``None`` without one, or if rounds ended before all legs had a way."""
+    ends = legs_of(routes.tours[uav], scenario.uavs[uav].end == "home")
+    flown = [legs.leg(uav, one).trajectory for one in ends]
+    sound = [one for one in flown if one is not None]
+    if not ends or len(sound) < len(flown):
+        return None
+    starts = iter(routes.starts[uav])
+    departures = tuple(next(starts) if begin is None else 0.0 for begin, _ in ends)
+    return TourFlight(scenario, uav, tuple(sound), tuple(end for _, end in ends), departures)
+
+
+def _ends(flight: TourFlight) -> list[tuple[int | None, int | None]]:
+    return [*zip((None, *flight.ends), flight.ends, strict=False)]
+
+
+def _flown(mission: Mission, flights: Sequence[TourFlight | None]) -> Mission:
+    """Return a mission with the trajectories and sorties of flights."""
+    visited = [[end for end in flight.ends if end is not None] if flight else [] for flight in flights]
+    return replace(
+        mission,
+        assignment=tuple(own[-1] if own else None for own in visited),
+        trajectories=tuple(None if flight is None else flight.trajectory for flight in flights),
+        sorties=tuple(() if flight is None else flight.sorties for flight in flights),
+    )
