@@ -46,7 +46,7 @@ class _Sorties(NamedTuple):
 
 
 class _Tours(NamedTuple):
-    """Tours of one vehicle: their sets, prices and finishes, their last sorties, and the tours before those."""
+    """Tours of one vehicle: their sets, prices and finishes, the labels of their last sorties, and the tours before."""
 
     sets: Ints
     price: Floats
@@ -125,8 +125,7 @@ class _Fleet:
         row = int(self._rows[k][entry - np.searchsorted(self._sorties, k)])
         tours, sorties, told = self._done, self._final, []
         for at in range(k, 0, -1):
-            ended = sorties[at > 1]
-            told.append(ended.grown.visits(int(ended.label[tours[at].sortie[row]])))
+            told.append(sorties[at > 1].grown.visits(int(tours[at].sortie[row])))
             row, tours, sorties = int(tours[at].before[row]), self._going, self._between
         return tuple(told[::-1])
 
@@ -167,8 +166,9 @@ class _Fleet:
         if home:
             totals, sound = self._legs.extend(totals, grown.last, np.full_like(grown.last, self._legs.home))
         rows = np.flatnonzero(sound)
-        kept = rows[self._front(grown.sets[rows], totals, rows, battery=False)]
-        return _Sorties(grown.sets[kept], Totals(*(x[kept] for x in totals)), kept, grown)
+        if not self._segments:
+            rows = rows[self._front(grown.sets[rows], totals, rows, battery=False)]
+        return _Sorties(grown.sets[rows], Totals(*(x[rows] for x in totals)), rows, grown)
 
     def _front(self, key: Ints, totals: Totals, rows: Indices, battery: bool) -> Indices:
         """Return which rows' sorties no other with the same key surpasses."""
@@ -184,15 +184,39 @@ class _Fleet:
     def _joined(self, tours: _Tours, sorties: _Sorties, k: int) -> _Tours:
         """Return tours with a k-th sortie."""
         ready = tours.finish + (self._vehicle.swap if k > 1 else 0.0)
+        if self._segments:
+            sorties = self._reachable(sorties, tours.sets, ready)
         found = []
         for i, s in _pairs(tours.sets, sorties.sets, self._ordered):
             finish = ready[i] + sorties.totals.seconds[s]
             sound = finish <= sorties.totals.late[s]
             i, s, finish = i[sound], s[sound], np.maximum(finish, sorties.totals.early[s])[sound]
-            found.append((tours.sets[i] | sorties.sets[s], tours.price[i] + sorties.totals.price[s], finish, s, i))
+            found.append(
+                (tours.sets[i] | sorties.sets[s], tours.price[i] + sorties.totals.price[s], finish, sorties.label[s], i)
+            )
         sets, price, finish, s, i = (np.concatenate(column) for column in zip(*found, strict=True))
         kept = _front(sets, price, *([finish] if self._timed else []))
         return _Tours(sets[kept], price[kept], finish[kept], s[kept], i[kept])
+
+    def _reachable(self, sorties: _Sorties, before: Ints, ready: Floats) -> _Sorties:
+        """Return the sorties that no other surpasses at any time at which tours without their targets are ready."""
+        everything = (1 << self._work.targets) - 1
+        times = np.full((2, everything + 1), np.inf)  # the first time, and less the last one, for all subsets of a set
+        np.minimum.at(times[0], before, ready)
+        np.minimum.at(times[1], before, -ready)
+        for bit in self._bits.tolist():
+            halves = times.reshape(2, -1, 2, bit)
+            halves[:, :, 1] = np.minimum(halves[:, :, 1], halves[:, :, 0])
+        first, last = times[:, everything ^ sorties.sets] * [[1.0], [-1.0]]
+        totals = sorties.totals
+        begin = np.minimum(totals.late - totals.seconds, last)
+        rows = np.flatnonzero(first <= begin)
+        early, seconds = (
+            np.maximum(totals.early, first + totals.seconds),
+            np.maximum(totals.seconds, totals.early - last),
+        )
+        kept = rows[_front(sorties.sets[rows], *(x[rows] for x in (totals.price, early, seconds, -begin)))]
+        return _Sorties(sorties.sets[kept], Totals(*(x[kept] for x in totals)), sorties.label[kept], sorties.grown)
 
 
 def _pairs(sets: Ints, others: Ints, ordered: bool) -> Iterator[tuple[Indices, Indices]]:

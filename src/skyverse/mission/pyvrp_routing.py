@@ -9,6 +9,7 @@ import math
 import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -66,6 +67,7 @@ def _levelled(
 ) -> tuple[Tour, ...]:
     """Return tours with a smaller largest finish, found by bisection, and the least sum of prices under that."""
     visited = np.array(sorted(chain(*chain(*tours))))
+    vehicles = [replace(vehicle, most_sorties=1) for vehicle in vehicles]
     model = _Model(vehicles, work, search, visited, timed=True, required=True)
 
     def finish(found: tuple[Tour, ...]) -> float:
