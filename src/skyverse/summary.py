@@ -1,7 +1,7 @@
 """What is flown along a path: length, time, energy, and the largest distance from the path."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from skyverse._typing import Floats
 from skyverse.model.arrays import arctan2
 from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE
+from skyverse.model.sortie import Sortie
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.wind import Wind
@@ -33,16 +34,22 @@ DISTANCES_AT_ONCE = 2**21
 def with_flight_summaries(mission: Mission) -> Mission:
     """Return a mission with a summary of every flight that has a path, whatever summaries it had."""
     flights: list[FlightSummary | None] = []
-    for uav, result, trajectory in zip(mission.scenario.uavs, mission.results, mission.trajectories, strict=True):
+    for number, (uav, result, trajectory) in enumerate(
+        zip(mission.scenario.uavs, mission.results, mission.trajectories, strict=True)
+    ):
         if result is None or trajectory is None or not len(result.path):
             flights.append(None)
         else:
-            flights.append(flight_summary(uav, result.path, trajectory, mission.scenario.wind))
+            flights.append(
+                flight_summary(uav, result.path, trajectory, mission.scenario.wind, mission.sorties_of(number))
+            )
     return replace(mission, flights=tuple(flights))
 
 
-def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory, wind: Wind | None = None) -> FlightSummary:
-    """Summarise what a UAV flies along a path (n, 3), metres, in a wind."""
+def flight_summary(
+    uav: UAV, path: Floats, trajectory: Trajectory, wind: Wind | None = None, sorties: Sequence[Sortie] = ()
+) -> FlightSummary:
+    """Summarise what a UAV flies along a path (n, 3), metres, in a wind; between sorties it takes nothing."""
     power, gust = uav.power_model, 0.0 if wind is None else wind.gust
 
     def rates(instants: Floats) -> Floats:
@@ -56,16 +63,20 @@ def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory, wind: Wind | 
         worst = [power.most(level, level, climb, load, gust)] if gust else []
         return np.column_stack([speed, power.at(level, climb, load), *worst])
 
-    length, *energies = map(float, _integrals(rates, trajectory.knots))
-    energy, bound = (energies[0], energies[-1]) if energies else (None, None)
-    spent = None if bound is None or uav.battery is None else bound / (uav.battery * JOULES_OF_WATT_HOUR)
+    spans = [(one.begin, one.end) for one in sorties] or [(trajectory.start, trajectory.end)]
+    knots = trajectory.knots
+    within = [np.r_[begin, knots[(knots > begin) & (knots < end)], end] for begin, end in spans if begin < end]
+    columns = np.array([_integrals(rates, edges) for edges in within or [knots]])
+    length, *_ = sums = columns.sum(axis=0)
+    energy, bound = (None, None) if power is None else (float(sums[1]), float(sums[-1]))
+    spent = None if bound is None or uav.battery is None else columns[:, -1].max() / uav.battery / JOULES_OF_WATT_HOUR
     return FlightSummary(
-        length=length,
+        length=float(length),
         time=trajectory.end - trajectory.start,
         energy=energy,
         deviation=largest_distance(trajectory, path),
         energy_bound=bound,
-        left=None if spent is None else TRUSTED_SHARE - spent,
+        left=None if spent is None else float(TRUSTED_SHARE - spent),
     )
 
 

@@ -6,6 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.model.sortie import Sortie
 from skyverse.model.trajectory import Trajectory
 from skyverse.referee.energy import energy_bounds, judge_battery, turning_back
 from skyverse.summary import flight_summary
@@ -138,8 +139,10 @@ def test_a_battery_is_enough_to_the_second_or_refused_with_what_is_missing(secon
     for violation in found:
         assert violation.fault is sky.Fault.BATTERY
         assert violation.time == pytest.approx(0.7 * 77 * 3600 / 121.6, rel=1e-6)
-    halves = np.array([[0.0, seconds / 2], [seconds / 2 + 10, seconds]])
+    halves = np.array([[0.0, seconds / 2], [seconds / 2 + 120, seconds]])
     assert not judge_battery(scenario, 0, hover, halves)
+    (one_too_few,) = judge_battery(world(**CAMERA, batteries=1), 0, hover, halves)
+    assert one_too_few.fault is sky.Fault.BATTERY
 
 
 def test_a_plan_that_the_battery_does_not_give_is_refuted_and_one_that_it_gives_is_proven():
@@ -154,6 +157,15 @@ def test_a_plan_that_the_battery_does_not_give_is_refuted_and_one_that_it_gives_
     poor = air.model_copy(update={"uavs": (air.uavs[0].model_copy(update={"battery": 3.0}),)})
     (violation,) = sky.check(poor, sky.plan_mission(poor, sky.Taut(), rng=1))
     assert violation.fault is sky.Fault.BATTERY
+
+
+def test_between_sorties_nothing_is_taken_and_the_longest_one_says_what_is_left():
+    scenario = world(**CAMERA)
+    out_and_back = [(10, (9, 0, 0)), (10, (-9, 0, 0)), (200, (0, 0, 0)), (20, (9, 0, 0)), (20, (-9, 0, 0))]
+    trajectory, sorties = line(*out_and_back), (Sortie(0, 20, ()), Sortie(220, 260, ()))
+    told = flight_summary(scenario.uavs[0], trajectory.at(trajectory.knots).position, trajectory, None, sorties)
+    assert (told.energy, told.length) == pytest.approx((60 * 102.7, 60 * 9))
+    assert told.left == pytest.approx(0.9 - 40 * 102.7 / (77 * 3600))
 
 
 LAYERS = [{"altitude": 10, "velocity": (3, -2, 0.5)}, {"altitude": 22, "velocity": (7, 1, -0.5)}]

@@ -38,8 +38,8 @@ class FlightSummary:
     energy_bound
         Joules that it takes by the same model in gusts that are at their worst all the time.
     left
-        Share of the battery that is then left at landing, of the share that is trusted: not below `UAV.reserve` if the
-        battery suffices. ``None`` without a battery.
+        Share of the battery that is then left at landing, of the share that is trusted, after the sortie that takes
+        most: not below `UAV.reserve` if the battery suffices. ``None`` without a battery.
     """
 
     length: Real
