@@ -16,13 +16,14 @@ from skyverse.deconfliction.space_time.roadmap import make_roadmap
 from skyverse.deconfliction.space_time.search import ArrivalQuery, RoadmapGraph, earliest_arrival, seconds_to
 from skyverse.model.timed_shapes import TimedShape
 from skyverse.model.trajectory import joined
+from skyverse.model.wind import STILL_AIR
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.space.timed_shapes import moving_shapes
 from skyverse.trajectory import rest_to_rest
 from skyverse.trajectory.limits import limits_of
 
 UAV = sky.UAV(start=(0, 0, 0), max_speed=1.5, max_acceleration=3.0)
-LIMITS = limits_of(UAV, -LIMIT_MARGIN)
+LIMITS = limits_of(UAV, -LIMIT_MARGIN, STILL_AIR)
 SEPARATION = 0.4
 PARTS = 50  # ticks of a leg
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from replanned import hall
 from skyverse.live import braking_motion, steered_motion
+from skyverse.model.wind import STILL_AIR
 from skyverse.referee.sorties import Tour
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import RefereeWorlds
@@ -27,7 +28,7 @@ def trajectory(durations, rows):
 
 def steered(state, way, uav, share, seconds):
     most = np.full(len(way), 0.5)
-    return steered_motion(state, np.array(way), most, limits_of(uav, -1e-9), share, seconds, 0.5 * seconds)
+    return steered_motion(state, np.array(way), most, limits_of(uav, -1e-9, STILL_AIR), share, seconds, 0.5 * seconds)
 
 
 def faults(uav, motion):
@@ -48,7 +49,7 @@ def test_a_motion_joins_what_is_flown_and_comes_to_rest_in_time(uav, before, way
     state = np.concatenate(flown.at([when * flown.end]))
     durations, rows, passed, arrival = steered(state, way, uav, share, seconds)
     if not len(durations):
-        durations, rows = braking_motion(state, limits_of(uav, -1e-9))
+        durations, rows = braking_motion(state, limits_of(uav, -1e-9, STILL_AIR))
         assume(len(durations))
     else:
         assert durations.sum() <= seconds
@@ -74,6 +75,8 @@ def test_a_speed_that_rounding_leaves_above_the_largest_one_makes_no_jump():
         ]
     )
     way, most = np.array([(2.0, 16.5, 4.0), (2.0, 17.0, 3.0)]), np.array([0.14861387112643157, 0.0])
-    durations, rows, _, _ = steered_motion(state, way, most, limits_of(UAVS[0], -1e-9), 1.0, 1.998571428571429, 0.95)
+    durations, rows, _, _ = steered_motion(
+        state, way, most, limits_of(UAVS[0], -1e-9, STILL_AIR), 1.0, 1.998571428571429, 0.95
+    )
     assert len(durations) > 1
     assert faults(UAVS[0], trajectory(durations, rows)) == []
