@@ -157,7 +157,7 @@ def plan_mission(
     if assignment != "tours" and not (makes_tours and assignment == "path-cost"):
         assigned = assign_targets(airspace, assignment, options.criterion, most_threads)
     if assigned is None or makes_tours:
-        legs = int(generator.integers(2**62))
+        legs = int(generator.integers(2**31))
         how = LegPlanning(planner=planner, stop=stop, seed=legs, shape=shape, workers=most_threads)
         return _judged(plan_tours(airspace, how, _tour_options(options, assigned), origin))
 
