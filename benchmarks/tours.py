@@ -17,7 +17,7 @@ import numpy as np
 from machine import describe, table
 
 from skyverse.mission.route import route
-from skyverse.mission.routing import TourVehicle, Work
+from skyverse.mission.routing import RouteSearch, TourVehicle, Work
 
 TARGETS = 9
 
@@ -97,7 +97,11 @@ def ours(instance: Instance) -> float:
     if instance.window is not None:  # who visits a target is home by the time that the depot closes
         window[:, 1] = np.minimum(window[:, 1], instance.window[0, 1] - instance.stay[1:] - price[:n, n])
     vehicle = uav(price, price, capacity=float(instance.capacity))
-    routes = route([vehicle] * instance.vehicles, work(n, instance.stay[1:], window, instance.demand[1:]), seed=1)
+    routes = route(
+        [vehicle] * instance.vehicles,
+        work(n, instance.stay[1:], window, instance.demand[1:]),
+        search=RouteSearch(seed=1),
+    )
     return math.inf if routes.unvisited else routes.price
 
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from routing_oracle import best, flown, random_case
 from skyverse.errors import InputError
-from skyverse.mission.pyvrp_routing import RouteSearch, pyvrp_tours
+from skyverse.mission.pyvrp_routing import pyvrp_tours
 from skyverse.mission.route import route, told
-from skyverse.mission.routing import TourVehicle, Work
+from skyverse.mission.routing import RouteSearch, TourVehicle, Work
 from skyverse.stop import Cancelled
 
 
@@ -40,7 +40,7 @@ def test_no_other_routes_are_better(seed, n, fleet, criterion, ordered):
     rng = np.random.default_rng(seed)
     vehicles, work = random_case(rng, n, fleet, alike=rng.random() < 0.3)
     order = [int(j) for j in rng.permutation(n)] if ordered else None
-    routes = route(vehicles, work, criterion, order=order)
+    routes = route(vehicles, work, criterion, RouteSearch(order=order))
     values = (routes.finish, routes.price) if criterion == "min-max" else (routes.price,)
     assert (len(routes.unvisited), routes.swaps, *values) == pytest.approx(best(vehicles, work, criterion, order))
     assert routes.optimal
@@ -108,7 +108,7 @@ def test_numbers_that_do_not_fit_are_refused(changes, said):
     with pytest.raises(InputError, match="2 targets"):
         route([vehicle], plain([(1, 0), (2, 0)], 2)[1])
     with pytest.raises(InputError, match="every target once"):
-        route([vehicle], plain([(1, 0)], 1)[1], order=[1])
+        route([vehicle], plain([(1, 0)], 1)[1], search=RouteSearch(order=[1]))
 
 
 def on_a_plain(n: int, fleet: int, seed: int = 0, **values) -> tuple[list[TourVehicle], Work]:
@@ -145,8 +145,8 @@ class TestPyVRP:
     @pytest.mark.parametrize("criterion", ["min-sum", "min-max"])
     def test_the_same_seed_gives_the_same_routes_and_keeps_to_bounds(self, criterion):
         vehicles, work = on_a_plain(30, 3)
-        routes = route(vehicles, work, criterion, seed=4)
-        assert routes.tours == route(vehicles, work, criterion, seed=4).tours
+        routes = route(vehicles, work, criterion, RouteSearch(seed=4))
+        assert routes.tours == route(vehicles, work, criterion, RouteSearch(seed=4)).tours
         assert sorted(j for tour in routes.tours for sortie in tour for j in sortie) == list(range(30))
         assert routes.lower_bound <= (routes.price if criterion == "min-sum" else routes.finish)
         assert (routes.bound, routes.optimal, routes.interrupted) == ("assignment", False, False)
@@ -198,7 +198,7 @@ class TestPyVRP:
     def test_a_given_order_is_kept(self):
         vehicles, work = on_a_plain(14, 2)
         order = [int(j) for j in np.random.default_rng(2).permutation(14)]
-        routes = route(vehicles, work, order=order)
+        routes = route(vehicles, work, search=RouteSearch(order=order))
         assert routes.unvisited == {}
         for tour in routes.tours:
             ranks = [order.index(j) for sortie in tour for j in sortie]
@@ -212,7 +212,7 @@ class TestPyVRP:
         vehicles, work = on_a_plain(60, 3)
         event = threading.Event()
         event.set()
-        routes = route(vehicles, work, stop=Cancelled(event))
+        routes = route(vehicles, work, search=RouteSearch(stop=Cancelled(event)))
         assert routes.interrupted
         assert routes.unvisited == {}
 

@@ -12,34 +12,27 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyverse._typing import Floats, Ints
+from skyverse._typing import Floats, Indices, Ints
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
-from skyverse.mission.routing import Tour, TourVehicle, Work, possible, timed
-from skyverse.stop import Progress, Stop
+from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible, timed
+from skyverse.stop import Progress
 
 if TYPE_CHECKING:
     from pyvrp import ProblemData, Solution
     from pyvrp.stop import StoppingCriterion
 
 _PATIENCE = 500, 10  # iterations without a better solution, and how many more for each target
+_QUICK = 0.1  # the share of that which a quick search takes
 _EFFORT = 2 * 10**8  # the most iterations, times the square of the targets
 _DOUBTS = 150  # iterations after which a largest finish counts as out of reach
 _LEVEL = 0.005  # how near the largest finish comes to one that is out of reach, as a share
 _UNITS = 10**7  # in which PyVRP counts: of the prices of flying to each target alone, of a battery, of a capacity
 _LATEST = 1 << 43
-
-
-class RouteSearch(NamedTuple):
-    """How a search runs: the rule that may end it early, its seed, and the order of targets that is kept, if any."""
-
-    stop: Stop | None
-    seed: int
-    order: Sequence[int] | None
 
 
 def pyvrp_tours(
@@ -49,17 +42,23 @@ def pyvrp_tours(
     if find_spec("pyvrp") is None:
         said = f'{work.targets} targets need PyVRP: pip install "skyverse[tours]"; up to ten go without it'
         raise InputError(said, field="targets")
-    clock = _Clock(search.stop, work.targets)
+    clock = _Clock(search, work.targets)
     able = [possible(vehicle, work) for vehicle in {v.alike(): v for v in vehicles}.values()]
     held, times = np.flatnonzero(np.any(able, axis=0)), criterion == "min-max" or work.windows
     for required in (True, False):  # that all must be visited makes a quicker search, which may find nothing
         model = _Model(vehicles, work, search, held, timed=times, required=required)
-        tours = model.fleet(model.solved(clock.rule(clock.patience)), clock, whole=required)
+        begun = search.tours if required and _visits_once(search.tours or (), held) else None
+        tours = model.fleet(model.solved(clock.rule(clock.patience), tours=begun), clock, whole=required)
         if clock.cancelled or sum(len(sortie) for tour in tours for sortie in tour) == len(held):
             break
     if criterion == "min-max" and max(map(len, tours)) == 1:
         tours = _levelled(vehicles, work, search, tours, clock)
     return tours, clock.cancelled
+
+
+def _visits_once(tours: Sequence[Tour], held: Indices) -> bool:
+    """Tell whether tours of one sortie each visit all targets."""
+    return sorted(chain(*chain(*tours))) == held.tolist() and max(map(len, tours), default=0) == 1
 
 
 def _levelled(
@@ -94,9 +93,11 @@ def _levelled(
 class _Clock:
     """Counts the iterations of all searches together, and knows when to end them."""
 
-    def __init__(self, stop: Stop | None, targets: int) -> None:
-        self._stop, self._begun, self._iterations = stop, time.perf_counter(), 0
-        self.patience, self._most = _PATIENCE[0] + _PATIENCE[1] * targets, max(_EFFORT // targets**2, 100)
+    def __init__(self, search: RouteSearch, targets: int) -> None:
+        self._stop, self._begun, self._iterations = search.stop, time.perf_counter(), 0
+        share = _QUICK if search.quick else 1.0
+        self.patience = int(share * (_PATIENCE[0] + _PATIENCE[1] * targets))
+        self._most = max(int(share * _EFFORT) // targets**2, 100)
 
     @property
     def cancelled(self) -> bool:

@@ -11,19 +11,18 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_choice, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS, exact_tours
-from skyverse.mission.pyvrp_routing import RouteSearch, pyvrp_tours
-from skyverse.mission.routing import Routes, Tour, TourVehicle, Work, timed, why_unvisited
-from skyverse.stop import Stop, require_stop
+from skyverse.mission.pyvrp_routing import pyvrp_tours
+from skyverse.mission.routing import Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
+from skyverse.stop import require_stop
+
+_SEARCH = RouteSearch()
 
 
 def route(
     vehicles: Sequence[TourVehicle],
     work: Work,
     criterion: Criterion = "min-sum",
-    *,
-    order: Sequence[int] | None = None,
-    stop: Stop | None = None,
-    seed: int = 0,
+    search: RouteSearch = _SEARCH,
 ) -> Routes:
     """Decide who visits which targets in which order.
 
@@ -37,12 +36,8 @@ def route(
     criterion
         ``"min-sum"`` minimises the sum of the prices; ``"min-max"`` the time at which the last vehicle is done, and
         then the sum.
-    order
-        All targets in an order that every vehicle keeps in its tour; ``None`` leaves it free.
-    stop
-        When to end, with more than ten targets. A search for ten or fewer is exact, and takes a second or two.
-    seed
-        Of the search.
+    search
+        How they are sought.
 
     Raises
     ------
@@ -50,15 +45,23 @@ def route(
         If the numbers do not fit together, or there are more than ten targets and PyVRP is not installed.
     """
     require_choice(criterion, get_args(Criterion), "criterion")
-    require_stop(stop)
+    require_stop(search.stop)
+    order = search.order
     if order is not None and sorted(order) != list(range(work.targets)):
         raise InputError(f"expected every target once, found {shown(order)}", field="order")
     if work.targets == 0 or not vehicles:
         return told(vehicles, work, ((),) * len(vehicles), criterion, optimal=True)
     if work.targets <= MOST_TARGETS:
         return told(vehicles, work, exact_tours(vehicles, work, criterion, order), criterion, optimal=True)
-    tours, interrupted = pyvrp_tours(vehicles, work, criterion, RouteSearch(stop, seed, order))
+    tours, interrupted = pyvrp_tours(vehicles, work, criterion, search)
     return replace(told(vehicles, work, tours, criterion, optimal=False), interrupted=interrupted)
+
+
+def retold(vehicles: Sequence[TourVehicle], work: Work, routes: Routes, criterion: Criterion) -> Routes | None:
+    """Return routes with the numbers of other vehicles; ``None`` where these cannot fly them."""
+    if any(timed(vehicle, work, tour) is None for vehicle, tour in zip(vehicles, routes.tours, strict=True)):
+        return None
+    return replace(told(vehicles, work, routes.tours, criterion, optimal=False), interrupted=routes.interrupted)
 
 
 def told(

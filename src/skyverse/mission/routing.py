@@ -9,6 +9,7 @@ import numpy as np
 
 from skyverse._typing import Bools, Floats, Indices
 from skyverse.errors import InputError, shown
+from skyverse.stop import Stop
 
 Tour = tuple[tuple[int, ...], ...]
 Reason = Literal["nobody may", "no way", "capacity", "window", "battery", "left over"]
@@ -158,6 +159,30 @@ class Routes:
     def finish(self) -> float:
         """The seconds at which the last vehicle is done."""
         return max((finish for of_vehicle in self.finishes for finish in of_vehicle), default=0.0)
+
+
+class RouteSearch(NamedTuple):
+    """How routes are sought.
+
+    Attributes
+    ----------
+    stop
+        When to end, with more than ten targets. A search for ten or fewer is exact, and takes a second or two.
+    seed
+        Of the search.
+    order
+        All targets in an order that every vehicle keeps in its tour; ``None`` leaves it free.
+    quick
+        Whether the search takes a tenth of its time.
+    tours
+        Tours from which it begins, if it is given any that visit all targets.
+    """
+
+    stop: Stop | None = None
+    seed: int = 0
+    order: Sequence[int] | None = None
+    quick: bool = False
+    tours: Sequence[Tour] | None = None
 
 
 class Totals(NamedTuple):

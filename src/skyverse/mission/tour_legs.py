@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -25,6 +26,10 @@ from skyverse.trajectory import Shape, leg_along
 
 Ends = tuple[int | None, int | None]
 """Of a leg: the targets where it begins and ends, ``None`` for the UAV's start."""
+
+
+Key = tuple[int, tuple[float, float, float] | None, Ends]
+"""Of a leg: the number of the UAV's kind, the UAV's start where that is an end of the leg, and its ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,43 +75,48 @@ class TourLegs:
     airspace: Airspace
     how: LegPlanning
     timed: bool
-    _planned: dict[tuple[object, Ends], Leg] = field(default_factory=dict)
-    _rough: dict[object, Floats] = field(default_factory=dict)
+    _planned: dict[Key, Leg] = field(default_factory=dict)
+    _rough: dict[Key, tuple[Floats, Floats]] = field(default_factory=dict)
+    _hover: dict[tuple[int, tuple[float, float, float]], float] = field(default_factory=dict)
 
-    def vehicle(self, uav: int, stay: Floats) -> TourVehicle:
-        """Return the numbers of a UAV among the targets, at which it stays so many seconds, (n,), for routing."""
+    def vehicles(self, stay: Floats, only: tuple[int | None, ...] | None) -> list[TourVehicle]:
+        """Return the numbers of all UAVs among the targets, at which they stay so many seconds, (n,), for routing.
+
+        Where there is `only` one target that each UAV may visit, all others are closed to it.
+        """
+        count = len(self.airspace.scenario.uavs)
+        return [self._vehicle(uav, stay, None if only is None else only[uav], only is None) for uav in range(count)]
+
+    def _vehicle(self, uav: int, stay: Floats, only: int | None, any_target: bool) -> TourVehicle:
         scenario = self.airspace.scenario
         own, targets = scenario.uavs[uav], scenario.targets
-        price, seconds = self._rough_numbers(uav)
-        power = own.power_model if own.usable_energy is not None else None
-        airspeeds = np.r_[np.linspace(0.0, own.airspeed, 50), [] if power is None else power.corners]
-        least = 0.0 if power is None else float(power.at(airspeeds, np.zeros(1), np.ones(1)).min())
-        joules = least * seconds
-        for a, b in self._ends():
-            leg = self._planned.get((self._key(uav, (a, b)), (a, b)))
-            if leg is not None:
-                cell = self._cell((a, b))
+        price, seconds = (matrix.copy() for matrix in self._rough_numbers(uav))
+        joules = self._least_power(uav) * seconds
+        for (kind, start, ends), leg in self._planned.items():
+            if self._key(uav, ends) == (kind, start, ends):
+                cell = self._cell(ends)
                 price[cell] = leg.result.cost if leg.trajectory is not None else math.inf
                 seconds[cell], joules[cell] = leg.seconds, leg.joules
         np.fill_diagonal(price, 0.0)
         hover = np.array([self._standing(uav, target.position) for target in targets])
+        allowed = [not target.uavs or own.name in target.uavs for target in targets]
         return TourVehicle(
             price=seconds if self.timed else price,
             seconds=np.where(np.isfinite(price), seconds, math.inf),
             joules=joules,
             visit_joules=hover * stay,
-            usable=math.inf if power is None or own.usable_energy is None else own.usable_energy,
+            usable=math.inf if own.usable_energy is None else own.usable_energy,
             most_sorties=len(targets) + 1 if own.batteries is None else own.batteries,
             swap=own.swap,
             capacity=math.inf if own.capacity is None else own.capacity,
-            allowed=np.array([not target.uavs or own.name in target.uavs for target in targets], dtype=np.bool_),
+            allowed=np.array(allowed, dtype=np.bool_) & (any_target | (np.arange(len(targets)) == only)),
             returns=own.end == "home",
             waiting=float(hover.max(initial=0.0)),
         )
 
     def plan(self, wanted: Iterable[tuple[int, Ends]]) -> bool:
         """Plan legs of UAVs that are not planned yet, and tell whether there was any."""
-        keys = {(self._key(uav, ends), ends): (uav, ends) for uav, ends in wanted}
+        keys = {self._key(uav, ends): (uav, ends) for uav, ends in wanted}
         new = [(key, one) for key, one in keys.items() if key not in self._planned]
         workers = self.how.workers if isinstance(self.how.planner, DirectPlanner) else 1
 
@@ -119,7 +129,7 @@ class TourLegs:
 
     def leg(self, uav: int, ends: Ends) -> Leg:
         """Return a leg that was planned."""
-        return self._planned[self._key(uav, ends), ends]
+        return self._planned[self._key(uav, ends)]
 
     def _leg(self, uav: int, ends: Ends) -> Leg:
         problem = Problem(self.airspace, uav, ends[1], begins=ends[0])
@@ -136,33 +146,53 @@ class TourLegs:
         """Return the most that a UAV takes while it stands in the air, W; 0 without a battery."""
         if self.airspace.scenario.uavs[uav].usable_energy is None:
             return 0.0
-        stands = Trajectory(np.array([0.0, 1.0]), np.array([[place]]))
-        return float(energy_bounds(self.airspace.scenario, uav, stands, 0.0, 1.0)[1][-1])
+        key = self._kinds[uav], place
+        if key not in self._hover:
+            stands = Trajectory(np.array([0.0, 1.0]), np.array([[place]]))
+            self._hover[key] = float(energy_bounds(self.airspace.scenario, uav, stands, 0.0, 1.0)[1][-1])
+        return self._hover[key]
+
+    def _least_power(self, uav: int) -> float:
+        """Return about the least that a UAV takes in flight, W; 0 without a battery."""
+        own = self.airspace.scenario.uavs[uav]
+        power = own.power_model
+        if power is None or own.usable_energy is None:
+            return 0.0
+        airspeeds = np.r_[np.linspace(0.0, own.airspeed, 50), power.corners]
+        return float(power.at(airspeeds, np.zeros(1), np.ones(1)).min())
+
+    @cached_property
+    def _kinds(self) -> list[int]:
+        """The number of each UAV's kind: UAVs of one kind fly alike from place to place."""
+        alike = {name: UAV.model_fields[name].default for name in _NO_MATTER} | {"start": (0.0, 0.0, 0.0)}
+        kinds: dict[str, int] = {}
+        told = [uav.model_copy(update=alike).model_dump_json() for uav in self.airspace.scenario.uavs]
+        return [kinds.setdefault(one, len(kinds)) for one in told]
 
     def _rough_numbers(self, uav: int) -> tuple[Floats, Floats]:
         """Return lower bounds of prices and seconds, (n + 2, n + 2) each, as `TourVehicle` has them."""
+        key = self._key(uav, (None, None))
+        if key in self._rough:
+            return self._rough[key]
         scenario = self.airspace.scenario
         own, vehicle = self.airspace.of(uav), scenario.uavs[uav]
         places = np.array([target.position for target in scenario.targets]).reshape(-1, 3)
         home = np.array([vehicle.start])
         apart = _bordered(straight_line(places, places), straight_line(home, places)[0])
-        if self.how.planner.leaves_lattice(scenario):
-            return own.rates.metre * apart, apart / vehicle.max_speed
-        among = self._key(uav, (0, 0))
-        if among not in self._rough:  # the same for all UAVs of a kind, wherever they start
-            self._rough[among] = lattice_prices(own, uav, places, places, self.how.workers)
-        outwards = lattice_prices(own, uav, home, places)[0]
-        return _bordered(self._rough[among], outwards), apart / vehicle.max_speed
+        price = own.rates.metre * apart
+        if not self.how.planner.leaves_lattice(scenario):
+            among = self._key(uav, (0, 0))  # the same for all UAVs of a kind, wherever they start
+            if among not in self._rough:
+                numbers = lattice_prices(own, uav, places, places, self.how.workers)
+                self._rough[among] = numbers, numbers
+            price = _bordered(self._rough[among][0], lattice_prices(own, uav, home, places)[0])
+        self._rough[key] = price, apart / vehicle.max_speed
+        return self._rough[key]
 
-    def _key(self, uav: int, ends: Ends) -> object:
-        """Return what UAVs have in common that fly a leg alike: their limits, and their start where it matters."""
-        own = self.airspace.scenario.uavs[uav]
-        alike = own.model_copy(update={name: UAV.model_fields[name].default for name in _NO_MATTER})
-        return alike.model_copy(update={"start": own.start if None in ends else (0.0, 0.0, 0.0)}).model_dump_json()
-
-    def _ends(self) -> Iterable[Ends]:
-        places = [*range(len(self.airspace.scenario.targets)), None]
-        return ((a, b) for a in places for b in places if a != b)
+    def _key(self, uav: int, ends: Ends) -> Key:
+        """Return what UAVs have in common that fly a leg alike: their kind, and their start where it matters."""
+        start = self.airspace.scenario.uavs[uav].start if None in ends else None
+        return self._kinds[uav], start, ends
 
     def _cell(self, ends: Ends) -> tuple[Ints, Ints] | tuple[slice | int, slice | int]:
         """Return where a leg stands in matrices whose last two rows and columns are those of the UAV's start."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
-from skyverse.mission.route import route
-from skyverse.mission.routing import Reason, Routes, TourVehicle, Work
+from skyverse.mission.exact_routing import MOST_TARGETS
+from skyverse.mission.route import retold, route
+from skyverse.mission.routing import Reason, Routes, RouteSearch, Work
 from skyverse.mission.tour_flight import TourFlight, turning_seconds
-from skyverse.mission.tour_legs import LegPlanning, TourLegs, joined_result, legs_of
+from skyverse.mission.tour_legs import Ends, LegPlanning, TourLegs, joined_result, legs_of
 from skyverse.mission.tour_waits import with_waits
 from skyverse.model.mission import Mission
 from skyverse.model.result import Provenance
@@ -22,6 +22,8 @@ from skyverse.problem import Airspace
 
 MOST_ROUNDS = 40
 """How often routes are sought anew because legs of the last ones turned out dearer than they seemed."""
+CLOSE = 1e-3
+"""The share by which routes to many targets may turn out dearer than they seemed, before they are sought thoroughly."""
 
 REASONS: dict[Reason, str] = {
     "nobody may": "no UAV may go there",
@@ -94,6 +96,7 @@ def _require_multirotors(scenario: Scenario) -> None:
 
 def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
     order = [*range(len(scenario.targets))] if options.keep_order else None
+    search = RouteSearch(legs.how.stop, legs.how.seed, order, quick=True)
     turns = [max((turning_seconds(uav, target) for uav in scenario.uavs), default=0.0) for target in scenario.targets]
     stay = np.array([target.stay + 2.0 * turn for target, turn in zip(scenario.targets, turns, strict=True)])
     windows = [(0.0, math.inf) if target.window is None else target.window for target in scenario.targets]
@@ -102,24 +105,36 @@ def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
         window=np.maximum(np.array(windows).reshape(-1, 2) - np.array(turns)[:, None], 0.0),
         demand=np.array([target.demand for target in scenario.targets], dtype=np.float64),
     )
+    best: Routes | None = None
+    thorough = len(scenario.targets) <= MOST_TARGETS
     for _ in range(MOST_ROUNDS):
-        vehicles = [_vehicle(legs, uav, stay, options) for uav in range(len(scenario.uavs))]
-        routes = route(vehicles, work, options.criterion, order=order, stop=legs.how.stop, seed=legs.how.seed)
-        wanted = [
-            (uav, ends)
-            for uav, tour in enumerate(routes.tours)
-            for ends in legs_of(tour, scenario.uavs[uav].end == "home")
-        ]
-        if not legs.plan(wanted):
-            return routes
-    return replace(routes, optimal=False)
+        routes = route(legs.vehicles(stay, options.only), work, options.criterion, search)
+        new = legs.plan(_wanted(scenario, routes))
+        vehicles = legs.vehicles(stay, options.only)
+        priced = retold(vehicles, work, routes, options.criterion) if new else routes
+        if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
+            best = priced
+        if not new or routes.interrupted:
+            break
+        if best is not None and len(scenario.targets) > MOST_TARGETS:
+            if thorough:
+                break
+            thorough = _rank(best, options)[-1] <= _rank(routes, options)[-1] * (1.0 + CLOSE)
+            search = search._replace(quick=not thorough, tours=best.tours)
+    if best is None:
+        return replace(routes, tours=((),) * len(scenario.uavs), optimal=False)
+    return best
 
 
-def _vehicle(legs: TourLegs, uav: int, stay: Floats, options: TourOptions) -> TourVehicle:
-    vehicle = legs.vehicle(uav, stay)
-    if options.only is None:
-        return vehicle
-    return replace(vehicle, allowed=vehicle.allowed & (np.arange(len(stay)) == options.only[uav]))
+def _wanted(scenario: Scenario, routes: Routes) -> list[tuple[int, Ends]]:
+    """Return the legs of routes, each with its UAV."""
+    tours = enumerate(routes.tours)
+    return [(uav, ends) for uav, tour in tours for ends in legs_of(tour, scenario.uavs[uav].end == "home")]
+
+
+def _rank(routes: Routes, options: TourOptions) -> tuple[int, int, float]:
+    value = routes.price if options.criterion == "min-sum" else routes.finish
+    return len(routes.unvisited), routes.swaps, value
 
 
 def _flight(scenario: Scenario, legs: TourLegs, uav: int, routes: Routes) -> TourFlight | None:
