@@ -25,12 +25,15 @@ aeroplane, 0.95 kg
 """
 
 import argparse
+import itertools
+import time
 
 import numpy as np
 from machine import describe, table
 
 import skyverse as sky
 from skyverse.model.power import TRUSTED_SHARE
+from skyverse.referee.energy import energy_bounds
 from skyverse.summary import flight_summary
 from skyverse.trajectory import rest_to_rest
 
@@ -155,14 +158,125 @@ def flights() -> None:
     )
 
 
+STEP = 1e-3
+"""Seconds of the simulations."""
+ANGLES = np.linspace(-np.pi / 2, np.pi / 2, 33)
+"""Of the gusts that are tried at each instant, above the horizon, to find the worst."""
+
+
+def windy_scenario(rng: np.random.Generator) -> sky.Scenario:
+    """Return a room with towers, a wind with gusts, and a UAV on a battery of any size, with one to three targets."""
+    places = [(0.0, 0.0, 25.0)]
+    while len(places) < rng.integers(2, 5):
+        places.append(tuple(rng.uniform((-250, -250, 10), (250, 250, 55)).round(1).tolist()))
+    towers = []
+    for _ in range(5):
+        x, y = rng.uniform(-220, 220, 2)
+        if min(np.hypot(x - a, y - b) for a, b, _ in places) > 45:
+            towers.append({"kind": "box", "min": (x - 15, y - 15, 0), "max": (x + 15, y + 15, rng.uniform(15, 60))})
+    air = rng.normal(scale=(2.5, 2.5, 0.3), size=(2, 3)).round(2).tolist()
+    wind = {"velocity": air[0]}
+    if rng.random() < 0.5:
+        wind = {"layers": [{"altitude": 5, "velocity": air[0]}, {"altitude": 50, "velocity": air[1]}]}
+    vehicle = str(rng.choice(["camera", "m100", "heavy"]))
+    return sky.Scenario(
+        name="windy",
+        bounds={"min": (-300, -300, 0), "max": (300, 300, 70)},
+        obstacles=towers,
+        clearance=1.0,
+        wind=wind | {"gust": float(rng.choice([0.0, 1.0, 2.0]))},
+        uavs=[
+            {
+                "start": places[0],
+                "vehicle": vehicle,
+                "battery": sky.VEHICLE_PROFILES[vehicle].limits["battery"] * float(10 ** rng.uniform(-1.7, 0)),
+                "payload": float(rng.choice([0.0, 0.1])) * sky.VEHICLE_PROFILES[vehicle].limits["mass"],
+                "max_speed": float(rng.uniform(4, 12)),
+            }
+        ],
+        targets=[{"position": place} for place in places[1:]],
+    )
+
+
+def simulated(scenario: sky.Scenario, trajectory: sky.Trajectory, span: tuple[float, float], rng: np.random.Generator):
+    """Return joules between two instants: in still wind, in random gusts of a second each, and in the worst gusts."""
+    begin, end = span
+    edges = np.linspace(begin, end, int((end - begin) / STEP) + 2)
+    seconds, motion = np.diff(edges), trajectory.at((edges[1:] + edges[:-1]) / 2)
+    power, wind = scenario.uavs[0].power_model, scenario.wind
+    assert power is not None
+    assert wind is not None
+    through = motion.velocity - wind.at(motion.position[:, 2])
+    load = np.sqrt(np.sum((motion.acceleration + np.array([0, 0, 9.81])) ** 2, axis=1)) / 9.81
+
+    def joules(velocity: np.ndarray) -> np.ndarray:
+        return power.at(np.hypot(velocity[:, 0], velocity[:, 1]), velocity[:, 2], load) * seconds
+
+    count = int(end - begin) + 2
+    gusts = rng.normal(size=(count, 3))
+    gusts *= (wind.gust * rng.random(count) ** (1 / 3) / np.linalg.norm(gusts, axis=1))[:, None]
+    at = np.linspace(0, count - 1, len(through))
+    blown = np.stack([np.interp(at, np.arange(count), axis) for axis in gusts.T], axis=1)
+    level = np.hypot(through[:, 0], through[:, 1])
+    ahead = through[:, :2] / np.maximum(level, 1e-9)[:, None]
+    worst = np.zeros(len(through))
+    for angle in ANGLES if wind.gust else (0.0,):
+        for sign in (1.0, -1.0):
+            push = np.column_stack([sign * np.cos(angle) * ahead, np.full(len(through), np.sin(angle))])
+            worst = np.maximum(worst, joules(through + wind.gust * push))
+    return joules(through).sum(), joules(through - blown).sum(), worst.sum()
+
+
+def bounds(missions: int) -> None:
+    told: dict[str, list[float]] = {"no gusts": [], "gusts of 1 m/s": [], "gusts of 2 m/s": []}
+    random, sorties, refuted, failed, broken, spared = [], 0, 0, 0, 0, []
+    began = time.perf_counter()
+    for number in itertools.count():
+        if number - failed == missions:
+            break
+        rng = np.random.default_rng(number)
+        try:
+            scenario = windy_scenario(rng)
+            mission = sky.plan_mission(scenario, sky.Taut(), rng=1)
+        except sky.InputError:
+            failed += 1
+            continue
+        trajectory, uav = mission.trajectories[0], scenario.uavs[0]
+        if trajectory is None:
+            failed += 1
+            continue
+        faults = {one.fault for one in mission.violations}
+        refuted += sky.Fault.BATTERY in faults
+        for one in mission.sorties_of(0):
+            sorties += 1
+            most = float(energy_bounds(scenario, 0, trajectory, one.begin, one.end)[1][-1])
+            still, blown, worst = simulated(scenario, trajectory, (one.begin, one.end), rng)
+            broken += max(still, blown, worst) > most
+            if sky.Fault.BATTERY not in faults:
+                broken += max(still, blown, worst) > uav.usable_energy
+                spared.append(1 - worst / uav.usable_energy)
+            gust = scenario.wind.gust if scenario.wind is not None else 0.0
+            told["no gusts" if not gust else f"gusts of {gust:g} m/s"].append(most / worst - 1)
+            random.append(most / blown - 1)
+    print(
+        f"{missions} missions in wind, {sorties} sorties in {time.perf_counter() - began:.0f} s: {broken} bounds or "
+        f"reserves broken; {refuted} missions refuted for the battery, {failed} more without a flight; "
+        f"least left above the reserve {min(spared):.2%} of what is usable"
+    )
+    for name, over in told.items():
+        print(f"{name}: bound above the worst gusts by {np.mean(over):.2%} on average, {max(over):.2%} at most")
+    print(f"above random gusts by {np.mean(random):.1%} on average, {min(random):.2%} at least")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--missions", type=int, default=500)
-    parser.parse_args()
+    options = parser.parse_args()
     print(describe())
     print()
     powers()
     flights()
+    bounds(options.missions)
 
 
 if __name__ == "__main__":

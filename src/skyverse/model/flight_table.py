@@ -250,7 +250,7 @@ def told_left(left: float, reserve: float) -> str:
     side = (
         f"{math.floor(1000 * spare) / 10:.1f} % above" if spare >= 0 else f"{math.ceil(-1000 * spare) / 10:.1f} % below"
     )
-    return f"{max(left, 0.0):.0%}, {side} its reserve"
+    return f"{100 * left:.0f} %, {side} its reserve" if left > 0 else f"none, {side} its reserve"
 
 
 def told_costs(costs: dict[str, float]) -> str:

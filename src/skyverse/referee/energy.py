@@ -13,7 +13,6 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.power import JOULES_OF_WATT_HOUR, Power
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.verdict import Fault, Violation
@@ -121,8 +120,6 @@ def _until(edges: Floats, lacking: Floats) -> float | None:
 def judge_battery(scenario: Scenario, uav: int, trajectory: Trajectory, spans: Floats) -> list[Violation]:
     """Return a violation for each sortie that one battery does not give, reserve and what is not trusted apart.
 
-    There is one, too, if there are more sorties than batteries.
-
     Where a sortie fits as a whole, going on along the plan fits from each of its instants; how long turning back fits
     too is what `turning_back` tells.
 
@@ -150,11 +147,6 @@ def judge_battery(scenario: Scenario, uav: int, trajectory: Trajectory, spans: F
             f"{usable:.4g} Wh that its battery gives, {vehicle.battery:.6g} Wh with a reserve of {vehicle.reserve:.3g}."
         )
         violations.append(Violation(Fault.BATTERY, (uav,), message, until))
-    if vehicle.batteries is not None and len(spans) > vehicle.batteries:
-        message = (
-            f"{vehicle.name} flies {len(spans)} sorties, but has {counted(vehicle.batteries, 'battery', 'batteries')}."
-        )
-        violations.append(Violation(Fault.BATTERY, (uav,), message, float(spans[vehicle.batteries, 0])))
     return violations
 
 
