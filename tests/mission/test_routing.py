@@ -1,6 +1,5 @@
 import dataclasses
 import math
-import sys
 import threading
 
 import numpy as np
@@ -10,9 +9,10 @@ from hypothesis import strategies as st
 
 from routing_oracle import best, flown, random_case
 from skyverse.errors import InputError
+from skyverse.mission.given_order import stretches
 from skyverse.mission.pyvrp_routing import pyvrp_tours
 from skyverse.mission.route import route, told
-from skyverse.mission.routing import RouteSearch, TourVehicle, Work
+from skyverse.mission.routing import RouteSearch, TourVehicle, Work, possible
 from skyverse.stop import Cancelled
 
 
@@ -117,11 +117,33 @@ def on_a_plain(n: int, fleet: int, seed: int = 0, **values) -> tuple[list[TourVe
 
 
 def test_more_than_ten_targets_need_pyvrp(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyvrp", None)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("skyverse.mission.pyvrp_routing.find_spec", lambda name: None)
     vehicles, work = on_a_plain(11, 1)
     with pytest.raises(InputError, match=r"skyverse\[tours\]"):
         route(vehicles, work)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_an_order_is_cut_into_sorties_in_the_best_way(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 8))
+    (vehicle,), work = random_case(rng, n, 1)
+    order = [int(j) for j in rng.permutation(n)]
+    exact = route([vehicle], work, search=RouteSearch(order=order))
+    could = [j for j in order if possible(vehicle, work)[j]]
+    cut = told([vehicle], work, stretches([vehicle], work, could), "min-sum", optimal=False)
+    found, best_value = value(cut, "min-sum"), value(exact, "min-sum")
+    assert found == pytest.approx(best_value) if len(exact.unvisited) == n - len(could) else found >= best_value
+
+
+def test_a_given_order_on_several_batteries_needs_no_package(monkeypatch):
+    monkeypatch.setattr("skyverse.mission.pyvrp_routing.find_spec", lambda name: None)
+    vehicles, work = on_a_plain(30, 1, usable=400.0, most_sorties=12)
+    vehicles = [dataclasses.replace(vehicles[0], joules=vehicles[0].seconds)]
+    order = [int(j) for j in np.random.default_rng(2).permutation(30)]
+    routes = route(vehicles, work, search=RouteSearch(order=order))
+    assert [j for sortie in routes.tours[0] for j in sortie] == order
+    assert flown(vehicles[0], work, routes.tours[0]) is not None
 
 
 class TestPyVRP:
@@ -198,6 +220,16 @@ class TestPyVRP:
     def test_a_given_order_is_kept(self):
         vehicles, work = on_a_plain(14, 2)
         order = [int(j) for j in np.random.default_rng(2).permutation(14)]
+        routes = route(vehicles, work, search=RouteSearch(order=order))
+        assert routes.unvisited == {}
+        for tour in routes.tours:
+            ranks = [order.index(j) for sortie in tour for j in sortie]
+            assert ranks == sorted(ranks)
+
+    def test_two_keep_a_given_order_on_several_batteries(self):
+        vehicles, work = on_a_plain(24, 2, usable=400.0, most_sorties=6)
+        vehicles = [dataclasses.replace(vehicles[0], joules=vehicles[0].seconds)] * 2
+        order = [int(j) for j in np.random.default_rng(2).permutation(24)]
         routes = route(vehicles, work, search=RouteSearch(order=order))
         assert routes.unvisited == {}
         for tour in routes.tours:

@@ -11,8 +11,9 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_choice, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS, exact_tours
+from skyverse.mission.given_order import stretches
 from skyverse.mission.pyvrp_routing import pyvrp_tours
-from skyverse.mission.routing import Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
+from skyverse.mission.routing import Routes, RouteSearch, Tour, TourVehicle, Work, possible, timed, why_unvisited
 from skyverse.stop import require_stop
 
 _SEARCH = RouteSearch()
@@ -53,6 +54,8 @@ def route(
         return told(vehicles, work, ((),) * len(vehicles), criterion, optimal=True)
     if work.targets <= MOST_TARGETS:
         return told(vehicles, work, exact_tours(vehicles, work, criterion, order), criterion, optimal=True)
+    if order is not None and max(vehicle.most_sorties for vehicle in vehicles) > 1:
+        return _cut(vehicles, work, criterion, search)
     tours, interrupted = pyvrp_tours(vehicles, work, criterion, search)
     return replace(told(vehicles, work, tours, criterion, optimal=False), interrupted=interrupted)
 
@@ -62,6 +65,23 @@ def retold(vehicles: Sequence[TourVehicle], work: Work, routes: Routes, criterio
     if any(timed(vehicle, work, tour) is None for vehicle, tour in zip(vehicles, routes.tours, strict=True)):
         return None
     return replace(told(vehicles, work, routes.tours, criterion, optimal=False), interrupted=routes.interrupted)
+
+
+def _cut(vehicles: Sequence[TourVehicle], work: Work, criterion: Criterion, search: RouteSearch) -> Routes:
+    """Return routes in the given order with several sorties: in stretches, or shared without batteries and then cut."""
+    able = np.any([possible(vehicle, work) for vehicle in vehicles], axis=0)
+    order = [j for j in search.order or () if able[j]]
+    found = [told(vehicles, work, stretches(vehicles, work, order), criterion, optimal=False)]
+    if len(vehicles) > 1:
+        whole = [replace(v, most_sorties=1, usable=math.inf, capacity=math.inf) for v in vehicles]
+        shared, interrupted = pyvrp_tours(whole, work, criterion, search._replace(tours=None))
+        cut = [stretches([v], work, tour[0])[0] if tour else () for v, tour in zip(vehicles, shared, strict=True)]
+        found.append(replace(told(vehicles, work, cut, criterion, optimal=False), interrupted=interrupted))
+
+    def value(routes: Routes) -> tuple[float, ...]:
+        return (len(routes.unvisited), routes.swaps, routes.price if criterion == "min-sum" else routes.finish)
+
+    return replace(min(found, key=value), interrupted=found[-1].interrupted)
 
 
 def told(
