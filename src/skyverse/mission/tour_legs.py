@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -15,14 +15,20 @@ from skyverse.mission.routing import Tour, TourVehicle
 from skyverse.model.result import Effort, Result, Status, no_history
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.model.wind import WindBall, good_speed
 from skyverse.numerics.side_by_side import side_by_side
-from skyverse.numerics.tolerances import OPTIMALITY_GAP
+from skyverse.numerics.tolerances import MIN_SEGMENT, OPTIMALITY_GAP
+from skyverse.planners.auto import Auto
 from skyverse.planners.base import DirectPlanner, Planner
+from skyverse.planners.cheapest import Cheapest
 from skyverse.planners.own_path import require_result
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import energy_bounds
 from skyverse.stop import Stop
 from skyverse.trajectory import Shape, leg_along
+
+PRICING_LEGS = 20_000
+"""The straight legs that `Cheapest` may price for a leg of a tour while routes are sought."""
 
 Ends = tuple[int | None, int | None]
 """Of a leg: the targets where it begins and ends, ``None`` for the UAV's start."""
@@ -55,6 +61,13 @@ class LegPlanning:
     seed: int
     shape: Shape
     workers: int
+
+    @property
+    def pricer(self) -> Planner:
+        """What prices legs while routes are sought: the planner, if it is quick and finds the same at any time."""
+        if isinstance(self.planner, Cheapest):
+            return replace(self.planner, legs=min(self.planner.legs, PRICING_LEGS), restarts=0)
+        return self.planner if isinstance(self.planner, DirectPlanner) else Auto()
 
 
 @dataclass(eq=False)
@@ -114,27 +127,35 @@ class TourLegs:
             waiting=float(hover.max(initial=0.0)),
         )
 
-    def plan(self, wanted: Iterable[tuple[int, Ends]]) -> bool:
-        """Plan legs of UAVs that are not planned yet, and tell whether there was any."""
+    def price(self, wanted: Iterable[tuple[int, Ends]]) -> bool:
+        """Price legs of UAVs that are not priced yet, and tell whether there was any."""
         keys = {self._key(uav, ends): (uav, ends) for uav, ends in wanted}
-        new = [(key, one) for key, one in keys.items() if key not in self._planned]
-        workers = self.how.workers if isinstance(self.how.planner, DirectPlanner) else 1
+        new = {key: one for key, one in keys.items() if key not in self._planned}
+        self._plan(new, self.how.pricer, self.how.workers)
+        return bool(new)
+
+    def finish(self, wanted: Iterable[tuple[int, Ends]]) -> None:
+        """Plan legs that were priced by another planner."""
+        if self.how.pricer != self.how.planner:
+            keys = {self._key(uav, ends): (uav, ends) for uav, ends in wanted}
+            self._plan(keys, self.how.planner, self.how.workers if isinstance(self.how.planner, DirectPlanner) else 1)
+
+    def _plan(self, wanted: dict[Key, tuple[int, Ends]], planner: Planner, workers: int) -> None:
+        legs = [*wanted.values()]
 
         def planned(k: int) -> Leg:
-            return self._leg(*new[k][1])
+            return self._leg(*legs[k], planner)
 
-        for (key, _), leg in zip(new, side_by_side(planned, len(new), workers), strict=True):
-            self._planned[key] = leg
-        return bool(new)
+        self._planned.update(zip(wanted, side_by_side(planned, len(legs), workers), strict=True))
 
     def leg(self, uav: int, ends: Ends) -> Leg:
         """Return a leg that was planned."""
         return self._planned[self._key(uav, ends)]
 
-    def _leg(self, uav: int, ends: Ends) -> Leg:
+    def _leg(self, uav: int, ends: Ends, planner: Planner) -> Leg:
         problem = Problem(self.airspace, uav, ends[1], begins=ends[0])
-        numbers = [self.how.seed, uav, *(0 if end is None else end + 1 for end in ends)]
-        result = require_result(self.how.planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(numbers)))
+        numbers = [self.how.seed, self._kinds[uav], *(0 if end is None else end + 1 for end in ends)]
+        result = require_result(planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(numbers)))
         trajectory = leg_along(problem, result, self.how.shape)
         joules = 0.0
         if trajectory is not None and self.airspace.scenario.uavs[uav].usable_energy is not None:
@@ -178,15 +199,15 @@ class TourLegs:
         own, vehicle = self.airspace.of(uav), scenario.uavs[uav]
         places = np.array([target.position for target in scenario.targets]).reshape(-1, 3)
         home = np.array([vehicle.start])
-        apart = _bordered(straight_line(places, places), straight_line(home, places)[0])
-        price = own.rates.metre * apart
-        if not self.how.planner.leaves_lattice(scenario):
+        everywhere = np.vstack([places, home, home])
+        price = own.rates.metre * straight_line(everywhere, everywhere)
+        if not self.how.pricer.leaves_lattice(scenario):
             among = self._key(uav, (0, 0))  # the same for all UAVs of a kind, wherever they start
             if among not in self._rough:
                 numbers = lattice_prices(own, uav, places, places, self.how.workers)
                 self._rough[among] = numbers, numbers
             price = _bordered(self._rough[among][0], lattice_prices(own, uav, home, places)[0])
-        self._rough[key] = price, apart / vehicle.max_speed
+        self._rough[key] = price, least_times(vehicle, scenario.winds, everywhere)
         return self._rough[key]
 
     def _key(self, uav: int, ends: Ends) -> Key:
@@ -206,6 +227,19 @@ _NO_MATTER = (
     *("separation", "vertical_separation", "reserve", "batteries", "swap", "vehicle"),
 )
 """The fields of a UAV by which legs do not differ."""
+
+
+def least_times(uav: UAV, winds: WindBall, places: Floats) -> Floats:
+    """Return seconds (n, n) that no flight between places (n, 3), metres, at rest at both, goes below."""
+    ways = places - places[:, None]
+    apart = np.linalg.norm(ways, axis=2)
+    unit = ways / np.maximum(apart, MIN_SEGMENT)[..., None]
+    most = good_speed(uav, winds, unit.reshape(-1, 3)).reshape(apart.shape)
+    fast = apart * uav.max_acceleration >= most**2
+    gathering = 2.0 * np.sqrt(apart / uav.max_acceleration)
+    upright = np.maximum(ways[..., 2] / (uav.max_climb or np.inf), -ways[..., 2] / (uav.max_descent or np.inf))
+    flat = np.where(fast, apart / np.maximum(most, MIN_SEGMENT) + most / uav.max_acceleration, gathering)
+    return np.maximum(flat, upright)
 
 
 def _bordered(among: Floats, outwards: Floats) -> Floats:

@@ -1,5 +1,6 @@
 """Tours: several targets for each UAV, in the best order, within what its battery gives, and home again."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -69,7 +70,12 @@ def plan_tours(airspace: Airspace, how: LegPlanning, options: TourOptions, origi
     windy = scenario.wind is not None or any(uav.battery is not None for uav in scenario.uavs)
     legs = TourLegs(airspace, how, timed=windy or any(target.window is not None for target in scenario.targets))
     routes = _routes(scenario, legs, options)
+    legs.finish(_wanted(scenario, routes))
     flights = [_flight(scenario, legs, uav, routes) for uav in range(len(scenario.uavs))]
+    unvisited = {target: REASONS[why] for target, why in routes.unvisited.items()}
+    for flight, tour in zip(flights, routes.tours, strict=True):
+        if flight is None:
+            unvisited |= dict.fromkeys(itertools.chain(*tour), "the planner found no way on the tour that leads there")
     mission = Mission(
         scenario=scenario,
         assignment=(),
@@ -81,7 +87,7 @@ def plan_tours(airspace: Airspace, how: LegPlanning, options: TourOptions, origi
         violations=(),
         provenance=origin,
         interrupted=routes.interrupted,
-        unvisited=tuple(Unvisited(target, REASONS[why]) for target, why in sorted(routes.unvisited.items())),
+        unvisited=tuple(Unvisited(*one) for one in sorted(unvisited.items())),
     )
     planned = _flown(mission, flights)
     return with_waits(airspace, planned, flights, _flown) if options.keep_apart and not routes.interrupted else planned
@@ -109,7 +115,7 @@ def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
     thorough = len(scenario.targets) <= MOST_TARGETS
     for _ in range(MOST_ROUNDS):
         routes = route(legs.vehicles(stay, options.only), work, options.criterion, search)
-        new = legs.plan(_wanted(scenario, routes))
+        new = legs.price(_wanted(scenario, routes))
         vehicles = legs.vehicles(stay, options.only)
         priced = retold(vehicles, work, routes, options.criterion) if new else routes
         if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
