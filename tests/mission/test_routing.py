@@ -237,7 +237,7 @@ class TestPyVRP:
             assert ranks == sorted(ranks)
 
     def test_a_battery_that_reaches_nothing_leaves_everything_out(self):
-        vehicles, work = on_a_plain(12, 1, usable=0.0, visit_joules=np.ones(12))
+        vehicles, work = on_a_plain(12, 1, usable=0.0, visit_joules=np.ones(12), most_sorties=2)
         assert set(route(vehicles, work).unvisited.values()) == {"battery"}
 
     def test_a_cancelled_search_gives_the_best_so_far_and_says_so(self):

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _PATIENCE = 500, 10  # iterations without a better solution, and how many more for each target
 _QUICK = 0.1  # the share of that which a quick search takes
-_EFFORT = 2 * 10**8  # the most iterations, times the square of the targets
+_EFFORT = 10**8  # the most iterations, times the square of the targets
 _DOUBTS = 150  # iterations after which a largest finish counts as out of reach
 _LEVEL = 0.005  # how near the largest finish comes to one that is out of reach, as a share
 _UNITS = 10**7  # in which PyVRP counts: of the prices of flying to each target alone, of a battery, of a capacity
@@ -45,6 +45,8 @@ def pyvrp_tours(
     clock = _Clock(search, work.targets)
     able = [possible(vehicle, work) for vehicle in {v.alike(): v for v in vehicles}.values()]
     held, times = np.flatnonzero(np.any(able, axis=0)), criterion == "min-max" or work.windows
+    if not len(held):
+        return ((),) * len(vehicles), clock.cancelled
     for required in (True, False):  # that all must be visited makes a quicker search, which may find nothing
         model = _Model(vehicles, work, search, held, timed=times, required=required)
         begun = search.tours if required and _visits_once(search.tours or (), held) else None
