@@ -2,21 +2,23 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.arrays import arctan2
 from skyverse.model.mission import FlightSummary, Mission
-from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE
+from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE, Power
 from skyverse.model.sortie import Sortie
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Motion, Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.wind import Wind
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
 from skyverse.search.path_shortening.shortcut import drop_collinear
 
+COURSE_SAMPLES = 1001
+"""Instants at which a battery is told."""
 MAX_HALVINGS = 40
 """How often intervals are cut in two, each time one of the halves before."""
 _INNER = [0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975362]
@@ -50,18 +52,12 @@ def flight_summary(
     uav: UAV, path: Floats, trajectory: Trajectory, wind: Wind | None = None, sorties: Sequence[Sortie] = ()
 ) -> FlightSummary:
     """Summarise what a UAV flies along a path (n, 3), metres, in a wind; between sorties it takes nothing."""
-    power, gust = uav.power_model, 0.0 if wind is None else wind.gust
+    power = uav.power_model
 
     def rates(instants: Floats) -> Floats:
         motion = trajectory.at(instants)
         speed = np.linalg.norm(motion.velocity, axis=1)
-        if power is None:
-            return speed[:, None]
-        load = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1) / GRAVITY
-        through = motion.velocity if wind is None else motion.velocity - wind.at(motion.position[:, 2])
-        level, climb = np.linalg.norm(through[:, :2], axis=1), through[:, 2]
-        worst = [power.most(level, level, climb, load, gust)] if gust else []
-        return np.column_stack([speed, power.at(level, climb, load), *worst])
+        return np.column_stack([speed, *([] if power is None else _powers(power, motion, wind))])
 
     spans = [(one.begin, one.end) for one in sorties] or [(trajectory.start, trajectory.end)]
     knots = trajectory.knots
@@ -78,6 +74,59 @@ def flight_summary(
         energy_bound=bound,
         left=None if spent is None else float(TRUSTED_SHARE - spent),
     )
+
+
+def _powers(power: Power, motion: Motion, wind: Wind | None, way: float = 1.0) -> list[Floats]:
+    """Return the powers (m,), W, of a motion or, where `way` is -1, of its reverse: as stated, and in worst gusts."""
+    load = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1) / GRAVITY
+    through = way * motion.velocity - (0.0 if wind is None else wind.at(motion.position[:, 2]))
+    level, climb = np.linalg.norm(through[:, :2], axis=1), through[:, 2]
+    worst = [power.most(level, level, climb, load, wind.gust)] if wind is not None and wind.gust > 0 else []
+    return [power.at(level, climb, load), *worst]
+
+
+@dataclass(frozen=True, eq=False)
+class BatteryCourse:
+    """What a battery holds in a sortie, at samples, in gusts that are at their worst; no proof rests on it.
+
+    Attributes
+    ----------
+    instants
+        (m,) seconds into the mission.
+    left
+        (m,) shares of the battery that are left, of the share that is trusted.
+    back
+        (m,) shares that it takes to turn about and fly back the way that the UAV came.
+    no_return
+        The instant up to which that leaves the reserve; ``None`` where it never does.
+    """
+
+    instants: Floats
+    left: Floats
+    back: Floats
+    no_return: float | None
+
+
+def battery_course(uav: UAV, trajectory: Trajectory, wind: Wind | None, sortie: Sortie) -> BatteryCourse | None:
+    """Return how a battery empties in a sortie, for pages; ``None`` without a battery.
+
+    To turn about, the UAV brakes at `max_acceleration` and gathers speed the other way; an aeroplane is taken to turn
+    at once.
+    """
+    power = uav.power_model
+    if power is None or uav.battery is None:
+        return None
+    instants = np.linspace(sortie.begin, sortie.end, COURSE_SAMPLES)
+    motion, joules = trajectory.at(instants), uav.battery * JOULES_OF_WATT_HOUR
+    on, home = (_powers(power, motion, wind, way)[-1] for way in (1.0, -1.0))
+    used, back = (np.r_[0.0, np.cumsum((w[1:] + w[:-1]) / 2 * np.diff(instants))] / joules for w in (on, home))
+    if uav.fixed_wing is None:
+        seconds = 2.0 * np.linalg.norm(motion.velocity, axis=1) / uav.max_acceleration
+        back = back + seconds * np.maximum(on, home) * (1.0 + uav.max_acceleration / GRAVITY) ** 1.5 / joules
+    left = TRUSTED_SHARE - used
+    fits = left - back >= uav.reserve
+    until = len(fits) if fits.all() else int(np.argmin(fits))
+    return BatteryCourse(instants, left, back, float(instants[until - 1]) if until else None)
 
 
 def flown_length(trajectory: Trajectory) -> float:

@@ -9,7 +9,7 @@ import skyverse as sky
 from skyverse.model.sortie import Sortie
 from skyverse.model.trajectory import Trajectory
 from skyverse.referee.energy import energy_bounds, judge_battery, turning_back
-from skyverse.summary import flight_summary
+from skyverse.summary import battery_course, flight_summary
 from skyverse.trajectory import rest_to_rest
 
 CAMERA = {"hover_power": 121.6, "power": ((9, 102.7), (14, 121.3)), "mass": 0.915, "battery": 77.0}
@@ -155,6 +155,20 @@ def test_a_plan_that_the_battery_does_not_give_is_refuted_and_one_that_it_gives_
     poor = air.model_copy(update={"uavs": (air.uavs[0].model_copy(update={"battery": 3.0}),)})
     (violation,) = sky.check(poor, sky.plan_mission(poor, sky.Taut(), rng=1))
     assert violation.fault is sky.Fault.BATTERY
+
+
+@pytest.mark.parametrize("wind", [None, {"velocity": (6, 2, 0)}, {"velocity": (6, 2, 0), "gust": 2}])
+def test_what_is_told_of_a_battery_over_time_is_what_is_bounded(wind):
+    scenario = world(wind=wind, **CAMERA | {"battery": 6.0})
+    trajectory, uav = flight(5, scenario.uavs[0], corners=12), scenario.uavs[0]
+    told = battery_course(uav, trajectory, scenario.wind, Sortie(0, trajectory.end, ()))
+    used = np.interp(told.instants, *energy_bounds(scenario, 0, trajectory, 0, trajectory.end)) / (6 * 3600)
+    instants, back, last = turning_back(scenario, 0, trajectory, 0, trajectory.end)
+    assert told.left == pytest.approx(0.9 - used, abs=0.01)
+    assert told.back == pytest.approx(np.interp(told.instants, instants, back) / (6 * 3600), abs=0.06)
+    assert 0 < last < trajectory.end
+    assert told.no_return == pytest.approx(last, rel=0.1)
+    assert battery_course(world(hover_power=100.0).uavs[0], trajectory, None, Sortie(0, 1, ())) is None
 
 
 def test_between_sorties_nothing_is_taken_and_the_longest_one_says_what_is_left():
