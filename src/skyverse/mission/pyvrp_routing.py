@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pyvrp import ProblemData, Solution
     from pyvrp.stop import StoppingCriterion
 
-_PATIENCE = 500, 10  # iterations without a better solution, and how many more for each target
+_PATIENCE = 200, 8  # iterations without a better solution, and how many more for each target
 _QUICK = 0.1  # the share of that which a quick search takes
 _EFFORT = 10**8  # the most iterations, times the square of the targets
 _DOUBTS = 150  # iterations after which a largest finish counts as out of reach
