@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import skyverse as sky
-from skyverse.lab import COLUMN_TYPES, Study, read_study, study_from_data, write_study
+from skyverse.lab import COLUMN_TYPES, Study, plan_job, problems_of, read_study, study_from_data, write_study
 from skyverse.live import POLICIES
 
 FILE = """\
@@ -203,3 +203,34 @@ def test_more_hidden_obstacles_than_there_are_are_refused(refuses):
     study = Study(scenarios=["map1"], movers=[{"hidden": 9}], policies=["wait"])
     with refuses():
         list(study.jobs())
+
+
+def tours(tmp_path, **changes):
+    """Return the file of a scenario of the thesis's smallest fleet with more targets, and other changes."""
+    fleet = sky.read("table-4.9-2")
+    more = (*fleet.targets, fleet.targets[0].model_copy(update={"name": "third"}))
+    sky.write(fleet.model_copy(update={"targets": more, **changes}), tmp_path / "more.yaml")
+    return str(tmp_path / "more.yaml")
+
+
+@pytest.mark.parametrize("kind", ["planners", "policies"])
+def test_scenarios_of_tours_are_refused(kind, tmp_path, refuses):
+    uavs = tuple(uav.model_copy(update={"end": "home"}) for uav in sky.read("table-4.9-2").uavs)
+    some = {"planners": ["astar"]} if kind == "planners" else {"policies": ["wait"], "movers": ["spinners"]}
+    with refuses():
+        list(Study(scenarios=[tours(tmp_path, uavs=uavs)], **some).jobs())
+
+
+def test_planners_have_one_target_each_where_there_are_more(tmp_path):
+    (job,) = Study(scenarios=[tours(tmp_path)], planners=["astar"], seeds=1).jobs()
+    alone = plan_job(next(Study(scenarios=["table-4.9-2"], planners=["astar"], seeds=1).jobs()))
+    assert len(problems_of(job.case)) == 2
+    assert plan_job(job).cost <= alone.cost
+
+
+def test_flights_among_movers_have_no_more_targets_than_uavs_unless_each_has_one(tmp_path, refuses):
+    study = {"scenarios": [tours(tmp_path)], "policies": ["wait"], "movers": ["spinners"], "seeds": 1}
+    with refuses():
+        list(Study(**study).jobs())
+    (job,) = Study(**study, assignment="euclidean").jobs()
+    assert sky.plan_mission(job.case.scenario, assignment=job.case.assignment).sorties == ()

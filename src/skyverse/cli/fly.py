@@ -227,6 +227,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
             "makespan": flight.mission.makespan,
             "uavs": rows,
             "pairs": pairs,
+            "visits": [asdict(visit) for visit in flight.visits],
             "violations": [violation_data(violation) for violation in flight.violations],
             "files": [str(path) for path in written],
         }
@@ -241,6 +242,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     known = {title: form for title, form in forms.items() if any(row[title] is not None for row in rows)}
     cells = [["-" if row[title] is None else form(row[title]) for title, form in known.items()] for row in rows]
     table(list(known), cells)
+    _tell_visits(flight)
     if pairs:
         closest = min(pairs, key=lambda pair: pair["nearness"])
         print(
@@ -255,6 +257,24 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     print(flight.sentence)
     for path in written:
         print(path)
+
+
+def _tell_visits(flight: "Flight") -> None:
+    """Print each visit of a tour as it was flown, and nothing without tours."""
+    scenario = flight.mission.scenario
+    rows = [
+        [
+            scenario.uavs[one.uav].name,
+            scenario.targets[one.target].name,
+            f"{one.arrival:.1f} s",
+            f"{one.departure:.1f} s",
+            f"{one.farthest:.3f} m",
+            "yes" if one.kept else "no",
+        ]
+        for one in flight.visits
+    ]
+    if rows:
+        table(["uav", "visits", "from", "until", "off at most", "kept"], rows)
 
 
 _MEASURES: dict[str, tuple[str, Callable[[Any], str]]] = {

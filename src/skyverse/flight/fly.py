@@ -13,7 +13,7 @@ import numpy as np
 from skyverse._typing import Ints
 from skyverse.errors import InputError, require_kind, require_number, require_whole
 from skyverse.flight.commands import Commands, commands_to
-from skyverse.flight.judge import measure, passings, strayed
+from skyverse.flight.judge import measure, missed, passings, strayed
 from skyverse.flight.runs import (
     SimulatedRun,
     added,
@@ -190,15 +190,9 @@ def _fly_once(
             assert planned is not None
             speeds = told_airspeeds(kind, planned, conditions.wind)
             violations += strayed(scenario, one, margin, planned.end, speeds)
-    return Flight(
-        mission,
-        conditions,
-        seed if conditions.random else None,
-        float(margin),
-        tuple(flown),
-        tuple(near),
-        (*violations, *wrong),
-    )
+    drawn = seed if conditions.random else None
+    flight = Flight(mission, conditions, drawn, float(margin), tuple(flown), tuple(near), (*violations, *wrong))
+    return replace(flight, violations=(*flight.violations, *missed(scenario, flight.visits)))
 
 
 def _simulated(

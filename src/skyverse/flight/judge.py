@@ -1,6 +1,7 @@
 """Judges a flight: tracking errors, violations, and how near UAVs came to obstacles, movers and each other."""
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from skyverse.flight.commands import COMMAND_RATE
 from skyverse.flight.simulator import Samples
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle
-from skyverse.model.flight_record import Flown, Nearest
+from skyverse.model.flight_record import NEAR_ENOUGH, FlownVisit, Flown, Nearest
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt
 from skyverse.model.scenario import Scenario
@@ -129,7 +130,7 @@ def _nearness(apart: Floats, level: float, upright: float) -> Floats:
 
 def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
     """Return the required nearness, (m,): below 1 only while the given starts or targets are too close."""
-    uavs, targets = mission.scenario.uavs, mission.scenario.targets
+    uavs = mission.scenario.uavs
     asked = np.full(len(meant), 1.0 - NEARNESS_ROUNDING)
     clear = np.flatnonzero(meant >= 1.0 - NEARNESS_ROUNDING)
     first, last = (clear[0], clear[-1] + 1) if len(clear) else (len(meant), 0)
@@ -139,9 +140,9 @@ def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
 
     asked[:first] = np.minimum(asked[:first], given(uavs[i].start, uavs[j].start))
     if mission.trajectories[i] is not None and mission.trajectories[j] is not None:
-        one, other = mission.assignment[i], mission.assignment[j]
+        one, other = (mission.scenario.end_place(uav, mission.assignment[uav]) for uav in (i, j))
         if one is not None and other is not None:
-            asked[last:] = np.minimum(asked[last:], given(targets[one].position, targets[other].position))
+            asked[last:] = np.minimum(asked[last:], given(one, other))
     return asked
 
 
@@ -176,8 +177,25 @@ def strayed(scenario: Scenario, flown: Flown, margin: float, due: float, speeds:
     if flown.times[-1] < due:
         cut = f"more than {LOST_DISTANCE:g} m off its trajectory, where its simulation ends; it is due at {due:.2f} s"
         note(Fault.TRAJECTORY_ENDS, f"is lost {told_instant(flown.times[-1])}: it is {cut}{speeds}", -1)
-    elif off > max(margin, 0.01):
+    elif off > max(margin, NEAR_ENOUGH):
         note(Fault.TRAJECTORY_ENDS, f"is {off:.3f} m off its trajectory when it is flown no more", -1)
+    return wrong
+
+
+def missed(scenario: Scenario, visits: Sequence[FlownVisit]) -> list[Violation]:
+    """Return the violations of UAVs that were off targets while they were to stay there, or lost before."""
+    wrong = []
+    for one in visits:
+        if one.kept:
+            continue
+        uav, target = scenario.uavs[one.uav].name, scenario.targets[one.target]
+        how = (
+            f"is {one.farthest:.3f} m off {target.name}"
+            if np.isfinite(one.farthest)
+            else f"is lost before {target.name}"
+        )
+        message = f"{uav} {how}, where it was to be from {one.arrival:.2f} s to {one.departure:.2f} s"
+        wrong.append(Violation(Fault.VISIT, (one.uav,), message, one.arrival, target.position))
     return wrong
 
 

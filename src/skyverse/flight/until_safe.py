@@ -30,7 +30,8 @@ _SLOWED = "Slowed down with the whole mission, to be flown safely."
 def slowed(mission: Mission, factor: float) -> Mission:
     """Return a mission in which all times are multiplied by `factor`, those of departures included.
 
-    All places and their order stay, so that UAVs keep clear of obstacles and apart as before.
+    All places and their order stay, so that UAVs keep clear of obstacles and apart as before. Stays at targets are as
+    many times as long; a window may be missed then, which the referee tells.
 
     Raises
     ------
@@ -41,10 +42,11 @@ def slowed(mission: Mission, factor: float) -> Mission:
         if uav.fixed_wing is not None and trajectory is not None:
             raise InputError(f"{mission.scenario.name}: cannot be slowed down: {uav.name} keeps its airspeed")
     trajectories = tuple(None if t is None else _stretched(t, factor) for t in mission.trajectories)
+    sorties = tuple(tuple(one.retimed(0.0, 0.0, factor) for one in own) for own in mission.sorties)
     told = mission.deconfliction
     if told is not None:
         told = replace(told, total_after=told.total_after * factor, makespan_after=told.makespan_after * factor)
-    return judged(replace(mission, trajectories=trajectories, deconfliction=told))
+    return judged(replace(mission, trajectories=trajectories, sorties=sorties, deconfliction=told))
 
 
 def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
@@ -58,8 +60,9 @@ def farther(mission: Mission, more: float, apart: float = 0.0) -> Mission | None
     """Return a mission with the same starts and targets, planned by `Auto` with `more` metres of additional clearance.
 
     UAVs are planned with `apart` metres of additional separation. Where the paths of a fleet are apart in space, those
-    planned anew are led around each other too. The mission remains an answer to its own scenario, and is judged with
-    that clearance and separation. There is none where so much clearance leaves no room below a ceiling.
+    planned anew are led around each other too. Tours are made anew, among all targets. The mission remains an answer to
+    its own scenario, and is judged with that clearance and separation. There is none where so much clearance leaves no
+    room below a ceiling.
     """
     scenario = mission.scenario
     changes: dict[str, object] = {"clearance": scenario.clearance + more}
@@ -70,14 +73,17 @@ def farther(mission: Mission, more: float, apart: float = 0.0) -> Mission | None
     if apart:
         changes["uavs"] = tuple(_separated(uav, apart) for uav in scenario.uavs)
     flying = sum(trajectory is not None for trajectory in mission.trajectories)
-    in_space = flying > 1 and not apart_by_timing_only(mission)
+    in_space = flying > 1 and not mission.sorties and not apart_by_timing_only(mission)
     resolve = in_space or mission.deconfliction is not None or apart > 0
     seed = mission.provenance.seed
     plan = partial(
         plan_mission, planner=Auto(), rng=seed, options=MissionOptions(keep_apart=resolve, apart_in_space=in_space)
     )
     sent = [target for target in mission.assignment if target is not None]
-    if len(sent) == len(mission.assignment):  # keep the assignment
+    if mission.sorties:
+        planned = plan(derived(scenario, **changes), assignment="tours")
+        assigned = planned.assignment
+    elif len(sent) == len(mission.assignment):  # keep the assignment
         changes["targets"] = tuple(scenario.targets[target] for target in sent)
         planned = plan(derived(scenario, **changes), assignment="identity")
         assigned = tuple(None if own is None else sent[own] for own in planned.assignment)
@@ -213,7 +219,7 @@ def fly_until_safe(
             apart += close + 2 * SPARE if close > 0 else 0.0
             done = f"planned anew with {more:.3g} m more clearance and {apart:.3g} m more separation"
             anew = farther(mission, more, apart)
-            if anew is None or not anew.complete or not is_no_worse(mission, anew):
+            if anew is None or _leaves_more_out(mission, anew) or not is_no_worse(mission, anew):
                 why = f"{done}, there is no way left"
                 break
             easier, before = slowed(anew, slowness) if slowness > 1 else anew, math.inf
@@ -224,6 +230,9 @@ def fly_until_safe(
             slowness *= factor
             easier, before = slowed(flown.mission, factor), short if short > 0 else math.inf
             done = f"slowed down to {1 / slowness:.0%} of its speed"
+        if easier.sorties and not is_no_worse(mission, easier):
+            why = f"{done}, {easier.violations[0].message.rstrip('.')}"
+            break
         flown = again(easier)
         said.append(f"Round {len(said) + 1}: {done}; {'safe' if flown.safe else _first_wrong(flown)}.")
     if why:
@@ -259,6 +268,11 @@ def _missing(flown: Flight | FlightRuns) -> tuple[float, float]:
             if one.above_ground is not None:
                 missing.append(scenario.ground_clearance - flown.margin - one.above_ground)
     return max(missing), 0.0
+
+
+def _leaves_more_out(before: Mission, after: Mission) -> bool:
+    """Tell whether a mission that was planned anew is not complete, or if no more was asked, visits fewer targets."""
+    return not after.complete and (not before.unvisited or len(after.unvisited) > len(before.unvisited))
 
 
 def is_no_worse(before: Mission, after: Mission) -> bool:

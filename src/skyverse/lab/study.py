@@ -165,6 +165,7 @@ class Study(Model, strict=True, allow_inf_nan=False):
 
     def _planned_case(self, given: StudyScenario, objective: PathObjective | None) -> Case:
         scenario = _read(given)
+        _refuse_tours(given, scenario)
         if objective is None:
             self._refuse_two_units(scenario)
         if scenario.movers:
@@ -181,6 +182,12 @@ class Study(Model, strict=True, allow_inf_nan=False):
 
     def _flown_case(self, given: StudyScenario, movers: Encounters) -> Case:
         scenario = _read(given)
+        _refuse_tours(given, scenario)
+        if len(scenario.targets) > len(scenario.uavs) and self.assignment == "path-cost":
+            raise InputError(
+                f"{given.file}: targets: expected no more than UAVs, each of which flies to one, or another assignment, "
+                f"found {len(scenario.targets)}, which make tours"
+            )
         for number, zone in enumerate(scenario.zones):
             if zone.max_speed is not None or zone.active is not None:
                 raise InputError(
@@ -212,6 +219,12 @@ class Study(Model, strict=True, allow_inf_nan=False):
             each if each.file in BUILTIN_NAMES else derived(each, file=moved(each.file)) for each in self.scenarios
         )
         return derived(self, scenarios=tuple(given))
+
+
+def _refuse_tours(given: StudyScenario, scenario: Scenario) -> None:
+    """Raise `InputError` where UAVs would return, or targets ask for more than that one UAV flies there."""
+    if scenario.asks_for_tours:
+        raise InputError(f"{given.file}: expected UAVs that each fly to one target and stay there, found tours")
 
 
 def read_study(path: str | Path) -> Study:

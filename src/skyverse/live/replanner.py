@@ -109,6 +109,9 @@ class Replanner:
     ) -> None:
         require_kind(mission, Mission, "mission")
         scenario = mission.scenario
+        if mission.sorties:
+            why = "tours are not replanned in flight, which would lead UAVs to their last targets alone"
+            raise InputError(why, field="mission")
         require_number(lead, "lead", "seconds", LEAST_LEAD, LONGEST_HORIZON)
         self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
         self.horizon = max(self._horizons) if horizon is None else horizon

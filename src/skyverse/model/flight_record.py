@@ -1,5 +1,6 @@
 """The records of a mission that was flown in a simulator, once or many times: frozen data with read-only arrays."""
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
@@ -10,6 +11,7 @@ from skyverse.model.conditions import DEFAULT_VEHICLE, Conditions, is_stand_in, 
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import Real, Whole
 from skyverse.model.short_lines import as_lines, counted, told_metres, told_seconds
+from skyverse.model.sortie import Visit
 from skyverse.model.timed_shapes import not_judged_as_flown
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Violation
@@ -95,6 +97,30 @@ class Nearest:
     mover: Whole | None = None
     nearness: Real | None = None
     planned: Real | None = None
+
+
+@dataclass(frozen=True)
+class FlownVisit:
+    """A visit of a tour as it was flown.
+
+    Attributes
+    ----------
+    uav, target
+        Their indices.
+    arrival, departure
+        Seconds into the mission between which the UAV was to be there, one instant where it was to stay no longer.
+    farthest
+        Metres that it was from the target then at most; infinite if it was lost before.
+    kept
+        Whether that is no more than the margin, or a centimetre.
+    """
+
+    uav: Whole
+    target: Whole
+    arrival: Real
+    departure: Real
+    farthest: Real
+    kept: bool
 
 
 class Simulated:
@@ -191,6 +217,17 @@ class Flight(Simulated, ArrayRecord):
         return f"Not safe: {wrong}."
 
     @property
+    def visits(self) -> tuple[FlownVisit, ...]:
+        """The visits of all tours as they were flown, in the order of UAVs and then of time; empty without tours."""
+        return tuple(
+            flown_visit(one, visit, self.mission.scenario.targets[visit.target].position, self.margin)
+            for one in self.flown
+            if one is not None and self.mission.sorties
+            for sortie in self.mission.sorties[one.uav]
+            for visit in sortie.visits
+        )
+
+    @property
     def held(self) -> bool | None:
         """Whether all UAVs stayed within their stated tracking errors; ``None`` where none is stated."""
         uavs = self.mission.scenario.uavs
@@ -214,6 +251,19 @@ class Flight(Simulated, ArrayRecord):
     def largest(self) -> float:
         """The largest tracking error of all UAVs, metres."""
         return max((flown.largest for flown in self.flown if flown is not None), default=0.0)
+
+
+NEAR_ENOUGH = 0.01
+"""Metres off its end, or off a target during a visit, that a UAV may be whatever the margin."""
+
+
+def flown_visit(flown: Flown, visit: Visit, place: tuple[float, float, float], margin: float) -> FlownVisit:
+    """Return a visit of a target at a place as it was flown, with the samples next to its beginning and its end."""
+    first, last = np.searchsorted(flown.times, [visit.arrival, visit.departure])
+    off = np.linalg.norm(flown.positions[max(first - 1, 0) : last + 1] - place, axis=1)
+    farthest = float(off.max()) if last < len(flown.times) else math.inf
+    kept = farthest <= max(margin, NEAR_ENOUGH)
+    return FlownVisit(flown.uav, visit.target, visit.arrival, visit.departure, farthest, kept)
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,7 @@ def _slow_in_wind(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Itera
 def _spare_targets(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Iterator[MissionCaution]:
     """Yield that there are targets to which no UAV is sent."""
     sent = {one.target.name for one in flights if one.target is not None}
+    sent |= {scenario.targets[visit.target].name for one in flights for own in one.sorties for visit in own.visits}
     spare = tuple(target.name for target in scenario.targets if target.name not in sent)
     if spare:
         yield MissionCaution("no UAV", f"{Caution.WARNING}: no UAV flies to {_named(spare)}", spare)
