@@ -51,6 +51,7 @@ from .model.flight_record import Distribution as Distribution
 from .model.flight_record import Flight as Flight
 from .model.flight_record import FlightRuns as FlightRuns
 from .model.flight_record import Flown as Flown
+from .model.flight_record import FlownVisit as FlownVisit
 from .model.flight_record import Nearest as Nearest
 from .model.flight_record import TrackingErrors as TrackingErrors
 from .model.flight_settings import FlightSettings as FlightSettings

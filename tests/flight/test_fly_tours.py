@@ -78,7 +78,7 @@ def test_a_tour_planned_farther_from_obstacles_visits_all_targets(tour):
 
 
 def test_a_tour_that_slowed_down_would_miss_a_window_is_given_up(tour):
-    arrival = [visit for own in tour.sorties_of(0) for visit in own.visits][0]
+    arrival = next(visit for own in tour.sorties_of(0) for visit in own.visits)
     targets = list(NEAR.targets)
     targets[arrival.target] = targets[arrival.target].model_copy(update={"window": (0.0, arrival.arrival + 0.3)})
     strict = sky.plan_mission(NEAR.model_copy(update={"targets": tuple(targets)}))

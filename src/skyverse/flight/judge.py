@@ -10,7 +10,7 @@ from skyverse.flight.commands import COMMAND_RATE
 from skyverse.flight.simulator import Samples
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle
-from skyverse.model.flight_record import NEAR_ENOUGH, FlownVisit, Flown, Nearest
+from skyverse.model.flight_record import NEAR_ENOUGH, Flown, FlownVisit, Nearest
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt
 from skyverse.model.scenario import Scenario

@@ -185,7 +185,7 @@ class Study(Model, strict=True, allow_inf_nan=False):
         _refuse_tours(given, scenario)
         if len(scenario.targets) > len(scenario.uavs) and self.assignment == "path-cost":
             raise InputError(
-                f"{given.file}: targets: expected no more than UAVs, each of which flies to one, or another assignment, "
+                f"{given.file}: targets: expected no more than UAVs, each with one, or another assignment, "
                 f"found {len(scenario.targets)}, which make tours"
             )
         for number, zone in enumerate(scenario.zones):
