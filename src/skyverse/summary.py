@@ -53,11 +53,11 @@ def flight_summary(
 ) -> FlightSummary:
     """Summarise what a UAV flies along a path (n, 3), metres, in a wind; between sorties it takes nothing."""
     power = uav.power_model
+    any_power = power or Power(hover=1.0)  # so that a length has the same bits whether or not a power is known
 
     def rates(instants: Floats) -> Floats:
         motion = trajectory.at(instants)
-        speed = np.linalg.norm(motion.velocity, axis=1)
-        return np.column_stack([speed, *([] if power is None else _powers(power, motion, wind))])
+        return np.column_stack([np.linalg.norm(motion.velocity, axis=1), *_powers(any_power, motion, wind)])
 
     spans = [(one.begin, one.end) for one in sorties] or [(trajectory.start, trajectory.end)]
     knots = trajectory.knots
