@@ -154,7 +154,7 @@ def _off(curve: PolynomialCurve, begin: float, end: float, place: tuple[float, f
         return math.inf
     if first == last:  # an instant: it is enough to look there
         piece = int(met[0])
-        return float(np.linalg.norm(curve.motion(piece, middle - float(begins[piece]))[0] - place))
+        return math.dist(curve.motion(piece, middle - float(begins[piece]))[0], place)
     powers = (ends - begins)[met, None] ** np.arange(1, curve.pieces.shape[1])
     reach: Floats = np.linalg.norm(curve.pieces[met, 0] - place, axis=1)
     reach = reach + (np.linalg.norm(curve.pieces[met, 1:], axis=2) * powers).sum(axis=1)

@@ -47,13 +47,14 @@ def with_heading(trajectory: Trajectory, uav: UAV, held: Sequence[HeldYaw] = ())
     instants = np.r_[
         (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), trajectory.end
     ]
+    instants = np.union1d(instants, [t for begin, end, _ in held for t in (begin, end)]) if held else instants
     known, courses = wanted_yaws(trajectory, instants, uav)
+    yaws = np.zeros(len(instants))
+    yaws[known] = courses
     for begin, end, yaw in held:
         within = (instants >= begin) & (instants <= end)
-        yaws = np.zeros(len(instants))
-        yaws[known] = courses
         known, yaws = known | within, np.where(within, yaw, yaws)
-        courses = yaws[known]
+    courses = yaws[known]
     at = instants[known]
     when, turns = _gathered(at, wrapped(np.diff(courses)))
     rate, acceleration = math.radians(uav.max_yaw_rate), math.radians(uav.max_yaw_acceleration)
