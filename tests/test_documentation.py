@@ -78,7 +78,7 @@ def test_every_file_that_the_glossary_names_is_there():
     assert [file for file in files if not (Path(skyverse.__file__).parent / file).exists()] == []
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/quickstart.md", "docs/check.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/quickstart.md", "docs/check.md", "docs/tours.md"])
 def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
     pytest.importorskip("rotorpy", reason="the extra flight is not installed")
     monkeypatch.chdir(tmp_path)
