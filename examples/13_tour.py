@@ -29,7 +29,12 @@ ground = ridges.terrain.height(MASTS)
 
 home = [(4774.6, -475.8), (4926.8, -353.7)]
 uavs = [
-    {"vehicle": "camera", "start": (x, y, float(ridges.terrain.height([(x, y)])[0]) + 40.0), "end": "home", "swap": 90.0}
+    {
+        "vehicle": "camera",
+        "start": (x, y, float(ridges.terrain.height([(x, y)])[0]) + 40.0),
+        "end": "home",
+        "swap": 90.0,
+    }
     | {"batteries": batteries}
     for (x, y), batteries in zip(home, (2, 1), strict=True)
 ]

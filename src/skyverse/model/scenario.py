@@ -374,6 +374,12 @@ class Scenario(Model):
             strange = [name for name in target.uavs if name not in known]
             if strange:
                 raise ValueError(f"targets[{number}].uavs: there is no UAV of the name {shown(strange[0])}")
+            for uav in self.uavs if target.demand > 0 else ():
+                if uav.battery is not None and uav.capacity is None and uav.name in (target.uavs or known):
+                    raise ValueError(
+                        f"targets[{number}].demand: {uav.name} has a battery, which depends on what it carries, but "
+                        "no capacity"
+                    )
         return self
 
     @model_validator(mode="after")

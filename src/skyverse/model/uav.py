@@ -71,7 +71,8 @@ class UAV(Model):
     end
         Where it ends: ``"target"``, at its last target, or ``"home"``, where it started.
     capacity
-        The targets' demands that it can carry at once, kg; ``None`` where that is not limited.
+        The targets' demands that it can carry at once, kg; ``None`` where that is not limited. Its power is that with
+        all of it on board.
     max_speed, max_acceleration, max_jerk
         Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
     max_airspeed
@@ -173,7 +174,7 @@ class UAV(Model):
     def power_model(self) -> Power | None:
         """Its electrical power as a function of airspeed, climb and load; ``None`` where no power is known."""
         wings, mass = self.fixed_wing is not None, self.mass or 0.0
-        laden = 1.0 + (self.payload / mass if mass else 0.0)
+        laden = 1.0 + ((self.payload + (self.capacity or 0.0)) / mass if mass else 0.0)
         power = Power(weight=mass * GRAVITY, laden=laden, wings=wings)
         if self.power_curve is not None:
             hover = () if self.hover_power is None or wings else ((0.0, self.hover_power),)
@@ -259,6 +260,8 @@ class UAV(Model):
             raise ValueError(
                 f"power_curve must begin at 0 m/s, or hover_power be given, but it begins at {speeds[0]:g}"
             )
+        if self.capacity is not None and self.battery is not None and self.mass is None:
+            raise ValueError("capacity needs mass beside a battery, that of the UAV without what it carries")
         if self.payload > 0 and self.mass is None:
             raise ValueError("payload needs mass beside it, that of the UAV without payload")
         if self.battery is not None and (power is None or self.mass is None):
