@@ -85,10 +85,29 @@ def with_wind(scenario: "Scenario", velocity: tuple[float, float, float] | None,
     return scenario
 
 
+def with_work(scenario: "Scenario", end: str | None, stay: float | None) -> "Scenario":
+    """Return a scenario whose UAVs all end at their last target or at home, and stay so long at each, s, if given."""
+    ends = {} if end is None else {"end": end}
+    stays = {} if stay is None else {"stay": stay}
+    return scenario.model_copy(
+        update={
+            "uavs": tuple(uav.model_copy(update=ends) for uav in scenario.uavs),
+            "targets": tuple(target.model_copy(update=stays) for target in scenario.targets),
+        }
+    )
+
+
 def limited(scenario: "Scenario", limits: "FleetLimits") -> "Scenario":
     """Return a scenario all of whose UAVs have these limits."""
     from skyverse.model.uav import with_limits
 
+    if limits.battery is not None and limits.vehicle is None:
+        unknown = [uav.name for uav in scenario.uavs if uav.mass is None or uav.power_model is None]
+        if unknown:
+            why = (
+                f"the mass or power of {unknown[0]} is not known; --vehicle camera gives them, or mass and hover_power"
+            )
+            raise InputError(f"--battery: {why} in the scenario")
     return scenario.model_copy(update={"uavs": tuple(with_limits(uav, limits) for uav in scenario.uavs)})
 
 

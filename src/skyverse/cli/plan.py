@@ -16,6 +16,7 @@ from skyverse.cli.given_scenario import (
     with_ends,
     with_lattice,
     with_wind,
+    with_work,
 )
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, AsJson, GivenScenario, Output, Whole
 from skyverse.cli.outputs import mission_file, refuse_output, source_from
@@ -84,7 +85,10 @@ class FleetOptions:
     Parameters
     ----------
     assignment
-        How targets are assigned: by the exact cost of each path, by straight lines, or in the order given.
+        How targets are assigned: by the exact cost of each path, by straight lines, in the order given, or several to
+        each UAV, as also path-cost does where there are more targets than UAVs.
+    order
+        Of the targets that one UAV visits: the best, or that of the scenario.
     criterion
         What the assignment minimises: the fleet's total cost, or its largest single cost.
     shape
@@ -95,7 +99,8 @@ class FleetOptions:
         Lead UAVs around the paths of others, so that they keep apart whatever the timing; exports then say so.
     """
 
-    assignment: Literal["path-cost", "euclidean", "identity"] = "path-cost"
+    assignment: Literal["path-cost", "euclidean", "identity", "tours"] = "path-cost"
+    order: Literal["best", "given"] = "best"
     criterion: Literal["min-sum", "min-max"] = "min-sum"
     shape: Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"] = "minimum-time"
     keep_apart: bool = True
@@ -121,6 +126,10 @@ class LimitOptions:
         The distance that they keep from each other, metres; twice as much above and below, or the vehicle's own.
     tracking_error
         How far they may stray, as in `1.5,2`: metres seen from above, and metres in altitude.
+    battery
+        The nominal energy of each battery, Wh; the vehicle must say what UAVs weigh and which power they take.
+    reserve
+        The share of it that must be left at landing, as in 0.2.
     """
 
     vehicle: str | None = None
@@ -129,6 +138,8 @@ class LimitOptions:
     max_descent: float | None = None
     separation: float | None = None
     tracking_error: Annotated[str | None, SIGNED] = None
+    battery: float | None = None
+    reserve: float | None = None
 
 
 @Parameter(name="*", group=Group("In place of what the scenario says"))
@@ -143,6 +154,10 @@ class ScenarioOptions:
         an origin, as `46.81,9.85,60 m agl`; with a name as in `alpha=46.81,9.85,60 m agl`. Repeat for more.
     target
         Targets in place of the scenario's, written in the same ways; repeat for more.
+    end
+        Where all UAVs end: at their last target, or at home, where they start.
+    stay
+        How long a UAV stays at each target, seconds.
     max_height
         How high above the ground below UAVs may fly, as in `120 m agl`; the scenario needs a terrain.
     lattice_step
@@ -162,6 +177,8 @@ class ScenarioOptions:
 
     uav: More = None
     target: More = None
+    end: Literal["target", "home"] | None = None
+    stay: float | None = None
     max_height: Annotated[str | None, SIGNED] = None
     lattice_step: Annotated[str | None, SIGNED] = None
     unknown: Literal["free", "occupied"] | None = None
@@ -214,11 +231,11 @@ def plan(
 
     Examples: `skyverse plan table-4.8`, `skyverse plan map.txt --uav 0,-4,1 --target 2,17,3 --seed 1`,
     `skyverse plan map1 --planner mvo --set universes=50 --iterations 100`, `skyverse plan city.yaml --vehicle camera
-    --max-speed 8 --separation 10`
+    --max-speed 8 --separation 10`, `skyverse plan city.yaml --assignment tours --end home --stay 20 --vehicle camera`
 
-    Exit code: 0 when every UAV that has a target has a path and a trajectory to it, and all are proven safe, within
-    limits and apart; 1 when not, also where UAVs start too close to each other; 2 for bad input; 130 when interrupted:
-    Ctrl-C writes the best mission so far.
+    Exit code: 0 when every UAV that has a target has a path and a trajectory to it, tours visit all targets, and all
+    are proven safe, within limits and apart; 1 when not, also where UAVs start too close to each other; 2 for bad
+    input; 130 when interrupted: Ctrl-C writes the best mission so far.
 
     Parameters
     ----------
@@ -232,6 +249,7 @@ def plan(
     given = sky.read_scenario(scenario, unknown=otherwise.unknown)
     error = tracking_error_of(limits.tracking_error)
     asked = with_ends(scenario, with_ceiling(scenario, given, otherwise.max_height), otherwise.uav, otherwise.target)
+    asked = with_work(asked, otherwise.end, otherwise.stay)
     asked = with_lattice(
         limited(asked, FleetLimits(**vars(limits) | {"tracking_error": error})), otherwise.lattice_step
     )

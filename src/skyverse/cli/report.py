@@ -52,12 +52,14 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.model.timed_shapes import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions, nearest_obstacle
     from skyverse.space.pads import fleet_pads, pads_sentence
+    from skyverse.tour_table import sortie_columns, visit_columns
 
     if as_json:
         print(json_text(_summary(mission, written)), end="")
         return
     results = [result for result in mission.results if result is not None]
-    for columns in [flight_columns(mission), *([search_columns(mission)] if details else [])]:
+    tours = [sortie_columns(mission), visit_columns(mission)] if mission.visited and mission.sorties else []
+    for columns in [flight_columns(mission), *tours, *([search_columns(mission)] if details else [])]:
         table([column.head for column in columns], zip(*(column.cells for column in columns), strict=True))
     if any(result.status.value == "optimal" for result in results):
         print("Paths called optimal are so as claimed by the planner.")
@@ -122,7 +124,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
     from skyverse.mission.closed_ways import closed_ways
     from skyverse.space.mission_cautions import mission_cautions
 
-    costs = mission.costs if mission.complete else {}
+    costs, targets = mission.costs if mission.complete else {}, mission.scenario.targets
     flies = any(trajectory is not None for trajectory in mission.trajectories)
     return {
         "mission": str(written[0]),
@@ -138,6 +140,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
         "interrupted": mission.interrupted,
         "provenance": asdict(mission.provenance),
         "uavs": _uav_data(mission),
+        "unvisited": [{"target": targets[one.target].name, "why": one.why} for one in mission.unvisited],
         "violations": [violation_data(v) for v in mission.violations],
         "closed ways": [] if mission.interrupted else [_closed_way_data(closed) for closed in closed_ways(mission)],
         "cautions": [asdict(one) | {"sentence": for_command_line(one.sentence)} for one in mission_cautions(mission)],
@@ -157,7 +160,7 @@ def _uav_data(mission: "Mission") -> list[dict[str, Any]]:
 
     bound = "optimum" if bound_kind(mission) == "exact optimum" else "bound"
     rows = []
-    for one in planned_flights(mission):
+    for number, one in enumerate(planned_flights(mission)):
         if one.target is None or one.result is None:
             continue
         result, trajectory = one.result, one.trajectory
@@ -174,10 +177,25 @@ def _uav_data(mission: "Mission") -> list[dict[str, Any]]:
                 "flies": None if trajectory is None else trajectory.form,
                 "generated paths": result.effort.generated_paths,
                 "flight": None if one.summary is None else asdict(one.summary),
+                **({"sorties": _sorties_data(mission, number)} if mission.sorties else {}),
                 **(result.terms if result.terms.keys() - EXACT_TERMS else {}),
             }
         )
     return rows
+
+
+def _sorties_data(mission: "Mission", uav: int) -> list[dict[str, Any]]:
+    """Return the sorties of a UAV with the names of what is visited, and how much batteries give beyond them, Wh."""
+    from skyverse.tour_table import numbered_sorties
+
+    sorties, targets = [], mission.scenario.targets
+    for one in numbered_sorties(mission):
+        if one.uav == uav:
+            visits = [asdict(visit) | {"target": targets[visit.target].name} for visit in one.sortie.visits]
+            until = None if one.battery is None else one.battery.no_return
+            spare = {"spare_wh": one.spare, "turning back until": until}
+            sorties.append({"begin": one.sortie.begin, "end": one.sortie.end, "visits": visits, **spare})
+    return sorties
 
 
 def certificate_data(certificate: "Certificate") -> dict[str, Any]:

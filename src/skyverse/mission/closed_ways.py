@@ -10,6 +10,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN
+from skyverse.mission.tours import REASONS
 from skyverse.model.mission import Mission, planned_flights
 from skyverse.model.quantities import derived
 from skyverse.model.result import Status
@@ -60,16 +61,15 @@ class ClosedWay:
 
 
 def closed_ways(mission: Mission) -> list[ClosedWay]:
-    """Return what closes the ways of the first `MAX_WAYS` UAVs for which no path was found."""
-    found = []
+    """Return what closes the ways of the first `MAX_WAYS` UAVs, or to targets of tours, for which no path was found."""
+    scenario, lost = mission.scenario, list[tuple[int, int]]()
     for number, flight in enumerate(planned_flights(mission)):
-        if flight.result is None or flight.target is None or flight.result.status not in UNREACHED:
-            continue
-        target = mission.scenario.targets.index(flight.target)
-        found.append(_closed(mission.scenario, number, target))
-        if len(found) == MAX_WAYS:
-            break
-    return found
+        if flight.result is not None and flight.target is not None and flight.result.status in UNREACHED:
+            lost.append((number, scenario.targets.index(flight.target)))
+    for target in (one.target for one in mission.unvisited if one.why == REASONS["no way"]):
+        wanted = scenario.targets[target].uavs
+        lost += [(uav, target) for uav, own in enumerate(scenario.uavs) if not wanted or own.name in wanted][:1]
+    return [_closed(scenario, uav, target) for uav, target in lost[:MAX_WAYS]]
 
 
 def _closed(scenario: Scenario, uav: int, target: int) -> ClosedWay:

@@ -16,10 +16,11 @@ from skyverse.mission.tour_flight import TourFlight, turning_seconds
 from skyverse.mission.tour_legs import Ends, LegPlanning, TourLegs, joined_result, legs_of
 from skyverse.mission.tour_waits import with_waits
 from skyverse.model.mission import Mission
-from skyverse.model.result import Provenance
+from skyverse.model.result import CANCELLED, Provenance
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Unvisited
 from skyverse.problem import Airspace
+from skyverse.stop import Progress, Stop
 
 MOST_ROUNDS = 40
 """How often routes are sought anew because legs of the last ones turned out dearer than they seemed."""
@@ -102,7 +103,8 @@ def _require_multirotors(scenario: Scenario) -> None:
 
 def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
     order = [*range(len(scenario.targets))] if options.keep_order else None
-    search = RouteSearch(legs.how.stop, legs.how.seed, order, quick=True)
+    stop = None if legs.how.stop is None else _WhenCancelled(legs.how.stop)
+    search = RouteSearch(stop, legs.how.seed, order, quick=True)
     turns = [max((turning_seconds(uav, target) for uav in scenario.uavs), default=0.0) for target in scenario.targets]
     stay = np.array([target.stay + 2.0 * turn for target, turn in zip(scenario.targets, turns, strict=True)])
     windows = [(0.0, math.inf) if target.window is None else target.window for target in scenario.targets]
@@ -120,7 +122,8 @@ def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
         priced = retold(vehicles, work, routes, options.criterion) if new else routes
         if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
             best = priced
-        if not new or routes.interrupted:
+        interrupted = stop is not None and stop.cancelled
+        if not new or interrupted:
             break
         if best is not None and len(scenario.targets) > MOST_TARGETS:
             if thorough:
@@ -128,8 +131,22 @@ def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
             thorough = _rank(best, options)[-1] <= _rank(routes, options)[-1] * (1.0 + CLOSE)
             search = search._replace(quick=not thorough, tours=best.tours)
     if best is None:
-        return replace(routes, tours=((),) * len(scenario.uavs), optimal=False)
-    return best
+        best = replace(routes, tours=((),) * len(scenario.uavs), optimal=False)
+    return replace(best, interrupted=interrupted, optimal=best.optimal and not interrupted)
+
+
+@dataclass(frozen=True)
+class _WhenCancelled(Stop):
+    """Ends a search once a rule has been cancelled: budgets are those of paths, not of routes."""
+
+    rule: Stop
+
+    def met(self, progress: Progress) -> str | None:
+        return CANCELLED if self.rule.cancelled else None
+
+    @property
+    def cancelled(self) -> bool:
+        return self.rule.cancelled
 
 
 def _wanted(scenario: Scenario, routes: Routes) -> list[tuple[int, Ends]]:

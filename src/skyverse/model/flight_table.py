@@ -118,7 +118,7 @@ BoundKind = Literal["exact optimum", "straight line", "lower bound"]
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its head, what it means in one sentence, and a cell for each UAV of the scenario."""
+    """A column of a table: its head, what it means in one sentence, and a cell for each row, as for each UAV."""
 
     head: str
     meaning: str
@@ -142,7 +142,7 @@ def flight_columns(mission: Mission) -> list[Column]:
     energy = tuple(NO_VALUE if value is None else told_energy(value) for value in energies)
     columns = [
         Column("UAV", "", tuple(one.uav.name for one in flights)),
-        Column("target", "", tuple(NO_VALUE if one.target is None else one.target.name for one in flights)),
+        Column("target", "", tuple(map(_targets, flights))),
         Column("status", "How the search for the path ended.", tuple(one.status for one in flights)),
         Column("cost", "What the objective counts of the path.", tuple(_cost(one, mission) for one in flights)),
         Column(
@@ -232,6 +232,15 @@ def unit_sentence(mission: Mission) -> str:
         lengths = 'in metres; "flown" compares it with others'
         return f"{counted}; a path of any angle leaves the lattice, so that its cost is {lengths}."
     return f"{counted}; paths of any angle, as of Taut, leave the lattice and cost metres."
+
+
+def _targets(flight: PlannedFlight) -> str:
+    """Return the target of a flight, or how many there are in a tour, and its sorties."""
+    visits = sum(len(sortie.visits) for sortie in flight.sorties)
+    if visits < 2 and len(flight.sorties) < 2:
+        return NO_VALUE if flight.target is None else flight.target.name
+    many = f" in {counted(len(flight.sorties), 'sortie')}" if len(flight.sorties) > 1 else ""
+    return f"{counted(visits, 'target')}{many}"
 
 
 def told_energy(joules: float) -> str:

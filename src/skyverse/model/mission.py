@@ -114,6 +114,7 @@ class Mission(ArrayRecord):
             f"Mission {self.scenario.name!r}: {who}{judged}",
             "" if self.complete else "not complete: " + self._missing,
             f"total cost {self.total_cost_sentence}",
+            self._visits if self.sorties else "",
             f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",
             f"by {self.provenance.planner_and_seed}",
         )
@@ -210,15 +211,26 @@ class Mission(ArrayRecord):
         """Whether as many UAVs as possible have a target, each with a path and a trajectory; of tours, all targets."""
         pairs = min(len(self.scenario.uavs), len(self.scenario.targets))
         assigned = sum(target is not None for target in self.assignment)
-        visited = {visit.target for own in self.sorties for sortie in own for visit in sortie.visits}
         return (
             not self.interrupted
-            and (len(visited) == len(self.scenario.targets) if self.sorties else assigned == pairs)
+            and (len(self.visited) == len(self.scenario.targets) if self.sorties else assigned == pairs)
             and all(
                 target is None or (result is not None and result.status.reached and trajectory is not None)
                 for target, result, trajectory in zip(self.assignment, self.results, self.trajectories, strict=True)
             )
         )
+
+    @property
+    def visited(self) -> frozenset[int]:
+        """The indices of the targets at which UAVs arrive."""
+        own = (self.sorties_of(uav) for uav in range(len(self.scenario.uavs)))
+        return frozenset(visit.target for sorties in own for sortie in sorties for visit in sortie.visits)
+
+    @property
+    def spare_targets(self) -> tuple[int, ...]:
+        """The indices of the targets to which no UAV is sent."""
+        sent = self.visited | {target for target in self.assignment if target is not None}
+        return tuple(k for k in range(len(self.scenario.targets)) if k not in sent)
 
     @property
     def total_cost_sentence(self) -> str:
@@ -245,6 +257,12 @@ class Mission(ArrayRecord):
         certificates = [*self.certificates, self.apart]
         proven = all(one is None or one.verdict.value == "proven" for one in certificates)
         return "proven safe at every instant" if proven else "nothing found wrong"
+
+    @property
+    def _visits(self) -> str:
+        """How many targets are visited, in how many flights."""
+        many = counted(sum(map(len, self.sorties)), "sortie")
+        return f"{len(self.visited):,} of {counted(len(self.scenario.targets), 'target')} visited in {many}"
 
     @property
     def _missing(self) -> str:

@@ -51,6 +51,10 @@ class FleetLimits:
         as much.
     tracking_error
         How far they may stray from their nominal positions: metres seen from above, and metres in altitude.
+    battery
+        Nominal energy of the battery of each, Wh.
+    reserve
+        Share of it that must be left at landing.
     """
 
     vehicle: str | None = None
@@ -59,6 +63,8 @@ class FleetLimits:
     max_descent: float | None = None
     separation: float | None = None
     tracking_error: tuple[float, float] | None = None
+    battery: float | None = None
+    reserve: float | None = None
 
     def __post_init__(self) -> None:
         if self.vehicle is not None:
@@ -68,6 +74,10 @@ class FleetLimits:
                 require_number(getattr(self, name), name, least=0.0 if name == "separation" else 1e-3, most=1e6)
         if self.tracking_error is not None:
             require_row(self.tracking_error, 2, "tracking_error", least=0.0)
+        if self.battery is not None:
+            require_number(self.battery, "battery", least=1e-3, most=1e6)
+        if self.reserve is not None:
+            require_number(self.reserve, "reserve", least=0.0, most=1.0)
 
 
 def _profile(title: str, source: str, simulated_as: str | None = None, **limits: Any) -> VehicleProfile:

@@ -48,7 +48,7 @@ def mission_cautions(mission: Mission) -> list[MissionCaution]:
     ]
     later = later_cautions(scenario, [one.trajectory for one in flights])
     return [
-        *_spare_targets(scenario, flights),
+        *_spare_targets(mission),
         *_left_out(scenario),
         *_flown_over(scenario, flown),
         *_high(scenario, flown),
@@ -68,13 +68,14 @@ def _slow_in_wind(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Itera
             yield MissionCaution("slow in wind", said, (uav.name,))
 
 
-def _spare_targets(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Iterator[MissionCaution]:
-    """Yield that there are targets to which no UAV is sent."""
-    sent = {one.target.name for one in flights if one.target is not None}
-    sent |= {scenario.targets[visit.target].name for one in flights for own in one.sorties for visit in own.visits}
-    spare = tuple(target.name for target in scenario.targets if target.name not in sent)
-    if spare:
-        yield MissionCaution("no UAV", f"{Caution.WARNING}: no UAV flies to {_named(spare)}", spare)
+def _spare_targets(mission: Mission) -> Iterator[MissionCaution]:
+    """Yield that there are targets to which no UAV is sent, and why not where that is known."""
+    names = {k: mission.scenario.targets[k].name for k in mission.spare_targets}
+    reasons = {one.target: one.why for one in mission.unvisited}
+    for why in dict.fromkeys(reasons.get(k, "") for k in names):
+        some = tuple(name for k, name in names.items() if reasons.get(k, "") == why)
+        said = f"{Caution.WARNING}: no UAV flies to {_named(some)}{why and f': {why}'}"
+        yield MissionCaution("no UAV", said, some)
 
 
 def _left_out(scenario: Scenario) -> Iterator[MissionCaution]:
