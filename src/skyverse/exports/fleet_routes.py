@@ -1,12 +1,15 @@
 """The waypoints of all UAVs of a mission, proven as an autopilot flies them, one by one and against each other."""
 
+from collections import defaultdict
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 
 from skyverse.errors import InputError, require_choice, require_flag, require_kind
 from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName, rates_of
-from skyverse.exports.flight_plan import flight_plans
+from skyverse.exports.flight_plan import flight_plans, in_turn
+from skyverse.exports.flights import flights_of
 from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.landing import stands
 from skyverse.exports.leg_space import LegSpace
@@ -42,7 +45,9 @@ def routes(
     stops: bool = False,
     autopilot: AutopilotName = "px4",
 ) -> list[Route]:
-    """Return the waypoints of every UAV that flies, proven as an autopilot flies them; see `export`.
+    """Return the waypoints of every flight, proven as an autopilot flies them; see `export`.
+
+    A UAV has one flight, or one for each of its sorties, in their order.
 
     Parameters
     ----------
@@ -71,32 +76,37 @@ def routes(
     require_plausible_homes(scenario)
     checkers = leg_checkers(mission, scenario, altitude)
     flying: AutopilotName = "ardupilot" if altitude == "agl" else autopilot  # PX4 takes no altitudes above ground
-    flown = {k: trajectory for k, trajectory in enumerate(mission.trajectories) if trajectory is not None}
-    if not flown:
+    flights = list(flights_of(mission))
+    if not flights:
         raise InputError("expected a mission with a trajectory to export, found none")
-    rises = dict(zip(flown, _takeoffs(scenario, list(flown), takeoff, flying), strict=True))
+    rises = _takeoffs(scenario, [flight.uav for flight in flights], takeoff, flying)
 
     def search(k: int) -> Route:
-        found = route(checkers[k], k, flown[k], radius=radius, takeoff=rises[k], stops=stops)
+        flight = flights[k]
+        found = route(checkers[flight.uav], flight, radius=radius, takeoff=rises[k], stops=stops)
         if altitude == "agl":
             return found
-        rates = rates_of(scenario.uavs[k], AUTOPILOTS[flying])
-        return with_waypoints_at_zones(scenario, found, flown[k], rates)
+        rates = rates_of(scenario.uavs[flight.uav], AUTOPILOTS[flying])
+        return with_waypoints_at_zones(scenario, found, flight.trajectory, rates)
 
-    found = {k: search(k) for k in flown}
-    own = [checkers[k] for k in flown]
+    found = [search(k) for k in range(len(flights))]
+    own = [checkers[flight.uav] for flight in flights]
     for _ in range(MAX_CERTIFICATES):
-        unproven = [list(flown)[k] for k in refused(own, [one.polyline for one in found.values()])]
+        unproven = refused(own, [one.polyline for one in found])
         if not unproven:
-            return list(found.values())
-        found |= {k: search(k) for k in unproven}
-    names = ", ".join(scenario.uavs[k].name for k in sorted(unproven))
+            return found
+        for k in unproven:
+            found[k] = search(k)
+    names = ", ".join(found[k].name(scenario) for k in sorted(unproven))
     raise InputError(f"{names}: straight legs between waypoints could not be proven; fly them as trajectories")
 
 
 def leg_checkers(mission: Mission, scenario: Scenario, altitude: AltitudeReference) -> list[LegChecker]:
     """Return what checks the legs of each UAV; UAVs that do not stray from their routes share one."""
     airspace: Airspace | None = None
+    visited: dict[int, list[int]] = defaultdict(list)
+    for flight in flights_of(mission):
+        visited[flight.uav] += [stay.target for stay in flight.stays]
     space = LegSpace(scenario, altitude)
     exact = LegChecker(space)
     found = []
@@ -106,7 +116,12 @@ def leg_checkers(mission: Mission, scenario: Scenario, altitude: AltitudeReferen
             found.append(exact)
             continue
         airspace = airspace or Airspace(scenario)
-        places = [vehicle.start] + ([] if target is None else [scenario.targets[target].position])
+        ends = (
+            vehicle.start,
+            *(scenario.targets[one].position for one in visited[uav]),
+            scenario.end_place(uav, target),
+        )
+        places = dict.fromkeys(place for place in ends if place is not None)
         bases = [np.array(place) for place in places if vehicle.fixed_wing is None]
         tops = [airspace.of(uav).lifted(uav, tuple(base)) for base in bases]
         lifts = tuple((base, top) for base, top in zip(bases, tops, strict=True) if top[2] > base[2])
@@ -147,5 +162,6 @@ def routes_apart(mission: Mission, flown: list[Route], *, autopilot: AutopilotNa
     require_choice(autopilot, AUTOPILOTS, "autopilot")
     scenario = mission.scenario
     homes = stands(scenario, [one.uav for one in flown])
-    plans = flight_plans(scenario, flown, AUTOPILOTS[autopilot], homes)
-    return fleet_apart(scenario, [with_limited_speeds(scenario, plan) for plan in plans]).certificate(scenario)
+    plans = [with_limited_speeds(scenario, one) for one in flight_plans(scenario, flown, AUTOPILOTS[autopilot], homes)]
+    plans = [replace(one, ending=one.home[None]) if one.route.to_home else one for one in plans]
+    return fleet_apart(scenario, in_turn(scenario, plans)).certificate(scenario)

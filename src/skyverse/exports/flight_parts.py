@@ -173,7 +173,7 @@ class FlightLegs:
             before = ((position - start) * along).sum(axis=2) < passed
             early, late = np.where(before, middle, early), np.where(before, late, middle)
         found = np.where(parts.shares < 1.0, late, last[:, None])
-        found[(parts.leg == 0) & (parts.shares[:, 0] == 0), 0] = 0.0
+        found[(parts.leg == 0) & (parts.shares[:, 0] == 0), 0] = self.plan.begin
         return found
 
 

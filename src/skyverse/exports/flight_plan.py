@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Autopilot, AutopilotRates, rates_of, takeoff_cut
+from skyverse.exports.autopilots import Autopilot, AutopilotRates, End, rates_of, takeoff_cut
 from skyverse.exports.leg_geometry import towards
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
@@ -51,6 +51,10 @@ class FlightPlan:
         Metres below its first waypoint at which the UAV may turn to the next: PX4 ends a take-off that early.
     ending
         (k, 3) metres: where it flies after the last waypoint, to land there or at home; empty where it stays.
+    begin
+        When the mission is to be started, seconds after all UAVs start together: later than 0 for later sorties.
+    end
+        What it does at its last waypoint.
     """
 
     route: Route
@@ -63,6 +67,8 @@ class FlightPlan:
     top_speed: float
     takeoff_cut: float
     ending: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    begin: float = 0.0
+    end: End = "loiter"
 
     @property
     def waypoints(self) -> Floats:
@@ -99,7 +105,7 @@ class FlightPlan:
     @property
     def takeoff_seconds(self) -> float:
         """How long the take-off takes, from the command for it to the end of the climb."""
-        return self._takeoff().knots[-1] - self.delay
+        return self._takeoff().knots[-1] - self.delay - self.begin
 
     def predicted(self) -> Trajectory:
         """Return the flight from when it rises to the end of the mission."""
@@ -112,7 +118,7 @@ class FlightPlan:
 
     def _takeoff(self) -> "_Motion":
         rates, top = self.rates, self.waypoints[0]
-        made = _Motion(self.home, self.delay + rates.startup)
+        made = _Motion(self.home, self.begin + self.delay + rates.startup)
         rise = top - self.home
         height = math.hypot(*rise)
         low = min(rates.takeoff_height / height, 1.0) if height else 1.0
@@ -186,7 +192,7 @@ def flight_plans(
 
     Every UAV is at the end of its take-off when its trajectory begins, all of them later by as much as the longest
     take-off needs; from there its speeds make it arrive at each waypoint when the trajectory does, as far as its limits
-    allow.
+    allow. A later sortie is started when it is its turn.
 
     Parameters
     ----------
@@ -204,8 +210,19 @@ def flight_plans(
         delay = round(max(max(late, 0.0) + begin, least), 3)
         wing = scenario.uavs[blank.route.uav].fixed_wing
         speeds = _speeds(blank) if wing is None else np.full(len(blank.speeds), wing.speed)
+        begin, delay = (round(delay - least, 3), least) if blank.route.sortie > 1 else (0.0, delay)
         below, above = (0.0, delay) if autopilot.waits_above else (delay, 0.0)
-        made.append(replace(blank, speeds=speeds, delay=below, hover=above))
+        made.append(replace(blank, speeds=speeds, begin=begin, delay=below, hover=above))
+    return made
+
+
+def in_turn(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[FlightPlan]:
+    """Return flight plans of which no sortie begins before the one before it has ended and the battery is changed."""
+    made, ready = list[FlightPlan](), dict[int, float]()
+    for plan in plans:
+        uav = plan.route.uav
+        made.append(replace(plan, begin=max(plan.begin, round(ready.get(uav, 0.0), 3))))
+        ready[uav] = made[-1].predicted().end + scenario.uavs[uav].swap
     return made
 
 

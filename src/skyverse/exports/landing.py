@@ -123,11 +123,12 @@ def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     descents, refused = Descents(scenario), []
     for plan in plans:
         uav, top, place = plan.route.uav, plan.waypoints[-1], plan.ending[-1]
-        why = why_not_level(scenario, uav, place) or descents.why_not_clear(uav, top, place)
+        why = None if plan.route.to_home else why_not_level(scenario, uav, place)  # of homes it is a warning
+        why = why or descents.why_not_clear(uav, top, place)
         if why is not None:
             latitude, longitude, _ = to_wgs84(origin_of(scenario), place[None])[0].tolist()
             where = f"it cannot land below its last waypoint, at {latitude:.5f}, {longitude:.5f}"
-            refused.append(f"{scenario.uavs[uav].name}: {where}, as {why}")
+            refused.append(f"{plan.route.name(scenario)}: {where}, as {why}")
     if refused:
         more = f"; and {counted(len(refused) - MAX_TOLD, 'more UAV')}" if len(refused) > MAX_TOLD else ""
         raise InputError(f"{'; '.join(refused[:MAX_TOLD])}{more}. Choose other targets", field="end", give=stay)

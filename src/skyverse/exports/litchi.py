@@ -13,10 +13,10 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.global_positions import global_positions
-from skyverse.exports.mavlink_formats import FlightFile
+from skyverse.exports.mavlink_formats import FlightFile, wanted_heading
 from skyverse.exports.report import MAX_TOLD, ExportedFleet
 from skyverse.exports.separation import few
-from skyverse.exports.wpml import part_positions, part_speeds
+from skyverse.exports.wpml import part_positions, part_speeds, stay_at
 from skyverse.model.arrays import arctan2
 from skyverse.model.caution import Caution
 from skyverse.model.uav import UAV
@@ -48,18 +48,18 @@ def litchi_text(file: FlightFile) -> str:
     """Return a ``.litchi.csv`` text for a part of a plan's waypoints; raise `InputError` where Litchi takes none."""
     scenario, plan = file.scenario, file.plan
     vehicle, points, at = scenario.uavs[plan.route.uav], plan.waypoints[file.part], part_positions(file)
-    _require_ranges(vehicle.name, points, at.altitude)
+    _require_ranges(plan.route.name(scenario), points, at.altitude)
     mode, gimbal, place = ALTITUDE_MODES[file.reference], GIMBAL_OFF, "0,0,0"
     if vehicle.look_at is not None:
         looked_at = global_positions(scenario, plan.route.uav, np.array([vehicle.look_at]), file.reference).rows[0]
         gimbal, place = GIMBAL_AT_PLACE, ",".join(written(one, 9) for one in looked_at)
     rows = [HEADER]
-    for k, (where, heading, speed) in enumerate(
-        zip(at.rows, _headings(points, vehicle), part_speeds(file), strict=True)
-    ):
-        wait = plan.hover if k == file.part[0] == 0 else 0.0
+    wanted = [wanted_heading(scenario, plan, k) for k in file.part]
+    usual = _headings(points, vehicle)
+    headings = [one if told is None else told for one, told in zip(usual, wanted, strict=True)]
+    for k, (where, heading, speed) in enumerate(zip(at.rows, headings, part_speeds(file), strict=True)):
         numbers = ",".join(written(one, 9) for one in (*where, heading))
-        acts = ",".join(_stays(vehicle.name, wait))
+        acts = ",".join(_stays(plan.route.name(scenario), stay_at(file, k)))
         rows.append(f"{numbers},0,0,{gimbal},0,{acts},{mode},{written(speed, 9)},{place},{mode},-1,-1")
     return "\n".join(rows) + "\n"
 
@@ -88,8 +88,8 @@ def _stays(name: str, seconds: float) -> list[str]:
     count = math.ceil(seconds / LONGEST_STAY)
     if count > MOST_ACTIONS:
         raise InputError(
-            f"{name}: Litchi lets it wait {MOST_ACTIONS * LONGEST_STAY:g} s at most at its first waypoint, and it is "
-            f"to depart after {seconds:.4g} s"
+            f"{name}: Litchi lets it wait {MOST_ACTIONS * LONGEST_STAY:g} s at most at a waypoint, and it is to depart "
+            f"after {seconds:.4g} s"
         )
     stay = [STAY, str(round(1000.0 * seconds / count))] if count else []
     return stay * count + [*NO_ACTION] * (MOST_ACTIONS - count)
@@ -102,8 +102,13 @@ def litchi_settings(fleet: ExportedFleet) -> str:
         for plan, back in zip(fleet.plans, fleet.returns, strict=True)
         if back is not None
     ]
+    ends = [
+        FINISH_ACTIONS[end] + ("" if len(named) == len(fleet.plans) else f" for {few(named, MAX_TOLD)}")
+        for end in FINISH_ACTIONS
+        if (named := [fleet.name(plan) for plan in fleet.plans if plan.end == end])
+    ]
     return (
         f"{Caution.BEFORE} each flight, set in Litchi what its tables do not say: path mode Straight Lines; heading "
-        f"mode Custom where a UAV has look_at or heading, else Auto; finish action {FINISH_ACTIONS[fleet.options.end]} "
+        f"mode Custom where a UAV has look_at or heading, else Auto; finish action {', '.join(ends)} "
         f"after the last table of a UAV, None after others; return height {few(returns, MAX_TOLD)}."
     )

@@ -18,6 +18,7 @@ from skyverse.exports.global_positions import AltitudeReference, global_position
 from skyverse.exports.leg_geometry import leg_deviation
 from skyverse.exports.way_home import WayHome
 from skyverse.model.altitude import AboveHome, AboveSea
+from skyverse.model.arrays import arctan2
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
@@ -59,7 +60,8 @@ def mission_items(file: FlightFile) -> list[StoredItem]:
 
     A UAV that looks at a place is told so after the take-off: PX4 by MAV_CMD_DO_SET_ROI_LOCATION, and ArduPilot, which
     refuses that in a mission before 4.7, by MAV_CMD_DO_SET_ROI. A fixed heading is that of each place, which ArduPilot
-    passes over: it is told on its way to the first waypoint, after the speed, which would wait until it has turned.
+    passes over: it is told on its way to the first waypoint, after the speed, which would wait until it has turned, and
+    on that to a target that wants another. ArduPilot turns along the legs again after that target.
     """
     scenario, plan, _, reference, end, *_ = file
     route = plan.route
@@ -91,9 +93,12 @@ def mission_items(file: FlightFile) -> list[StoredItem]:
         hold, near = round(float(route.waypoint_holds[k]), 3), radius
         if hold > 0 and wing is None:
             near = stop_acceptance(plan.autopilot, plan.rates, route.radius, speed)
-        if k == 1 and yaw is not None and plan.autopilot.name == "ardupilot":
-            add(Command.YAW, MISSION_FRAME, yaw, vehicle.max_yaw_rate, 0.0, 0.0, 0.0, 0.0, 0.0)
-        add(Command.WAYPOINT, frame, hold, near, 0.0, yaw, *where[k])
+        aim = yaw if (wanted := wanted_heading(scenario, plan, k)) is None else wanted
+        if aim is not None and (k == 1 or wanted is not None) and plan.autopilot.name == "ardupilot":
+            if made[-1].command != Command.SPEED:  # Copter forgets a heading that is told before it sets off
+                add(Command.SPEED, MISSION_FRAME, 1.0, speed, -1.0, 0.0, 0.0, 0.0, 0.0)
+            add(Command.YAW, MISSION_FRAME, aim, vehicle.max_yaw_rate, 0.0, 0.0, 0.0, 0.0, 0.0)
+        add(Command.WAYPOINT, frame, hold, near, 0.0, aim, *where[k])
     if end == "land":
         (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home", plan.home).rows
         add(Command.LAND, frame_of(AboveHome), 0.0, 0.0, 0.0, yaw, *below)
@@ -105,6 +110,16 @@ def mission_items(file: FlightFile) -> list[StoredItem]:
             yaw = 0.0  # it needs a number here
         add(Command.LOITER, frame, 0.0, 0.0, around, yaw, *where[-1])
     return made
+
+
+def wanted_heading(scenario: Scenario, plan: FlightPlan, k: int) -> float | None:
+    """Return where the target at waypoint k wants the nose, degrees clockwise from north; ``None`` if it asks not."""
+    visited = int(plan.route.waypoint_targets[k])
+    target = scenario.targets[visited] if visited >= 0 else None
+    if target is None or target.look_at is None:
+        return None if target is None else target.heading
+    east, north = np.subtract(target.look_at, target.position)[:2]
+    return float(np.degrees(arctan2(east, north)) % 360.0)
 
 
 LEAST_AREA = 1.0

@@ -12,6 +12,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw import LandingPlace, page, scene
 from skyverse.errors import Remedy, Sentence
+from skyverse.exports.autopilots import End
 from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
 from skyverse.exports.landing import starts_in_the_air, why_not_level
@@ -22,12 +23,15 @@ from skyverse.exports.way_home import WayHome, layer
 from skyverse.exports.way_home_space import CLEARANCE_SHARE
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.mission import Mission
+from skyverse.model.mission import FlightSummary, Mission
+from skyverse.model.power import JOULES_OF_WATT_HOUR
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import told_seconds
+from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.space.pads import fleet_pads, pads_sentence
 from skyverse.space.tracking_error import NO_ERROR
+from skyverse.summary import flight_summary
 
 MAX_TOLD = 6
 """UAVs that one sentence names; of more it says only how many."""
@@ -71,9 +75,14 @@ class ExportedFleet(NamedTuple):
         """The mission's scenario, with an origin."""
         return self.mission.scenario
 
+    @property
+    def flying(self) -> dict[int, UAV]:
+        """The UAVs that fly, by their indices."""
+        return {plan.route.uav: self.scenario.uavs[plan.route.uav] for plan in self.plans}
+
     def name(self, plan: FlightPlan) -> str:
-        """Return the name of the UAV that flies a plan."""
-        return self.scenario.uavs[plan.route.uav].name
+        """Return what the flight of a plan is called."""
+        return plan.route.name(self.scenario)
 
     def place(self, place: Floats) -> tuple[float, float, float]:
         """Return latitude, longitude and altitude above mean sea level of a place, (3,) metres."""
@@ -88,7 +97,7 @@ class FlightVerdict:
     Attributes
     ----------
     uav
-        The name of the UAV.
+        The name of the UAV and, where it has several, its sortie.
     legs_proven
         Whether all that is flown between its waypoints is proven clear; not so for an aeroplane whose autopilot turns
         at a distance of its own.
@@ -104,6 +113,8 @@ class FlightVerdict:
         The UAVs from which it is apart in no surer way than that, unless it is apart from all in space.
     return_altitude
         Metres above home at which it returns; ``None`` where its file names none.
+    begin
+        Seconds from the start of all UAVs to that of this flight: later than 0 for later sorties.
     """
 
     uav: str
@@ -114,6 +125,7 @@ class FlightVerdict:
     apart: Apart | None
     depends_on: tuple[str, ...]
     return_altitude: float | None = None
+    begin: float = 0.0
 
     @property
     def has_way_home(self) -> bool:
@@ -135,7 +147,7 @@ class FlightVerdict:
     def _way_home(self) -> str:
         if self.has_way_home:
             return "at every instant"
-        if self.gaps[0][0] <= 0 and self.gaps[-1][1] >= self.duration and len(self.gaps) == 1:
+        if self.gaps[0][0] <= self.begin and self.gaps[-1][1] >= self.duration and len(self.gaps) == 1:
             return f"{Caution.NOT} proven"
         spans = [f"{told_seconds(begin).removesuffix(' s')} to {told_seconds(end)}" for begin, end in self.gaps]
         return f"{Caution.NOT} from {few(spans, MAX_GAPS)}"
@@ -160,9 +172,14 @@ class ExportCertificate:
     flights: tuple[FlightVerdict, ...]
 
 
+def end_of(plan: FlightPlan) -> End:
+    """Return what is said of the end of a flight plan: at home all land as after a return."""
+    return "rtl" if plan.route.to_home else plan.end
+
+
 def flight_verdicts(fleet: ExportedFleet) -> tuple[FlightVerdict, ...]:
     """Return the verdict on each UAV that flies."""
-    names = {plan.route.uav: fleet.name(plan) for plan in fleet.plans}
+    names = {plan.route.uav: fleet.scenario.uavs[plan.route.uav].name for plan in fleet.plans}
     made = []
     for plan, back in zip(fleet.plans, fleet.returns, strict=True):
         uav = plan.route.uav
@@ -170,10 +187,11 @@ def flight_verdicts(fleet: ExportedFleet) -> tuple[FlightVerdict, ...]:
         weakest = max(kinds.values(), key=list(Apart).index, default=None)
         timed = [names[other] for other in kinds if weakest is not Apart.SPACE and kinds[other] is weakest]
         duration, reach = float(plan.arrivals[-1]), circle_reach(fleet.scenario, uav)
-        gaps = ((0.0, duration),) if back is None else tuple((gap.begin, gap.end) for gap in back.gaps)
+        gaps = ((plan.begin, duration),) if back is None else tuple((gap.begin, gap.end) for gap in back.gaps)
         circles = f"circles within {reach:.3g} m of its target ({Caution.NOT} proven)"
-        at_end, up = circles if reach else AT_END[fleet.options.end], None if back is None else back.altitude
-        made.append(FlightVerdict(names[uav], plan.corners_proven, at_end, duration, gaps, weakest, tuple(timed), up))
+        at_end, up = circles if reach else AT_END[end_of(plan)], None if back is None else back.altitude
+        of = fleet.name(plan), plan.corners_proven, at_end, duration, gaps, weakest, tuple(timed), up, plan.begin
+        made.append(FlightVerdict(*of))
     return tuple(made)
 
 
@@ -207,7 +225,7 @@ def cautions(fleet: ExportedFleet, *, planned: bool) -> Iterator[str]:
     scenario = fleet.scenario
     _, plans, returns, apart, options = fleet
     if options.altitude == "home":
-        homes = [f"{fleet.name(plan)} {home_on_globe(scenario, plan.route.uav)[2]:z.2f} m" for plan in plans]
+        homes = [f"{uav.name} {home_on_globe(scenario, k)[2]:z.2f} m" for k, uav in fleet.flying.items()]
         yield (
             f"{Caution.BEFORE} each flight, compare home, above mean sea level: {few(homes, MAX_TOLD)}; where a UAV "
             "arms lower, it flies as much lower."
@@ -224,12 +242,17 @@ def cautions(fleet: ExportedFleet, *, planned: bool) -> Iterator[str]:
     if timed:
         said = f"{Caution.ONLY} apart if they start at the same time: {named_pairs(scenario, timed)}"
         yield Sentence(said, give=[AS_PLANNED]) if planned and not options.apart_in_space else f"{said}."
+    later = [f"{fleet.name(plan)} at t = {told_seconds(plan.begin)}" for plan in plans if plan.begin]
+    if later:
+        yield f"{Caution.BEFORE} later sorties, change the battery, and start them in time: {few(later, MAX_TOLD)}."
+    yield from _low_batteries(fleet)
     if options.end == "rtl":
         yield from not_apart_when_returning(scenario, plans, apart)
     near = [
         (a.plan.route.uav, b.plan.route.uav)
         for a, b in combinations([back for back in returns if back is not None], 2)
-        if abs(a.level - b.level) < layer(scenario, a.plan, b.plan) - SAME_PLACE
+        if a.plan.route.uav != b.plan.route.uav
+        and abs(a.level - b.level) < layer(scenario, a.plan, b.plan) - SAME_PLACE
     ]
     if near:
         yield (
@@ -242,18 +265,18 @@ def _warnings(fleet: ExportedFleet) -> Iterator[tuple[list[str], str]]:
     """Yield of which UAVs, or of nobody, each warning is, and what it says."""
     scenario, plans = fleet.scenario, fleet.plans
     yield (
-        [fleet.name(plan) for plan in plans if starts_in_the_air(scenario, plan.route.uav)],
+        [uav.name for k, uav in fleet.flying.items() if starts_in_the_air(scenario, k)],
         "homes that are not known, as the scenario has no terrain, and are taken to be the starts: {}. Where a UAV "
         "arms lower, it returns as much lower than is proven: state its home.",
     )
     uavs = [scenario.uavs[plan.route.uav] for plan in plans]
-    known = [
-        plan
+    known = {
+        plan.route.uav: plan.home
         for plan, uav in zip(plans, uavs, strict=True)
         if uav.fixed_wing is None and (scenario.terrain is not None or uav.home is not None)
-    ]
+    }
     yield (
-        [fleet.name(plan) for plan in known if why_not_level(scenario, plan.route.uav, plan.home) is not None],
+        [scenario.uavs[k].name for k, home in known.items() if why_not_level(scenario, k, home) is not None],
         "homes that are not level: {}. Choose other starts, or level the places.",
     )
     farthest = [float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max()) for plan in plans]
@@ -324,6 +347,7 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
                 f"{fleet.name(plan)}: its take-off ends {rise:.4g} m above where it stands, as there is no room to "
                 f"rise by {options.takeoff:g} m."
             )
+        yield from _of_battery(fleet, plan)
         yield from _of_way_home(fleet, plan, back)
     if pads := pads_sentence(scenario, fleet_pads(mission)):
         yield pads
@@ -334,7 +358,8 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
             f"{SPEED_TOLERANCE:.0%} faster than it is told; returns do where the parameter file is loaded. Wind, and "
             "the turns and circles of aeroplanes, are not counted."
         )
-    late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in plans)
+    first = [plan for plan in plans if plan.route.sortie <= 1]
+    late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in first)
     later = told_seconds(max(late, 0.0))
     begin = "when they do in the mission"  # as of aeroplanes, which do not take off
     if later != told_seconds(0.0):
@@ -342,6 +367,37 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
     yield (
         "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
         f"{begin}."
+    )
+
+
+def _summary(fleet: ExportedFleet, plan: FlightPlan) -> FlightSummary:
+    uav = fleet.scenario.uavs[plan.route.uav]
+    return flight_summary(uav, plan.waypoints, plan.predicted(), fleet.scenario.wind)
+
+
+def _low_batteries(fleet: ExportedFleet) -> Iterator[str]:
+    """Yield a warning on the flights that take more than their batteries give, reserve apart."""
+    low = []
+    for plan in fleet.plans:
+        left, reserve = _summary(fleet, plan).left, fleet.scenario.uavs[plan.route.uav].reserve
+        if left is not None and left < reserve:
+            low.append(f"{fleet.name(plan)} with {left:.1%} left of {reserve:.0%}")
+    if low:
+        yield (
+            f"{Caution.WARNING}: as autopilots fly the waypoints, batteries do not give it with their reserves: "
+            f"{few(low, MAX_TOLD)}."
+        )
+
+
+def _of_battery(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
+    """Yield what a flight takes of its battery, where that is known."""
+    taken = _summary(fleet, plan)
+    if taken.energy_bound is None or taken.left is None:
+        return
+    energy, reserve = taken.energy_bound / JOULES_OF_WATT_HOUR, fleet.scenario.uavs[plan.route.uav].reserve
+    yield (
+        f"{fleet.name(plan)}: it takes {energy:.1f} Wh in {told_seconds(taken.time)} and leaves {taken.left:.1%} of "
+        f"its battery; {reserve:.0%} is its reserve."
     )
 
 

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse._typing import Floats
+from skyverse._typing import Floats, Indices
 from skyverse.errors import InputError
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, takeoff_cut
+from skyverse.exports.flights import ExportedFlight
 from skyverse.exports.leg_geometry import ground_allowance
 from skyverse.exports.legs import LegChecker, Polyline
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
-from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 
 PLACES_PER_PIECE = 16
@@ -76,6 +76,10 @@ class Route:
     over_ground
         (m - 1,) metres that the UAV may be beside each leg along which its height above ground changes evenly; NaN for
         others, whose `deviations` say all.
+    targets
+        (n,) the index of the target that the UAV visits at each waypoint; -1 where it visits none.
+    sortie, to_home
+        As those of its `ExportedFlight`.
     """
 
     uav: int
@@ -89,6 +93,9 @@ class Route:
     deviations: Floats
     lifts: tuple[tuple[Floats, Floats], ...]
     over_ground: Floats
+    targets: Indices
+    sortie: int = 0
+    to_home: bool = False
 
     @property
     def radius(self) -> float:
@@ -116,6 +123,16 @@ class Route:
         return self.holds[1:] if self.takeoff else self.holds
 
     @property
+    def waypoint_targets(self) -> Indices:
+        """The targets that the UAV visits at the waypoints, (m,) indices; -1 where it visits none."""
+        return self.targets[1:] if self.takeoff else self.targets
+
+    def name(self, scenario: Scenario, word: str = " sortie ") -> str:
+        """Return what the flight is called: by its UAV and, where that has several, a word and its sortie."""
+        uav = scenario.uavs[self.uav].name
+        return f"{uav}{word}{self.sortie}" if self.sortie else uav
+
+    @property
     def polyline(self) -> Polyline:
         """What the referee has to prove of it."""
         points = np.concatenate([self.lead, self.waypoints])
@@ -126,7 +143,7 @@ class Route:
         """Return a sentence on what is proven; how corners are flown may be said in other words."""
         count = counted(len(self.points), "waypoint")
         waypoints = f"{count}, {corners or self.corners}, at most {self.off:.3g} m off the trajectory"
-        return f"{scenario.uavs[self.uav].name}: {waypoints}; {self.proof(scenario)}"
+        return f"{self.name(scenario)}: {waypoints}; {self.proof(scenario)}"
 
     @property
     def corners(self) -> str:
@@ -135,7 +152,7 @@ class Route:
             return "no corners"
         if not self.radius:
             return "stopping at each"
-        held = int((self.holds[:-1] > 0).sum())
+        held = int(((self.holds > 0) & (self.targets < 0))[:-1].sum())
         return f"corners cut within {self.radius:.3g} m" + (f" but at {held}, where it stops" if held else "")
 
     def proof(self, scenario: Scenario) -> str:
@@ -165,15 +182,15 @@ def _what_is_kept(scenario: Scenario) -> str:
     return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
 
 
-def route(legs: LegChecker, uav: int, trajectory: Trajectory, *, radius: float, takeoff: Takeoff, stops: bool) -> Route:
+def route(legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: Takeoff, stops: bool) -> Route:
     """Return a UAV's waypoints, which the referee has yet to prove.
 
     Parameters
     ----------
     legs
         What checks its legs, in a scenario that has an origin.
-    uav, trajectory
-        The index of the UAV, and its trajectory.
+    flight
+        What the UAV flies.
     radius
         The largest acceptance radius, metres. It is halved until every leg and every cut corner is clear.
     takeoff
@@ -187,11 +204,15 @@ def route(legs: LegChecker, uav: int, trajectory: Trajectory, *, radius: float, 
     InputError
         If no radius gives a clear route, or it has more waypoints than autopilots accept.
     """
-    scenario = legs.scenario
+    scenario, uav = legs.scenario, flight.uav
     said: str | Obstruction = ""
-    instants, flown = _samples(trajectory)
+    instants, flown = _samples(flight)
     curve = legs.below_ceiling(flown)
     lowered = float((flown - curve)[:, 2].max())
+    stood = []
+    for stay in flight.stays[::-1]:
+        instants, curve, above = _stopping_above_pad(legs, instants, curve, _sample_at(instants, stay.arrival))
+        stood += above
     base, risen = curve[0], _count_on_pad(legs, curve)
     sunk = _count_on_pad(legs, curve[::-1])
     stop_at = set()
@@ -206,6 +227,8 @@ def route(legs: LegChecker, uav: int, trajectory: Trajectory, *, radius: float, 
         instants, curve = instants[kept], curve[kept]
         curve[-2, :2] = curve[-1, :2]
         stop_at |= {len(curve) - 2}
+    visits = dict.fromkeys(stop_at | {_sample_at(instants, t) for t in stood}, False)
+    visits |= {_sample_at(instants, stay.arrival): True for stay in flight.stays}
     height = float(curve[0, 2] - base[2]) if risen else 0.0
     more = max(takeoff.climb - height, radius if risen else 0.0)  # the corner above a pad may be cut
     climbs = [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]
@@ -217,7 +240,7 @@ def route(legs: LegChecker, uav: int, trajectory: Trajectory, *, radius: float, 
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
             early = 0.0 if stops else takeoff.early(climb, size)
             lead = (base - np.array([0.0, 0.0, early]))[None] if climb or early else curve[:0]
-            given = (legs, np.concatenate([lead, lifted[None]]), curve, 0.0 if stops else size, size, may_stop, stop_at)
+            given = (legs, np.concatenate([lead, lifted[None]]), curve, 0.0 if stops else size, size, may_stop, visits)
             search = WaypointPlacement(*given)
             found = search.run()
             if isinstance(found, Obstruction):
@@ -226,7 +249,7 @@ def route(legs: LegChecker, uav: int, trajectory: Trajectory, *, radius: float, 
             if isinstance(found, Obstruction):
                 said = found
             elif len(found) <= MAX_WAYPOINTS:
-                return _made(uav, search, instants, found, base, climb, lowered)
+                return _made(flight, search, instants, found, base, climb, lowered)
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
@@ -252,7 +275,7 @@ def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
 
 
 def _made(
-    uav: int,
+    flight: ExportedFlight,
     search: WaypointPlacement,
     instants: Floats,
     found: list[tuple[int, Floats]],
@@ -263,6 +286,11 @@ def _made(
     legs, curve, radius = search.legs, search.curve, search.radius
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
     holds = np.array([stop_seconds(radius) if k in search.stopped else 0.0 for k, _ in found])
+    stood, targets = np.zeros(len(found)), np.full(len(found), -1)
+    for stay in flight.stays:
+        k = [index for index, _ in found].index(_sample_at(instants, stay.arrival))
+        stood[k], targets[k] = stay.departure - stay.arrival, stay.target
+        holds[k] = max(stood[k], stay.least + (stop_seconds(radius) if radius else 0.0))
     flown = np.concatenate([curve[:1], points[1:]])  # the takeoff does not count as a deviation
     deviations = legs.deviations(flown, radius, holds)
     away = [
@@ -270,14 +298,15 @@ def _made(
         for (a, b), ends in zip(pairwise([k for k, _ in found]), pairwise(flown), strict=True)
     ]
     off = lowered + float(np.max(away + deviations))
-    times = times + np.cumsum(np.r_[0.0, holds[:-1]])
+    times = times + np.cumsum(np.r_[0.0, (holds - stood)[:-1]])
     if climb:
-        holds = np.r_[0.0, holds]
+        holds, targets = np.r_[0.0, holds], np.r_[-1, targets]
         points = np.concatenate([base[None], points])
         times = np.concatenate([times[:1], times])
     deviations = legs.deviations(points, radius, holds)[1 if climb else 0 :]
     radii = np.full(len(points), radius)
-    return Route(uav, points, times, radii, climb, search.lead, off, holds, deviations, legs.lifts, deviations * np.nan)
+    told = points, times, radii, climb, search.lead, off, holds, deviations, legs.lifts, deviations * np.nan, targets
+    return Route(flight.uav, *told, sortie=flight.sortie, to_home=flight.to_home)
 
 
 def _count_on_pad(legs: LegChecker, curve: Floats) -> int:
@@ -289,12 +318,30 @@ def _count_on_pad(legs: LegChecker, curve: Floats) -> int:
     return 0
 
 
-def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
-    """Return times and positions on a trajectory, without repetitions where it stands still."""
-    shares = np.arange(PLACES_PER_PIECE) / PLACES_PER_PIECE
-    t = np.concatenate(
-        [(trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), [trajectory.end]]
-    )
+def _sample_at(instants: Floats, t: float) -> int:
+    return int(np.argmin(np.abs(instants - t)))
+
+
+def _stopping_above_pad(
+    legs: LegChecker, instants: Floats, curve: Floats, at: int
+) -> tuple[Floats, Floats, list[float]]:
+    """Return samples of a curve, (n,) and (n, 3), that lead straight down to the pad at a sample, and up from there.
+
+    With them comes when it is above the pad, to stop there; where the sample is on no pad, nothing is changed.
+    """
+    sunk, risen = _count_on_pad(legs, curve[at::-1]), _count_on_pad(legs, curve[at:])
+    kept = np.r_[: at - max(sunk - 1, 0), at, at + max(risen, 1) : len(curve)]
+    instants, curve, at = instants[kept], curve[kept], at - max(sunk - 1, 0)
+    above = [k for k, on_pad in ((at - 1, sunk), (at + 1, risen)) if on_pad]
+    curve[above, :2] = curve[at, :2]
+    return instants, curve, instants[above].tolist()
+
+
+def _samples(flight: ExportedFlight) -> tuple[Floats, Floats]:
+    """Return times and positions on a flight, without repetitions where it stands still."""
+    shares, trajectory = np.arange(PLACES_PER_PIECE) / PLACES_PER_PIECE, flight.trajectory
+    t = (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel()
+    t = np.r_[t[(t >= flight.begin) & (t < flight.end)], flight.end]
     curve = trajectory.at(t).position
     moved = np.linalg.norm(np.diff(curve, axis=0), axis=1) > SAME_PLACE
     keep = np.r_[True, moved]

@@ -15,7 +15,7 @@ from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.model.caution import Caution
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.trajectory import TimedPath
+from skyverse.model.trajectory import TimedPath, Trajectory
 from skyverse.model.verdict import Certificate, Verdict, Violation
 from skyverse.numerics.tolerances import MIN_LEG_DURATION, SAME_PLACE
 from skyverse.referee.curve import PolynomialCurve
@@ -75,7 +75,8 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
     route, waypoints, holds = plan.route, plan.waypoints, plan.route.waypoint_holds
     wing = scenario.uavs[route.uav].fixed_wing
     made = _Pieces()
-    early, late = plan.delay, plan.delay + takeoff_lag(plan.rates, tolerance)
+    early = plan.begin + plan.delay
+    late = early + takeoff_lag(plan.rates, tolerance)
     made.add(plan.home, plan.home, 0.0, 0.0, 0.0, late)
     height = math.dist(waypoints[0], plan.home)
     swift, slow = height / tolerance.fastest_climb, height / tolerance.slowest_climb
@@ -292,23 +293,23 @@ def fleet_apart(scenario: Scenario, plans: Sequence[FlightPlan]) -> FleetApart:
     paths = [timed_path(scenario, plan, tolerance) for plan in plans]
     boxes = [path_box(path) for path in paths]
     pairs: dict[tuple[int, int], Apart] = {}
-    doubtful = []
     for i, j in combinations(range(len(plans)), 2):
         pair = plans[i].route.uav, plans[j].route.uav
-        keep = kept_distance(scenario, *pair)
+        if pair[0] == pair[1]:  # the sorties of one UAV
+            continue
+        keep, kind = kept_distance(scenario, *pair), Apart.SCHEDULE
         if beyond(boxes[i], boxes[j], keep) or paths_apart(paths[i], paths[j], keep, timed=False):
-            pairs[pair] = Apart.SPACE
+            kind = Apart.SPACE
         elif paths_apart(paths[i], paths[j], keep, timed=True):
-            pairs[pair] = Apart.TIMING
-        else:
-            pairs[pair] = Apart.SCHEDULE
-            doubtful.append(pair)
+            kind = Apart.TIMING
+        pairs[pair] = max(pairs.get(pair, kind), kind, key=list(Apart).index)
+    doubtful = [pair for pair, kind in pairs.items() if kind is Apart.SCHEDULE]
     violations = _on_schedule(scenario, plans, doubtful)
     waits = {plan.route.uav for plan in plans if plan.breaks}
-    flown = {plan.route.uav: plan for plan in plans}
     for pair in doubtful:
         close = any(set(pair) == set(violation.uavs) for violation in violations) or waits & set(pair)
-        if close or _circles_meet(scenario, flown[pair[0]], flown[pair[1]]):
+        own, others = ([plan for plan in plans if plan.route.uav == uav] for uav in pair)
+        if close or any(_circles_meet(scenario, one, other) for one in own for other in others):
             pairs[pair] = Apart.CLOSE
     return FleetApart(pairs, tolerance, violations, any(not plan.corners_proven for plan in plans))
 
@@ -331,14 +332,25 @@ def _on_schedule(
     uavs = list(scenario.uavs)
     for plan in plans:
         if plan.route.uav in asked:
-            flight = plan.predicted()
-            curves[plan.route.uav] = PolynomialCurve(flight.knots, flight.coefficients)
+            curves[plan.route.uav] = _after(curves[plan.route.uav], plan.predicted())
             start = tuple(float(value) for value in plan.home)
             uavs[plan.route.uav] = derived(uavs[plan.route.uav], start=start, home=None)
     standing = derived(scenario, uavs=tuple(uavs))
     unknown = {uav for uav, curve in enumerate(curves) if curve is None}
     found = judge_separation(standing, [None] * len(uavs), curves, unknown).violations
     return tuple(violation for violation in found if any(set(pair) == set(violation.uavs) for pair in pairs))
+
+
+def _after(before: PolynomialCurve | None, flight: Trajectory) -> PolynomialCurve:
+    """Return a flight after those of earlier sorties and a stand between them."""
+    if before is None:
+        return PolynomialCurve(flight.knots, flight.coefficients)
+    stand = np.zeros((1, *flight.coefficients.shape[1:]))
+    stand[0, 0] = flight.coefficients[0, 0]
+    rows, count = (before.pieces, stand, flight.coefficients), int(flight.start > before.knots[-1])
+    return PolynomialCurve(
+        np.r_[before.knots, flight.knots[1 - count :]], np.concatenate([rows[0], rows[1][:count], rows[2]])
+    )
 
 
 def _circles_meet(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> bool:

@@ -88,6 +88,7 @@ def _with_waypoints(route: Route, trajectory: Trajectory, places: Sequence[float
         holds=np.insert(route.holds, at, 0.0),
         deviations=np.insert(route.deviations, legs, route.deviations[legs]),
         over_ground=np.insert(route.over_ground, legs, route.over_ground[legs]),
+        targets=np.insert(route.targets, at, -1),
     )
 
 

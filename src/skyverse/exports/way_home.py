@@ -114,7 +114,7 @@ class WayHome:
     @property
     def nowhere(self) -> bool:
         """Whether it is proven at no instant of the flight."""
-        return bool(self.gaps) and self.gaps[0][0] <= 0 and self.gaps[0][1] >= self.plan.arrivals[-1]
+        return bool(self.gaps) and self.gaps[0][0] <= self.plan.begin and self.gaps[0][1] >= self.plan.arrivals[-1]
 
     @property
     def ends_safely(self) -> bool:
@@ -362,7 +362,8 @@ def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float |
             found.append(None)
             continue
         returns = _Returns(scenario, space, plan)
-        taken = [(one.level, layer(scenario, one.plan, plan)) for one in found if one is not None]
+        others = [one for one in found if one is not None and one.plan.route.uav != plan.route.uav]
+        taken = [(one.level, layer(scenario, one.plan, plan)) for one in others]
         found.append(returns.best(taken) if altitude is None else returns.at(altitude))
     if proven([line for one in found if one is not None for line in one.lines]):
         return found
@@ -371,7 +372,7 @@ def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float |
 
 def _all_of(plan: FlightPlan) -> tuple[Gap]:
     """Return the whole flight as a gap."""
-    return (Gap(0.0, float(plan.arrivals[-1]), UNPROVEN, plan.waypoints[0]),)
+    return (Gap(plan.begin, float(plan.arrivals[-1]), UNPROVEN, plan.waypoints[0]),)
 
 
 def layer(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> float:

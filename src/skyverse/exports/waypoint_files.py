@@ -11,7 +11,7 @@ from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, autopilot_for, require_return_altitude
 from skyverse.exports.fleet_routes import routes
-from skyverse.exports.flight_plan import FlightPlan, flight_plans
+from skyverse.exports.flight_plan import FlightPlan, flight_plans, in_turn
 from skyverse.exports.landing import landing_places, require_landings, stands
 from skyverse.exports.litchi import litchi_settings, litchi_text
 from skyverse.exports.mavlink_formats import FlightFile, geofence, plan_text, waypoints_text
@@ -74,8 +74,9 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
         said = "aeroplanes return as their autopilots are set: files name no altitude"
         raise InputError(said, field="return_altitude")
     if options.end == "rtl":
-        _require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
+        _require_returns(scenario, list(zip(plans, returns, strict=True)))
         plans = [with_limited_speeds(scenario, _returning(*each)) for each in zip(plans, returns, strict=True)]
+        plans = in_turn(scenario, plans)
     apart = fleet_apart(scenario, plans)
     planned = not apart_by_timing_only(mission)
     _require_apart(scenario, apart, plans, options, path, planned=planned)
@@ -87,16 +88,16 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     return WaypointFiles(contents, [file for file in contents if file not in rates], certificate, notes)
 
 
-def _require_returns(scenario: Scenario, backs: Sequence[tuple[int, WayHome | None]]) -> None:
+def _require_returns(scenario: Scenario, backs: Sequence[tuple[FlightPlan, WayHome | None]]) -> None:
     """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why.
 
-    `backs` are the indices of UAVs and their ways home, ``None`` for aeroplanes.
+    `backs` are the flights and their ways home, ``None`` for aeroplanes.
     """
     stay = [Remedy("end", "loiter", "to stay at the target")]
-    planes = [scenario.uavs[uav].name for uav, back in backs if back is None]
+    planes = [plan.route.name(scenario) for plan, back in backs if back is None]
     if planes:
         raise InputError(f"{', '.join(planes)}: the return of an aeroplane cannot be proven", field="end", give=stay)
-    lost = [(scenario.uavs[uav].name, back) for uav, back in backs if back is not None and not back.ends_safely]
+    lost = [(plan.route.name(scenario), back) for plan, back in backs if back is not None and not back.ends_safely]
     if lost:
         told = [f"{name}: at {back.altitude:.4g} m above home {back.gaps[-1].why}" for name, back in lost]
         raise InputError(f"no way home is proven from the last waypoint: {few(told, MAX_TOLD)}", field="end", give=stay)
@@ -126,24 +127,35 @@ def _plans(mission: Mission, suffix: str, options: ExportOptions) -> list[Flight
         )
         plans = flight_plans(scenario, flown, made, stands(scenario, [one.uav for one in flown]))
         _require_rises(scenario, plans)
-        if options.end != "loiter":
-            plans = [_settling(plan) for plan in plans]
-        if options.end == "land":
-            places = landing_places(scenario, plans)
-            plans = [replace(plan, ending=place[None]) for plan, place in zip(plans, places, strict=True)]
-            require_landings(scenario, plans)
-        plans = [with_limited_speeds(scenario, plan) for plan in plans]
+        plans = _landing(scenario, [_settling(_ending(plan, options)) for plan in plans])
+        plans = in_turn(scenario, [with_limited_speeds(scenario, plan) for plan in plans])
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
 
 
+def _ending(plan: FlightPlan, options: ExportOptions) -> FlightPlan:
+    """Return a flight plan that ends as is asked; at home the UAV lands where others stay."""
+    return replace(plan, end="land" if plan.route.to_home and options.end == "loiter" else options.end)
+
+
+def _landing(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[FlightPlan]:
+    """Return flight plans that end with the landing where that is asked, or raise `InputError` where none can land."""
+    landing = [plan for plan in plans if plan.end == "land"]
+    if not landing:
+        return list(plans)
+    places = iter(landing_places(scenario, landing))
+    made = [replace(plan, ending=next(places)[None]) if plan.end == "land" else plan for plan in plans]
+    require_landings(scenario, [plan for plan in made if plan.end == "land"])
+    return made
+
+
 def _settling(plan: FlightPlan) -> FlightPlan:
     """Return a flight plan whose UAV stays at its last waypoint until it is at rest there, and not only near it."""
-    if plan.autopilot.stops:
+    if plan.autopilot.stops or plan.end == "loiter":
         return plan
     holds = plan.route.holds.copy()
-    holds[-1] = stop_seconds(plan.route.radius)
+    holds[-1] = max(holds[-1], stop_seconds(plan.route.radius))
     return replace(plan, route=replace(plan.route, holds=holds))
 
 
@@ -155,7 +167,7 @@ def _require_rises(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
         rise, (least, most) = float(plan.waypoints[0][2] - plan.home[2]), plan.autopilot.rises
         if not least - SAME_PLACE <= rise <= most + SAME_PLACE:
             raise InputError(
-                f"{scenario.uavs[plan.route.uav].name}: {plan.autopilot.title}'s aircraft first rise by {least:g} to "
+                f"{plan.route.name(scenario)}: {plan.autopilot.title}'s aircraft first rise by {least:g} to "
                 f"{most:g} m, and there is room for {rise:.4g} m above its start"
             )
 
@@ -184,12 +196,12 @@ def _require_apart(
 
 def _contents(path: Path, suffix: str, fleet: ExportedFleet) -> tuple[Contents, list[Path | None]]:
     """Return all files of each flight plan, and which of them is its parameter file."""
-    names = [fleet.name(plan) for plan in fleet.plans]
+    names = [plan.route.name(fleet.scenario, "-sortie-") for plan in fleet.plans]
     fence, contents, rates = geofence(fleet.scenario), Contents(), list[Path | None]()
     for own, plan, back in zip(file_for_each(path, suffix, names), fleet.plans, fleet.returns, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
-            flight = FlightFile(fleet.scenario, plan, part, fleet.options.altitude, fleet.options.end, back, fence)
+            flight = FlightFile(fleet.scenario, plan, part, fleet.options.altitude, plan.end, back, fence)
             contents[file] = FORMATS[suffix](flight)
         rates.append(parameter_file(own, suffix, plan))
         if rates[-1] is not None:

@@ -1,6 +1,7 @@
 """Places waypoints on a trajectory so that straight legs between them are clear."""
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +45,7 @@ class WaypointPlacement:
     may_stop
         Whether the UAV may stop where it cannot cut a corner.
     stop_at
-        The samples at which it stops in any case.
+        The samples at which it stops in any case, and for each whether it is one that it has to visit.
     by_curve
         Whether the bend, to the outside of which a waypoint is moved, is that of the curve. Else it is that of the
         waypoints, neighbours that were moved included: where bends are close together, the way between two of them may
@@ -59,14 +60,16 @@ class WaypointPlacement:
         radius: float,
         reach: float,
         may_stop: bool,
-        stop_at: set[int],
+        stop_at: Mapping[int, bool],
         *,
         by_curve: bool = False,
     ) -> None:
         self.legs, self.lead, self.curve, self.may_stop = legs, climb[:-1], curve, may_stop
         self.radius, self.reach = radius, reach
         self.stopped, self.fixed = set(stop_at), frozenset(stop_at)
-        self.nodes: list[tuple[int, Floats]] = [(0, climb[-1]), *((k, curve[k]) for k in sorted(stop_at) if k)]
+        self.visited = frozenset(k for k, visited in stop_at.items() if visited)
+        between = [k for k in sorted(stop_at) if 0 < k < len(curve) - 1]
+        self.nodes: list[tuple[int, Floats]] = [(0, climb[-1]), *((k, curve[k]) for k in between)]
         self.nodes.append((len(curve) - 1, curve[-1]))
         self.pushed: dict[int, float] = {}
         self.by_curve = by_curve
@@ -182,7 +185,8 @@ class WaypointPlacement:
             points = np.concatenate([self.lead, np.array([point for _, point in without])])
             j = k + len(self.lead)
             part = slice(max(j - 3, 0), j + 3)
-            if near and self.legs.trouble(points[part], self.radius, self._stops(without)[part]) is None:
+            may_go = near and self.nodes[k][0] not in self.visited
+            if may_go and self.legs.trouble(points[part], self.radius, self._stops(without)[part]) is None:
                 self.nodes = without
             else:
                 k += 1

@@ -6,7 +6,7 @@ import numpy as np
 
 from skyverse.exports.global_positions import GlobalPositions, geoid_of, global_positions, origin_of
 from skyverse.exports.map_formats import KML, add_texts, document_text
-from skyverse.exports.mavlink_formats import FlightFile
+from skyverse.exports.mavlink_formats import FlightFile, wanted_heading
 from skyverse.model.geodesy import to_wgs84
 from skyverse.orders.dji_files import STOP
 from skyverse.orders.places import written
@@ -30,6 +30,15 @@ def part_speeds(file: FlightFile) -> list[float]:
     """Return the speed after each waypoint of a part, m/s; after the last it is that before it."""
     speeds = file.plan.speeds[file.part[0] : file.part[-1]].tolist()
     return [*speeds, speeds[-1]]
+
+
+def stay_at(file: FlightFile, k: int) -> float:
+    """Return how long a UAV stays at waypoint k of a file, seconds: at the first until it departs, and at targets."""
+    of_plan = file.part[k]
+    if of_plan == 0:
+        return file.plan.hover
+    route, begins = file.plan.route, k == 0  # a part begins where the one before has stayed
+    return 0.0 if begins or route.waypoint_targets[of_plan] < 0 else float(route.waypoint_holds[of_plan])
 
 
 def part_positions(file: FlightFile) -> GlobalPositions:
@@ -83,15 +92,16 @@ def _template(file: FlightFile) -> str:
     return document_text(root)
 
 
-def _add_heading(parent: ET.Element, name: str, file: FlightFile) -> None:
-    """Tell where the nose points: along the legs, in one direction, or at a place.
+def _add_heading(parent: ET.Element, name: str, file: FlightFile, wanted: float | None = None) -> None:
+    """Tell where the nose points: along the legs, in one direction, at a place, or where a target wants it.
 
     At a place DJI aims the nose and not the camera. `fixed` would keep whichever heading the aircraft has; between
     waypoints of the same angle `smoothTransition` keeps that angle.
     """
     heading, vehicle = ET.SubElement(parent, f"wpml:{name}"), file.scenario.uavs[file.plan.route.uav]
-    if vehicle.heading is not None:
-        angle = (vehicle.heading + 180.0) % 360.0 - 180.0
+    aim = vehicle.heading if wanted is None else wanted
+    if aim is not None:
+        angle = (aim + 180.0) % 360.0 - 180.0
         _add(heading, waypointHeadingMode="smoothTransition", waypointHeadingAngle=angle)
         if name == "waypointHeadingParam":
             _add(heading, waypointHeadingAngleEnable="1")
@@ -114,19 +124,21 @@ def _waylines(file: FlightFile) -> str:
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, executeHeight=heights[k], waypointSpeed=speed)
-        _add_heading(mark, "waypointHeadingParam", file)
+        _add_heading(mark, "waypointHeadingParam", file, wanted_heading(file.scenario, file.plan, file.part[k]))
         turn = ET.SubElement(mark, "wpml:waypointTurnParam")
         _add(turn, waypointTurnMode=STOP, waypointTurnDampingDist="0")
         _add(mark, useStraightLine="1")
-        if k == file.part[0] == 0 and file.plan.hover > 0:
-            _hover(mark, file.plan.hover)
+        if stay := stay_at(file, k):
+            _hover(mark, k, stay)
     return document_text(root)
 
 
-def _hover(mark: ET.Element, seconds: float) -> None:
-    """Add a hover at the first waypoint, for a UAV that departs later than the mission begins."""
+def _hover(mark: ET.Element, k: int, seconds: float) -> None:
+    """Add a hover at waypoint k of a file."""
     group = ET.SubElement(mark, "wpml:actionGroup")
-    _add(group, actionGroupId="0", actionGroupStartIndex="0", actionGroupEndIndex="0", actionGroupMode="sequence")
+    number = str(k)
+    _add(group, actionGroupId=number, actionGroupStartIndex=number, actionGroupEndIndex=number)
+    _add(group, actionGroupMode="sequence")
     _add(ET.SubElement(group, "wpml:actionTrigger"), actionTriggerType="reachPoint")
     action = ET.SubElement(group, "wpml:action")
     _add(action, actionId="0", actionActuatorFunc="hover")
