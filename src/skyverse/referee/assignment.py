@@ -14,7 +14,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.sorties import judge_visits
+from skyverse.referee.sorties import judge_visits, makes_tours
 from skyverse.referee.untrusted import target_index
 from skyverse.referee.world import require_sound
 
@@ -53,7 +53,7 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
             if given is None and value is not None:
                 complaints.append(f"has a {noun} but no target")
         found += [Violation(Fault.ASSIGNMENT, (uav,), f"{name} {complaint}.") for complaint in complaints]
-    if mission.sorties:
+    if makes_tours(scenario, mission):
         return [*found, *judge_visits(scenario, mission)]
     wanted = min(count, len(scenario.targets))
     if len(takers) < wanted and not found:

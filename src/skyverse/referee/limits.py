@@ -170,7 +170,7 @@ def judge_heading(vehicle: UAV, uav: int, pointing: Pointing | None) -> Iterator
     """
     if pointing is None or vehicle.fixed_wing is not None:
         return
-    if not _well_formed(pointing):
+    if not well_formed(pointing):
         message = (
             f"{vehicle.name}'s pointing is malformed: expected a finite yaw, as many finite instants as turns, "
             "and 0 < rise <= spread."
@@ -200,14 +200,14 @@ def judge_heading(vehicle: UAV, uav: int, pointing: Pointing | None) -> Iterator
             return
 
 
-def _well_formed(pointing: object) -> bool:
+def well_formed(pointing: object) -> bool:
     """Return whether turns can be judged, whatever stands in their place."""
     if not isinstance(pointing, Pointing):
         return False
     try:
         numbers = [float(number) for number in (pointing.yaw, pointing.spread, pointing.rise)]
         instants, turns = (np.asarray(row, dtype=np.float64) for row in (pointing.instants, pointing.turns))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return False
     finite = all(map(isfinite, numbers)) and bool(np.isfinite(instants).all() and np.isfinite(turns).all())
     return finite and instants.ndim == 1 and instants.shape == turns.shape and 0 < numbers[2] <= numbers[1]

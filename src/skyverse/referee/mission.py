@@ -24,7 +24,7 @@ from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.pads import pads_of, pads_sentence
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
-from skyverse.referee.sorties import judge_sorties, spans_of, tour_of, tour_to
+from skyverse.referee.sorties import judge_sorties, makes_tours, spans_of, tour_of, tour_to
 from skyverse.referee.timed_shapes import judge_movers
 from skyverse.referee.tracking_error import EXACT
 from skyverse.referee.trajectory import judge_trajectory
@@ -111,7 +111,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
         else:
             curves[uav] = curve
             violations[uav] += judge_battery(scenario, uav, trajectory, spans_of(mission, uav, curve))
-            if mission.sorties:
+            if makes_tours(scenario, mission):
                 violations[uav] += judge_sorties(scenario, mission, uav, trajectory, curve)
     in_time = judge_movers(scenario, curves, unknown)
     certificates: list[Certificate | None] = [None] * count

@@ -1,9 +1,11 @@
 """Judges the sorties of tours: that each target is visited, by whom, when and for how long, and the stands at home."""
 
 import math
+import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,10 +15,11 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.short_lines import counted
 from skyverse.model.sortie import Sortie, Unvisited, Visit
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Pointing, Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.judgement import position_text, position_tuple
+from skyverse.referee.limits import well_formed
 from skyverse.referee.tolerances import LET_PASS, SAME_INSTANT
 from skyverse.referee.untrusted import entry, target_index
 
@@ -44,10 +47,25 @@ def tour_of(scenario: Scenario, mission: Mission, uav: int) -> Tour:
     return Tour(known or (() if target is None else (target,)), scenario.end_place(uav, target))
 
 
+def makes_tours(scenario: Scenario, mission: Mission) -> bool:
+    """Tell whether a mission is judged as one of tours: it states sorties, or its scenario asks for them."""
+    stated = mission.sorties
+    return scenario.asks_for_tours or not isinstance(stated, tuple) or len(stated) > 0
+
+
 def sound_sorties(mission: Mission, uav: int) -> tuple[Sortie, ...]:
-    """Return the stated sorties of a UAV as far as they are such."""
-    own = entry(mission.sorties, uav)
-    return tuple(one for one in own if isinstance(one, Sortie)) if isinstance(own, tuple) else ()
+    """Return the stated sorties of a UAV; none where any of them is malformed."""
+    own = entry(mission.sorties, uav) if isinstance(mission.sorties, tuple) else ()
+    return own if isinstance(own, tuple) and all(map(_well_formed, own)) else ()
+
+
+def _well_formed(sortie: object) -> bool:
+    if not isinstance(sortie, Sortie) or not isinstance(sortie.visits, tuple):
+        return False
+    if not all(isinstance(visit, Visit) for visit in sortie.visits):
+        return False
+    instants: list[Any] = [sortie.begin, *_instants(sortie), sortie.end]
+    return all(isinstance(t, float | int | np.number) and abs(t) <= sys.float_info.max for t in instants)
 
 
 def spans_of(mission: Mission, uav: int, curve: PolynomialCurve) -> Floats:
@@ -57,23 +75,29 @@ def spans_of(mission: Mission, uav: int, curve: PolynomialCurve) -> Floats:
 
 
 def judge_visits(scenario: Scenario, mission: Mission) -> Iterator[Violation]:
-    """Yield which targets of a mission with tours are visited twice, or neither visited nor named as unvisited."""
+    """Yield which targets of a mission with tours are visited twice, or neither visited nor named as unvisited.
+
+    Only visits of UAVs that fly count.
+    """
     names = [target.name for target in scenario.targets]
-    if len(mission.sorties) != len(scenario.uavs):
-        message = f"The mission has sorties of {len(mission.sorties)} UAVs, but there are {len(scenario.uavs)}."
+    given = mission.sorties if isinstance(mission.sorties, tuple) else ()
+    if len(given) != len(scenario.uavs):
+        message = f"The mission has sorties of {counted(len(given), 'UAV')}, but there are {len(scenario.uavs)}."
         yield Violation(Fault.VISIT, (), message)
         return
     count = np.zeros(len(names), dtype=int)
     for uav in range(len(scenario.uavs)):
-        if entry(mission.assignment, uav) is not None:
+        if isinstance(entry(mission.trajectories, uav), Trajectory):
             np.add.at(count, list(tour_of(scenario, mission, uav).visited), 1)
-    named = [one.target for one in mission.unvisited if isinstance(one, Unvisited)]
+    unvisited = mission.unvisited if isinstance(mission.unvisited, tuple) else ()
+    named = [target_index(scenario, one.target) for one in unvisited if isinstance(one, Unvisited)]
     for target, (name, visits) in enumerate(zip(names, count.tolist(), strict=True)):
         if visits > 1:
             yield Violation(Fault.VISIT, (), f"{name} is visited {visits} times.")
-        elif visits + named.count(target) != 1 and not mission.interrupted:
-            message = f"{name} is {'visited, but named as unvisited' if visits else 'neither visited nor named'}."
-            yield Violation(Fault.VISIT, (), message)
+        elif visits and target in named:
+            yield Violation(Fault.VISIT, (), f"{name} is visited, but named as unvisited.")
+        elif not visits and target not in named and not mission.interrupted:
+            yield Violation(Fault.VISIT, (), f"{name} is neither visited nor named.")
 
 
 def judge_sorties(
@@ -81,8 +105,11 @@ def judge_sorties(
 ) -> Iterator[Violation]:
     """Yield what is wrong with the sorties of a UAV's flight."""
     vehicle, sorties = scenario.uavs[uav], sound_sorties(mission, uav)
-    last = [visit.target for sortie in sorties for visit in sortie.visits][-1:]
-    if last != [entry(mission.assignment, uav)]:
+    targets = [target_index(scenario, visit.target) for sortie in sorties for visit in sortie.visits]
+    if None in targets:
+        yield Violation(Fault.VISIT, (uav,), f"{vehicle.name} visits a target that does not exist.")
+        return
+    if not targets or targets[-1] != target_index(scenario, entry(mission.assignment, uav)):
         yield Violation(Fault.VISIT, (uav,), f"{vehicle.name} flies, but its last visit is not that of its target.")
         return
     instants = [t for one in sorties for t in (one.begin, *_instants(one), one.end)]
@@ -105,14 +132,13 @@ def judge_sorties(
             message = f"{vehicle.name} is {off:.6g} m from home between two sorties, after t = {one.end:.6g} s."
             yield Violation(Fault.VISIT, (uav,), message, one.end)
     for sortie in sorties:
-        visits = [visit for visit in sortie.visits if target_index(scenario, visit.target) is not None]
-        load = sum(scenario.targets[visit.target].demand for visit in visits)
+        load = sum(scenario.targets[visit.target].demand for visit in sortie.visits)
         if vehicle.capacity is not None and load > vehicle.capacity * (1 + LET_PASS):
             message = (
                 f"{vehicle.name} has {load:.6g} kg to carry at once, but its capacity is {vehicle.capacity:.6g} kg."
             )
             yield Violation(Fault.VISIT, (uav,), message, sortie.begin)
-        for visit in visits:
+        for visit in sortie.visits:
             target = scenario.targets[visit.target]
             wrong = _wrong_visit(vehicle.name, target, visit, curve, trajectory, vehicle.fixed_wing is None)
             if wrong:
@@ -140,7 +166,7 @@ def _wrong_visit(
     off = _off(curve, visit.arrival, visit.departure if hovers else visit.arrival, target.position)
     if not off <= LET_PASS:
         return f"is {off:.6g} m from {position_text(np.array(target.position))}"
-    aim = _aim_error(target, visit, trajectory)
+    aim = _aim_error(target, visit, trajectory.pointing) if hovers else 0.0
     return f"points its nose {math.degrees(aim):.3g} degrees off" if not aim <= MAX_AIM else ""
 
 
@@ -161,8 +187,12 @@ def _off(curve: PolynomialCurve, begin: float, end: float, place: tuple[float, f
     return float(reach.max())
 
 
-def _aim_error(target: Target, visit: Visit, trajectory: Trajectory) -> float:
-    """Return by how much the nose is off where a target wants it, rad, at the most of some instants of a visit."""
+def _aim_error(target: Target, visit: Visit, pointing: Pointing | None) -> float:
+    """Return by how much the nose is off where a target wants it, rad, at the most during a visit.
+
+    Between corners the yaw is a quadratic, so that it is farthest off at a corner, where its rate is zero, or at an
+    end. What is malformed is judged elsewhere.
+    """
     if target.heading is not None:
         wanted = math.radians(90.0 - target.heading)
     elif target.look_at is not None:
@@ -170,5 +200,13 @@ def _aim_error(target: Target, visit: Visit, trajectory: Trajectory) -> float:
         wanted = float(arctan2(np.array(north), np.array(east)))
     else:
         return 0.0
-    yaw = trajectory.heading(np.linspace(visit.arrival, visit.departure, 9)).yaw
+    ends, yaw = np.array([visit.arrival, visit.departure]), np.zeros(1)
+    if pointing is not None:
+        if not well_formed(pointing):
+            return 0.0
+        corners, _, rates, slopes = pointing.corners
+        turning = slopes != 0
+        level = corners[turning] - rates[turning] / slopes[turning]
+        instants = np.clip(np.r_[ends, corners, level], *ends)
+        yaw = replace(pointing, look_at=None).at(instants, np.zeros((len(instants), 3))).yaw
     return float(np.abs((yaw - wanted + math.pi) % (2.0 * math.pi) - math.pi).max())

@@ -13,7 +13,7 @@ def float_array(value: object) -> Floats | None:
     """Return a value as an array of floats, or ``None`` if it holds anything but numbers."""
     try:
         return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
 
 
