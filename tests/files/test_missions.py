@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from rounds import rounds
 from worlds import ROOM, scenarios
 
 
@@ -296,3 +297,38 @@ def test_the_figures_of_a_flight_of_any_numbers_are_computed(tmp_path, numbers):
     data["trajectories"][0] |= {"knots": [0.0, 7.0], "coefficients": [np.reshape(numbers, (-1, 3)).tolist()]}
     (tmp_path / "wild.json").write_text(json.dumps(data))
     assert len(sky.read(tmp_path / "wild.json").flights) == 3
+
+
+def test_a_mission_of_tours_reads_back_equal(tmp_path):
+    mission = rounds()
+    sky.write(mission, tmp_path / "m.json")
+    again = sky.read(tmp_path / "m.json")
+    assert again == unjudged(mission)
+    assert again.sorties == mission.sorties
+    assert sky.check(again.scenario, again) == []
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "says"),
+    [
+        ("sorties", [[]], "sorties: expected one entry for each UAV, 2 in all, found 1"),
+        ("sorties.0.0.visits.0.target", 7, r"sorties\[0\]\[0\].visits\[0\].target: .*found 7"),
+        ("sorties.0.0.visits.0.target", 0.5, r"sorties\[0\]\[0\].visits\[0\].target"),
+        ("sorties.0.0.visits.0.arrival", "NaN", r"sorties\[0\]\[0\]: expected seconds"),
+        ("sorties.0.0.begin", 1e9, r"sorties\[0\]\[0\]: expected seconds"),
+        ("sorties.0.0", {"begin": 0}, r"sorties\[0\]\[0\]"),
+        ("unvisited.0.target", -1, r"unvisited\[0\].target: .*found -1"),
+    ],
+)
+def test_sorties_that_cannot_be_are_refused_with_their_file_and_field(place, value, says, tmp_path):
+    sky.write(rounds(), tmp_path / "m.json")
+    data = json.loads((tmp_path / "m.json").read_text())
+    *parents, last = [int(one) if one.isdigit() else one for one in place.split(".")]
+    part = data
+    for one in parents:
+        part = part[one]
+    part[last] = value
+    (tmp_path / "bad.json").write_text(json.dumps(data))
+    with pytest.raises(sky.InputError, match=says) as error:
+        sky.read(tmp_path / "bad.json")
+    assert "bad.json" in str(error.value)

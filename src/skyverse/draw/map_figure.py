@@ -16,6 +16,7 @@ from skyverse.draw.shape_geometry import DrawnShape, brightness, faces, outline,
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.draw.track import DrawnTrack, Point
 from skyverse.model.shapes import Box
+from skyverse.model.short_lines import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,10 +76,14 @@ def line(axes: Any, track: DrawnTrack, points: Floats, *, width: float, alpha: f
 
 
 def ends(axes: Any, track: DrawnTrack) -> None:
-    """Mark the start and the target of `track`."""
-    _dot(axes, track.start, "o", 6, "white", track.colour, zorder=7, rim=1.6)
-    if track.target is not None:
-        _dot(axes, track.target, "D", 7, track.colour, "white", zorder=7)
+    """Mark the start and the targets of `track`, which are numbered in a tour."""
+    (start, *_), *targets = track.marks
+    _dot(axes, start, "o", 6, "white", track.colour, zorder=7, rim=1.6)
+    for place, number, _ in targets:
+        _dot(axes, place, "o" if number else "D", 13 if number else 7, track.colour, "white", zorder=7)
+        if number:
+            style = {"color": "white", "fontsize": 7.5, "fontweight": "bold", "ha": "center", "va": "center_baseline"}
+            axes.text(*place, number, zorder=8, **style)
 
 
 def uav(axes: Any, track: DrawnTrack, place: Floats) -> None:
@@ -181,6 +186,8 @@ def _columns(drawn: Scene) -> int:
 
 
 def _told(track: DrawnTrack) -> str:
+    if len(track.visits) > 1:
+        return f"{track.name} → {counted(len(track.visits), 'target')}"
     return track.name if track.target_name is None else f"{track.name} → {track.target_name}"
 
 

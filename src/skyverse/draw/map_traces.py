@@ -178,11 +178,10 @@ def _track(scene: Scene, number: int) -> list[Trace]:
 
 def _ends(scene: Scene) -> Trace:
     """Return the marks of starts, targets and targets without a UAV."""
-    marks = [(track.start, "circle", track.colour, f"{track.name}: start") for track in scene.tracks]
-    marks += [
-        (track.target, "diamond", track.colour, f"{track.name}: target {track.target_name or ''}")
+    marks = [
+        (place, "diamond" if k else "circle", track.colour, said)
         for track in scene.tracks
-        if track.target is not None
+        for k, (place, _, said) in enumerate(track.marks)
     ]
     marks += [
         (place, "diamond-open", scene.spare_colour, f"{name}{scene.spare_note}") for name, place in scene.spare_targets
@@ -252,7 +251,8 @@ def numbered(places: Sequence[NumberedPlace], points: Floats) -> list[Trace]:
     for wrong, some in shown.items():
         numbers = [f"<b>{places[k].number}</b>" if wrong else str(places[k].number) for k in some]
         font = {"size": 12, "shadow": "auto"} | ({"color": FINDINGS["error"]} if wrong else {})
-        beside = {"textposition": "top right", "textfont": font, "cliponaxis": False}
+        marker = {"size": 11, "opacity": 0}  # keeps the number off a mark at its place
+        beside = {"textposition": "top right", "textfont": font, "cliponaxis": False, "marker": marker}
         role, where = {"role": "finding" if wrong else "names"}, columns(points[some], "xy", packed)
-        made.append(trace("scatter", "text", "Items", where, None, role, text=numbers, **beside))
+        made.append(trace("scatter", "markers+text", "Items", where, None, role, text=numbers, **beside))
     return [one for one in made if one["text"]]

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from skyverse.draw.battery_traces import of_batteries
 from skyverse.draw.margin_traces import told
 from skyverse.draw.scene_traces import of_search
 from skyverse.draw.scenes import MissionScene
@@ -19,6 +20,7 @@ from skyverse.draw.template import (
     tiles,
     uav_row,
 )
+from skyverse.draw.track import DrawnTrack
 from skyverse.errors import in_words
 from skyverse.model.caution import stands_out, urgency
 from skyverse.model.flight_table import (
@@ -38,6 +40,7 @@ from skyverse.model.short_lines import counted, told_gap, told_metres, told_seco
 from skyverse.model.timed_shapes import what_is_proven
 from skyverse.space.mission_cautions import nearest_obstacle
 from skyverse.space.pads import pads_sentence
+from skyverse.tour_table import sortie_columns, visit_columns
 
 _AXIS = """
         <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
@@ -55,7 +58,8 @@ _WORDS = {
 
 def page(scene: MissionScene) -> str:
     """Return the page of `scene`, in which every string that a user gave is escaped."""
-    marks = f"{told(scene)}{_squares(scene)}{_cut(scene)}"
+    order = "Numbers: the order of visits. " if scene.mission.sorties else ""
+    marks = f"{order}{told(scene)}{_squares(scene)}{_cut(scene)}"
     parts = {
         "title": escape(scene.scenario.name),
         "description": escape(scene.scenario.description),
@@ -71,9 +75,37 @@ def page(scene: MissionScene) -> str:
         "numbers": "Flights",
         "table": flight_table(scene),
         "details": details(scene),
+        "tours": tours(scene),
         "footer": footer(scene),
     }
-    return filled(parts, scene_data(scene) | {"search": of_search(scene), "words": _WORDS})
+    drawn = scene_data(scene) | {"search": of_search(scene), "battery": of_batteries(scene), "words": _WORDS}
+    return filled(parts, drawn)
+
+
+def tours(scene: MissionScene) -> str:
+    """Return batteries over time, and the tables of sorties and visits; nothing of a mission without either."""
+    charged = any(one.battery is not None for one in scene.sorties)
+    if not charged and not scene.mission.sorties:
+        return ""
+    chart = (
+        '<div id="battery" role="img" aria-label="Batteries over time"></div>'
+        '<p class="hint">What is left at least, in the stated wind with gusts at their worst. Dotted: a battery is '
+        "changed. Cross: the point of no return, up to which the battery suffices for flying home the way that the UAV "
+        "came; after it, for going on along the plan.</p>"
+        if charged
+        else ""
+    )
+    uavs = [one.uav for one in scene.sorties]
+    shown = _region("sorties", _rows("", [scene.tracks[k] for k in uavs], _safe(sortie_columns(scene.mission)), 1))
+    visited = [track for track in scene.tracks for _ in track.visits]
+    if visited:
+        shown += "<h2>Visits</h2>" + _region("visits", _rows("", visited, _safe(visit_columns(scene.mission)), 3))
+    heading = "Batteries and sorties" if charged else "Sorties"
+    return f'<section class="card tours" aria-label="{heading}"><h2>{heading}</h2>{chart}{shown}</section>'
+
+
+def _region(name: str, rows: str) -> str:
+    return f'<div class="scroll" tabindex="0" role="region" aria-label="Table: {name}"><table>{rows}</table></div>'
 
 
 def details(scene: MissionScene) -> str:
@@ -82,8 +114,7 @@ def details(scene: MissionScene) -> str:
     told = " ".join(filter(None, sentences))
     said = f'<p class="hint">{escape(told)}</p>' if told else ""
     heading = "How the paths were searched for: bounds, terms of the cost and effort"
-    region = '<div class="scroll" tabindex="0" role="region" aria-label="Table: searches">'
-    return f"{said}<details><summary>{heading}</summary>{region}<table>{search_table(scene)}</table></div></details>"
+    return f"{said}<details><summary>{heading}</summary>{_region('searches', search_table(scene))}</details>"
 
 
 def _squares(scene: MissionScene) -> str:
@@ -207,7 +238,10 @@ def mission_tiles(scene: MissionScene) -> str:
     measures = [measure_flight(one, scene.scenario.terrain) for one in scene.mission.trajectories if one is not None]
     energies = [one.summary.energy for one in flights if one.summary is not None and one.summary.energy is not None]
     near = nearest_obstacle(scene.mission)
+    many = len(scene.scenario.targets)
+    visits = [("Targets visited", f"{len(scene.mission.visited)} of {many}", counted(len(scene.sorties), "sortie"))]
     shown = [
+        *(visits if scene.mission.sorties else []),
         ("Paths found", f"{len(reached)} of {len(targeted)}", counted(len(flights), "UAV")),
         ("Flown", told_metres(sum(flown)) if flown else NO_VALUE, "all UAVs together"),
         ("Last arrival", NO_VALUE if scene.makespan is None else told_seconds(scene.makespan), "into the mission"),
@@ -239,23 +273,27 @@ def flight_table(scene: MissionScene) -> str:
         Column(column.head, column.meaning, tuple(map(_pill, flights))) if column.head == "status" else _escaped(column)
         for column in flight_columns(scene.mission)
     ]
-    return _table("", scene, shown, text_columns=3)
+    return _rows("", scene.tracks, shown, text_columns=3)
 
 
 def search_table(scene: MissionScene) -> str:
     """Return the table of the searches that found the paths."""
-    return _table(_caption(scene), scene, list(map(_escaped, search_columns(scene.mission))), text_columns=1)
+    return _rows(_caption(scene), scene.tracks, _safe(search_columns(scene.mission)), text_columns=1)
 
 
-def _table(caption: str, scene: MissionScene, columns: Sequence[Column], *, text_columns: int) -> str:
-    """Return columns in HTML, the first of which names the UAVs, as a table with the colours of the UAVs."""
+def _rows(caption: str, tracks: Sequence[DrawnTrack], columns: Sequence[Column], text_columns: int) -> str:
+    """Return columns in HTML, the first of which names the UAVs, as a table with the colours of the UAVs' tracks."""
     _, *others = columns
     rows = [
         uav_row(track.name, track.colour, cells[: text_columns - 1], cells[text_columns - 1 :])
-        for track, *cells in zip(scene.tracks, *(column.cells for column in others), strict=True)
+        for track, *cells in zip(tracks, *(column.cells for column in others), strict=True)
     ]
     heads = [(escape(column.head[0].upper() + column.head[1:]), escape(column.meaning)) for column in columns]
     return table(caption, heads, rows, text_columns=text_columns)
+
+
+def _safe(columns: Sequence[Column]) -> list[Column]:
+    return list(map(_escaped, columns))
 
 
 def _escaped(column: Column) -> Column:

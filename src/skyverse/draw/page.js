@@ -108,7 +108,7 @@
     if (role === "mover-name") Object.assign(trace, { textfont: { color: colour("mover"), size: 12 }, textposition: "top center" });
     if (role === "active") Object.assign(trace.line, { color: colour("active") });
     if (role === "bounds") Object.assign(trace, { line: { color: colour(data.mapped ? "line" : "soft"), width: 1 }, opacity: data.mapped ? 1 : 0.5 });
-    if (role === "spare") trace.textfont = { color: ink, size: 12 };
+    if (role === "spare" || role === "ends") trace.textfont = { color: ink, size: 12 };
     if (role === "fleet") {
       trace.textfont = { color: ink, size: 12 };
       trace.marker.line = { color: colour("card"), width: 1 };
@@ -193,6 +193,7 @@
   const restyle = async () => {
     await Plotly.restyle("space", { visible: data.space.map(visibility) });
     if (flat) await flat.restyle();
+    if (data.battery?.length) await Plotly.restyle("battery", { visible: data.battery.map(({ meta: { uav } }) => uav === undefined || shown[uav]) });
   };
   const move = () => {
     if (flat) flat.move(now);
@@ -388,7 +389,18 @@
     for (const id of ["search", "axis", "dashed"]) $(id).hidden = true;
     $("direct").hidden = false;
   }
+  const charge = () => {
+    const font = { family: getComputedStyle(document.body).fontFamily, color: colour("soft"), size: 12 };
+    const line = { gridcolor: colour("grid"), linecolor: colour("line"), zeroline: false, automargin: true };
+    for (const trace of data.battery) if (trace.meta.role === "reserve") Object.assign(trace, { line: { color: colour("bad"), width: 1.5, dash: "dash" }, textfont: { color: colour("bad") } });
+    return Plotly.newPlot("battery", data.battery, {
+      xaxis: { ...line, title: { text: "time into the mission (s)", standoff: 8 } }, yaxis: { ...line, title: { text: "left of the battery (%)", standoff: 8 }, range: [0, 100] },
+      showlegend: false, font, margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      hoverlabel: { font: { family: font.family, size: 12 } },
+    }, { ...config, displayModeBar: false });
+  };
   const all = async () => {
+    if (data.battery?.length) await charge();
     await draw();
     if (flat) await flat.draw();
     if (data.search.length) await chart(horizontal);

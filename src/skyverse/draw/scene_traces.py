@@ -36,7 +36,7 @@ def shortened(name: str) -> str:
 
 def of_track(track: DrawnTrack, number: int, tolerance: float) -> list[Trace]:
     """Return one UAV's path, its trajectory accurate to `tolerance` metres, and the marks of its start and target."""
-    name, place = plain(track.name), "%{text}<br>" + _PLACE_IN_SPACE
+    name, place = plain(track.name), "%{hovertext}<br>" + _PLACE_IN_SPACE
     kept = few(track.positions, tolerance)
     thin = {"color": track.colour, "width": 1.5 if len(track.times) else 4}
     thick = {"color": track.colour, "width": 5, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]}
@@ -46,14 +46,13 @@ def of_track(track: DrawnTrack, number: int, tolerance: float) -> list[Trace]:
     hover = "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE_IN_SPACE
     role, points = {"role": "trajectory", "uav": number}, columns(track.positions[kept])
     trajectory = trace("scatter3d", "lines", f"{name}: trajectory", points, hover, role, **timed)
-    ends, words, symbols = [track.start], [f"{name}: start"], ["circle"]
-    if track.target is not None:
-        ends, symbols = [track.start, track.target], ["circle", "diamond"]
-        words.append(f"{name}: target {plain(track.target_name or '')}")
-    marker = {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1}
+    ends, numbers, words = zip(*track.marks, strict=True)
+    symbols, sizes = ["circle", *["diamond"] * (len(ends) - 1)], [5, *[7] * (len(ends) - 1)]
+    marker = {"color": track.colour, "size": sizes, "symbol": symbols, "opacity": 1}
+    more = {"text": numbers, "hovertext": list(map(plain, words)), "textposition": "top center", "marker": marker}
     role, points = {"role": "ends", "uav": number}, columns(np.array(ends, dtype=np.float64))
-    name = f"{name}: start and target"
-    return [path, trajectory, trace("scatter3d", "markers", name, points, place, role, text=words, marker=marker)]
+    mode = "markers+text" if track.visits else "markers"
+    return [path, trajectory, trace("scatter3d", mode, f"{name}: start and target", points, place, role, **more)]
 
 
 def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, role: str) -> Trace:

@@ -23,6 +23,7 @@ from skyverse.model.verdict import Fault, Verdict, Violation
 from skyverse.space.mission_cautions import mission_cautions
 from skyverse.space.pads import FleetPad, fleet_pads
 from skyverse.space.unsafe_points import unsafe_points
+from skyverse.tour_table import NumberedSortie, numbered_sorties, numbered_visits
 
 MAX_PROFILE_POINTS = 10_000
 """The largest number of points of all profiles together."""
@@ -168,13 +169,23 @@ class MissionScene(Scene):
     export_notes: tuple[str, ...] = ()
     export_verdicts: tuple[tuple[str, ...], ...] = ()
     spare_note: ClassVar[str] = " (no UAV flies here)"
+
+    @cached_property
+    def sorties(self) -> tuple[NumberedSortie, ...]:
+        """The sorties of all UAVs."""
+        return tuple(numbered_sorties(self.mission))
+
     spare_colour: ClassVar[str] = TARGET_TO_SPARE
 
 
 def scene(mission: Mission) -> MissionScene:
     """Return the scene of `mission`, which may be one that the referee found wrong."""
     scenario, flights = mission.scenario, planned_flights(mission)
-    tracks = [track(flight, number, scenario.bounds) for number, flight in enumerate(flights)]
+    visits = list(numbered_visits(mission))
+    tracks = [
+        track(flight, uav, scenario.bounds, tuple(one for one in visits if one.uav == uav))
+        for uav, flight in enumerate(flights)
+    ]
     flies = any(track.arrival is not None for track in tracks)
     notes = [_note(flight, flies) for flight in flights]
     targets = [flight.target for flight in flights]
@@ -185,7 +196,10 @@ def scene(mission: Mission) -> MissionScene:
         mission=mission,
         bound=bound_kind(mission),
         tracks=tuple(tracks),
-        spare_targets=tuple((spare.name, spare.position) for spare in scenario.targets if spare not in targets),
+        spare_targets=tuple((scenario.targets[k].name, scenario.targets[k].position) for k in mission.spare_targets),
+        places=tuple(
+            NumberedPlace(one.uav, one.number, one.target.position, one.visit.arrival, False) for one in visits
+        ),
         curves=tuple((track, result) for track, result in curves if result and len(result.history.cost) > 1),
         findings=tuple(finding_of(scenario, violation) for violation in mission.violations),
         notes=tuple(track.name + note for track, note in zip(tracks, notes, strict=True) if note),

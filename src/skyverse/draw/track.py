@@ -12,6 +12,7 @@ from skyverse.model.scenario import Bounds
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import DRAWN_DEVIATION
+from skyverse.tour_table import NumberedVisit
 
 Point = tuple[float, float, float]
 
@@ -37,6 +38,10 @@ class DrawnTrack:
     nominal
         (k, 3) metres: the planned trajectory, or the path where there is none; of a mission that was flown, `positions`
         are as flown.
+    visits
+        Of a tour: the targets that it visits, in their order.
+    home
+        Whether it ends where it starts.
     """
 
     name: str
@@ -51,6 +56,16 @@ class DrawnTrack:
     arrival: float | None
     error: TrackingError
     nominal: Floats
+    visits: tuple[NumberedVisit, ...] = ()
+    home: bool = False
+
+    @property
+    def marks(self) -> list[tuple[Point, str, str]]:
+        """Where it starts, and its targets: places, the numbers of visits, and what is told of each."""
+        begins = (self.start, "", f"{self.name}: {'home' if self.home else 'start'}")
+        visits = [(one.target.position, str(one.number), f"{self.name}, visit {one.sentence}") for one in self.visits]
+        only = [(self.target, "", f"{self.name}: target {self.target_name or ''}")] if self.target is not None else []
+        return [begins, *(visits or only)]
 
     def at(self, t: float) -> Floats:
         """Return the position at `t` seconds, (3,) metres; the UAV waits at its start and stays at its end."""
@@ -65,7 +80,7 @@ class DrawnTrack:
         return np.vstack([self.positions[self.times < t], self.at(t)])
 
 
-def track(flight: PlannedFlight, number: int, bounds: Bounds) -> DrawnTrack:
+def track(flight: PlannedFlight, number: int, bounds: Bounds, visits: tuple[NumberedVisit, ...] = ()) -> DrawnTrack:
     """Return the track of a UAV; `number` is its index in the fleet."""
     uav, target, trajectory = flight.uav, flight.target, flight.trajectory
     times, positions = np.empty(0), np.empty((0, 3))
@@ -85,6 +100,8 @@ def track(flight: PlannedFlight, number: int, bounds: Bounds) -> DrawnTrack:
         arrival=float(times[-1]) if len(times) else None,
         error=uav.tracking_error,
         nominal=positions if len(positions) else path,
+        visits=visits,
+        home=uav.end == "home",
     )
 
 

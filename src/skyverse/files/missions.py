@@ -32,7 +32,7 @@ def mission_from_data(source: str | Path, data: Any) -> Mission:
     mission = MISSIONS.from_data(source, data)
     _require_sound_arrays(source, mission)
     fleet = len(mission.scenario.uavs)
-    for name in ("assignment", "results", "trajectories"):
+    for name in ("assignment", "results", "trajectories", *(("sorties",) if mission.sorties else ())):
         if len(getattr(mission, name)) != fleet:
             found = len(getattr(mission, name))
             raise InputError(f"{source}: {name}: expected one entry for each UAV, {fleet} in all, found {found}")
@@ -105,6 +105,23 @@ def _require_sound_arrays(source: object, mission: Mission) -> None:
             columns = vars(result.history).values()
             if any(c.ndim != 1 for c in columns) or len({len(c) for c in columns}) > 1:
                 raise InputError(f"{source}: results[{i}].history: expected columns of one length")
+    _require_sound_sorties(source, mission)
+
+
+def _require_sound_sorties(source: object, mission: Mission) -> None:
+    """Refuse sorties that are at no instants, and targets that there are not; the referee judges the rest."""
+    named = [(f"unvisited[{k}]", one.target) for k, one in enumerate(mission.unvisited)]
+    for i, own in enumerate(mission.sorties):
+        for j, sortie in enumerate(own):
+            place = f"sorties[{i}][{j}]"
+            named += [(f"{place}.visits[{k}]", visit.target) for k, visit in enumerate(sortie.visits)]
+            instants = [sortie.begin, sortie.end, *(t for one in sortie.visits for t in (one.arrival, one.departure))]
+            if not np.isfinite(instants).all() or sortie.begin > sortie.end:
+                raise InputError(f"{source}: {place}: expected seconds, none infinite, and a begin not after its end")
+    count = len(mission.scenario.targets)
+    for place, target in named:
+        if not 0 <= target < count:
+            raise InputError(f"{source}: {place}.target: expected a target's number below {count}, found {target}")
 
 
 def _require_sound_pointing(place: str, pointing: Pointing | None) -> None:
