@@ -385,7 +385,7 @@ def _low_batteries(fleet: ExportedFleet) -> Iterator[str]:
     if low:
         yield (
             f"{Caution.WARNING}: as autopilots fly the waypoints, batteries do not give it with their reserves: "
-            f"{few(low, MAX_TOLD)}."
+            f"{few(low, MAX_TOLD)}; plan with larger reserves."
         )
 
 
