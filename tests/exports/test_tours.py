@@ -166,3 +166,42 @@ def test_maps_and_robots_get_one_track_of_all_sorties(tour, tmp_path):
             stood = np.array(path["geometry"]["coordinates"])[(times >= one.end) & (times <= following.begin)]
             assert len(stood) > 100
             assert np.ptp(stood, axis=0).max() < 1e-3
+
+
+def test_returns_end_each_sortie_where_that_is_asked(tour, tmp_path):
+    proven = []
+    files = sky.export(tour, tmp_path / "t.plan", sky.ExportOptions(end="rtl"), on_certificate=proven.append)
+    assert len(files) == 3
+    for file in files:
+        assert json.loads(file.read_text())["mission"]["items"][-1]["command"] == 20
+    assert [flight.at_end for flight in proven[0].flights] == ["lands at home"] * 3
+    second = next(k for k, flight in enumerate(proven[0].flights) if flight.uav.endswith("sortie 2"))
+    assert proven[0].returns[second].plan.begin == proven[0].flights[second].begin > 0
+
+
+def test_a_target_near_the_ground_is_reached_straight_down_and_left_straight_up(tmp_path):
+    """Below the clearance and the tracking error, no leg is clear but the vertical one."""
+    error = sky.TrackingError(horizontal=1.0, vertical=1.0)
+    scenario = sky.Scenario(
+        name="low",
+        bounds=sky.Bounds(min=(0.0, 0.0, 0.0), max=(200.0, 100.0, 60.0)),
+        obstacles=(sky.Box(min=(90.0, 40.0, 0.0), max=(110.0, 60.0, 17.9)),),
+        clearance=2.0,
+        uavs=(sky.UAV(name="uav-1", start=(20.0, 50.0, 0.0), end="home", max_speed=6.0, tracking_error=error),),
+        targets=(
+            sky.Target(name="roof", position=(100.0, 50.0, 20.0), stay=5.0),
+            sky.Target(name="far", position=(180.0, 60.0, 20.0), look_at=(180.0, 0.0, 0.0)),
+        ),
+        frame=sky.Frame(origin=sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0)),
+    )
+    mission = sky.plan_mission(scenario)
+    (file,) = sky.export(mission, tmp_path / "low.plan")
+    (route,) = routes(mission)
+    for target in (0, 1):
+        (k,) = np.flatnonzero(route.targets == target)
+        assert np.allclose(route.points[k], scenario.targets[target].position)
+    (k,) = np.flatnonzero(route.targets == 0)
+    assert np.abs(route.points[[k - 1, k + 1], :2] - route.points[k, :2]).max() < 1e-9
+    assert (route.holds[[k - 1, k, k + 1]] > [0.0, 5.0, 0.0]).all()
+    items = json.loads(file.read_text())["mission"]["items"]
+    assert [item["params"][3] for item in items if item["command"] == 16 and item["params"][3] is not None] == [180.0]

@@ -76,7 +76,8 @@ def export(
         DJI), ``.kml``, ``.kmz``, ``.geojson``, ``.gpx``, ``.geo.csv``, ``.path.json``, ``.path.yaml``,
         ``.trajectory.json``, ``.trajectory.yaml`` (ROS), ``.skybrush.zip`` (light shows), or what
         `write` writes. Formats for one vehicle give a file for each UAV that flies: where there are several,
-        ``city.plan`` becomes ``city-uav-1.plan`` and so on.
+        ``city.plan`` becomes ``city-uav-1.plan`` and so on, and
+        waypoints of a UAV with several sorties ``city-uav-1-sortie-1.plan`` and so on.
     options
         Altitudes, origin, samples, and how waypoints are flown.
     scenario

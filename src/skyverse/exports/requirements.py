@@ -73,8 +73,9 @@ class ExportOptions:
         The height above home, metres, to which the UAV first climbs vertically, in ``.plan`` and ``.waypoints``; less
         where an obstacle is in the way.
     end
-        ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, on the ground or on an obstacle.
-        ``"rtl"``: it returns, as it does by itself when something fails, and lands at home.
+        ``"loiter"``: the UAV stays at its target; one that ends at home lands there. ``"land"``: it lands below its
+        target, on the ground or on an obstacle. ``"rtl"``: it returns, as it does by itself when something fails, and
+        lands at home.
     return_altitude
         Metres above home at which UAVs return by themselves, unless they are higher. By default each UAV returns at
         another altitude, a separation apart, where there is room: at 30 m or the next that is proven.

@@ -370,6 +370,15 @@ def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float |
     return [one if one is None or proven(one.lines) else replace(one, gaps=_all_of(one.plan)) for one in found]
 
 
+def moved(back: WayHome | None, plan: FlightPlan) -> WayHome | None:
+    """Return the way home of a flight that begins at another time."""
+    if back is None or back.plan.begin == plan.begin:
+        return back
+    later = plan.begin - back.plan.begin
+    gaps = tuple(gap._replace(begin=gap.begin + later, end=gap.end + later) for gap in back.gaps)
+    return replace(back, plan=replace(back.plan, begin=plan.begin), gaps=gaps)
+
+
 def _all_of(plan: FlightPlan) -> tuple[Gap]:
     """Return the whole flight as a gap."""
     return (Gap(plan.begin, float(plan.arrivals[-1]), UNPROVEN, plan.waypoints[0]),)

@@ -32,7 +32,7 @@ from skyverse.exports.requirements import Contents, ExportOptions, file_for_each
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.separation import Apart, FleetApart, few, fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds
-from skyverse.exports.way_home import WayHome, ways_home
+from skyverse.exports.way_home import WayHome, moved, ways_home
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -77,6 +77,7 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
         _require_returns(scenario, list(zip(plans, returns, strict=True)))
         plans = [with_limited_speeds(scenario, _returning(*each)) for each in zip(plans, returns, strict=True)]
         plans = in_turn(scenario, plans)
+        returns = [moved(back, plan) for back, plan in zip(returns, plans, strict=True)]
     apart = fleet_apart(scenario, plans)
     planned = not apart_by_timing_only(mission)
     _require_apart(scenario, apart, plans, options, path, planned=planned)
