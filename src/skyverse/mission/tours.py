@@ -10,6 +10,7 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS
+from skyverse.mission.given_order import stretches
 from skyverse.mission.route import retold, route
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Work
 from skyverse.mission.tour_flight import TourFlight, turning_seconds
@@ -26,6 +27,9 @@ MOST_ROUNDS = 40
 """How often routes are sought anew because legs of the last ones turned out dearer than they seemed."""
 CLOSE = 1e-3
 """The share by which routes to many targets may turn out dearer than they seemed, before they are sought thoroughly."""
+
+MOST_DOUBTED = 50
+"""Targets that seem to be left over of which it is found out at most whether anybody could go there at all."""
 
 REASONS: dict[Reason, str] = {
     "nobody may": "no UAV may go there",
@@ -120,6 +124,8 @@ def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
         new = legs.price(_wanted(scenario, routes))
         vehicles = legs.vehicles(stay, options.only)
         priced = retold(vehicles, work, routes, options.criterion) if new else routes
+        if priced is None:
+            priced = _recut(scenario, legs, work, routes, options)
         if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
             best = priced
         interrupted = stop is not None and stop.cancelled
@@ -132,6 +138,8 @@ def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
             search = search._replace(quick=not thorough, tours=best.tours)
     if best is None:
         best = replace(routes, tours=((),) * len(scenario.uavs), optimal=False)
+    elif not interrupted:
+        best = _explained(scenario, legs, work, best, options)
     return replace(best, interrupted=interrupted, optimal=best.optimal and not interrupted)
 
 
@@ -147,6 +155,30 @@ class _WhenCancelled(Stop):
     @property
     def cancelled(self) -> bool:
         return self.rule.cancelled
+
+
+def _explained(scenario: Scenario, legs: TourLegs, work: Work, routes: Routes, options: TourOptions) -> Routes:
+    """Return routes that tell why targets are unvisited by what it takes to go there and back, and not by bounds."""
+    doubted = [target for target, why in routes.unvisited.items() if why == "left over"][:MOST_DOUBTED]
+    uavs = range(len(scenario.uavs))
+    legs.price([(uav, ends) for target in doubted for uav in uavs for ends in ((None, target), (target, None))])
+    vehicles = legs.vehicles(work.stay, options.only)
+    for vehicle in vehicles:  # no UAV that goes there and back goes by others
+        vehicle.price[doubted, : work.targets] = vehicle.price[: work.targets, doubted] = math.inf
+    told = retold(vehicles, work, routes, options.criterion)
+    return routes if told is None else replace(routes, unvisited=told.unvisited)
+
+
+def _recut(scenario: Scenario, legs: TourLegs, work: Work, routes: Routes, options: TourOptions) -> Routes | None:
+    """Return routes in the same order in other sorties, without the targets for which nothing is left."""
+    for _ in range(MOST_ROUNDS):
+        vehicles = legs.vehicles(work.stay, options.only)
+        orders = [list(itertools.chain(*tour)) for tour in routes.tours]
+        tours = [stretches([own], work, order)[0] for own, order in zip(vehicles, orders, strict=True)]
+        cut = replace(routes, tours=tuple(tours))
+        if not legs.price(_wanted(scenario, cut)):
+            return retold(vehicles, work, cut, options.criterion)
+    return None
 
 
 def _wanted(scenario: Scenario, routes: Routes) -> list[tuple[int, Ends]]:
