@@ -37,7 +37,8 @@ def test_margins_and_points_of_no_return_are_near_what_the_referee_bounds_and_on
         flown = mission.scenario, one.uav, mission.trajectories[one.uav], one.sortie.begin, one.sortie.end
         spare = (one.vehicle.usable_energy - energy_bounds(*flown)[1][-1]) / 3600
         assert one.spare == pytest.approx(spare, abs=0.01 * one.vehicle.battery)
-        assert one.battery.no_return == pytest.approx(turning_back(*flown)[2], abs=0.5)
+        proven = turning_back(*flown)[2]
+        assert proven - 3.0 <= one.battery.no_return <= proven + 0.05  # turning about is told on the safe side
         assert float(told_spare(one).removeprefix("fits by ").removesuffix(" Wh")) <= one.spare
 
 
