@@ -97,3 +97,11 @@ def test_uavs_that_come_home_to_near_starts_are_excused_there():
     apart, wrong = passings(made, (None, None), 0.05)
     assert apart[0].nearness < 1.0
     assert not wrong
+
+
+def test_a_replanned_tour_is_judged_by_its_visits_as_they_were_flown(tour):
+    flight = sky.fly_replanned(sky.Replanner(tour), NEAR).flight
+    assert flight.safe
+    assert [one.target for one in flight.visits] == [v.target for own in tour.sorties_of(0) for v in own.visits]
+    assert all(one.kept for one in flight.visits)
+    assert not sky.check(flight.mission.scenario, flight.mission)

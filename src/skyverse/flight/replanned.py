@@ -15,7 +15,7 @@ from skyverse.errors import InputError, require_kind, require_number
 from skyverse.flight.commands import COMMAND_RATE, HOVER_SECONDS, SETTLING_SECONDS, commanded, reference
 from skyverse.flight.disturbances import draw
 from skyverse.flight.fly import chosen_vehicle, planned_wind
-from skyverse.flight.judge import approaches, measure, passings, strayed, too_near
+from skyverse.flight.judge import approaches, measure, missed, passings, strayed, too_near
 from skyverse.flight.simulator import ControlledUAV, Samples, require_simulator, samples
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
 from skyverse.live.closed_loop import LEAST_FLIGHT, FleetSensors, Observation
@@ -29,6 +29,7 @@ from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.quantities import derived
 from skyverse.model.replanned_flight import Prediction, ReplanAnswer, ReplannedFlight, ReplanStep
 from skyverse.model.scenario import Scenario
+from skyverse.model.sortie import Sortie
 from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
@@ -287,7 +288,15 @@ def fly_replanned(
     steps = tuple(fleet.fly(on_progress))
     samples = fleet.samples()
     references = tuple(replanner.flown(uav) for uav in range(len(scenario.uavs)))
-    commanded = replace(mission, scenario=real, trajectories=references, violations=(), deconfliction=None)
+    sorties = tuple(_spanning(replanner.sorties(uav), flown) for uav, flown in enumerate(references))
+    commanded = replace(
+        mission,
+        scenario=real,
+        trajectories=references,
+        sorties=sorties if mission.sorties else (),
+        violations=(),
+        deconfliction=None,
+    )
     proven = certify(real, commanded)
     commanded = replace(commanded, certificates=proven.trajectories, apart=proven.apart)
     world = World(derived(real, terrain=None, movers=()))
@@ -311,7 +320,16 @@ def fly_replanned(
         tuple(found),
         tuple(wrong),
     )
+    flight = replace(flight, violations=(*wrong, *missed(real, flight.visits)))
     return ReplannedFlight(mission, sensor, flight, steps, fleet.arrivals, near, replanner.lead, replanner.horizon)
+
+
+def _spanning(sorties: tuple[Sortie, ...], flown: Trajectory) -> tuple[Sortie, ...]:
+    """Return sorties in which a UAV also hovers before its tour begins, and after it has ended."""
+    if not sorties:
+        return ()
+    first = (replace(sorties[0], begin=flown.start), *sorties[1:])
+    return (*first[:-1], replace(first[-1], end=flown.end))
 
 
 def _refuse_what_is_not_flown(replanner: Replanner, sensor: Sensor) -> None:

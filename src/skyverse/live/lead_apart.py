@@ -86,7 +86,7 @@ class LeadApart:
 def _ask(fleet: Mapping[int, Multirotor], scenario: Scenario, now: float) -> _Asked:
     """Return the mission that a thread begins to plan, from where multirotors come to rest to their targets."""
     starts = {k: tuple(one.state(one.motion.end)[0].tolist()) for k, one in fleet.items()}
-    uavs = tuple(derived(scenario.uavs[k], start=start) for k, start in starts.items())
+    uavs = tuple(derived(scenario.uavs[k], start=start, end="target") for k, start in starts.items())
     targets = tuple(Target(position=tuple(one.guidance.points[-1].tolist())) for one in fleet.values())
     zones = tuple(zone for zone in scenario.zones if zone.active is None)  # others have times of the mission flown now
     alone = derived(scenario, uavs=uavs, targets=targets, zones=zones, movers=())

@@ -9,15 +9,17 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.course import Course, Planned, part_of, place_of_rest, planned_motion, spliced
-from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees_its_way
+from skyverse.live.guidance import Way, mission_guidance, place_to_stay, planned_anew, sees_its_way
 from skyverse.live.multirotor_search import MultirotorSearch
 from skyverse.live.pilot import LOST, SPARE, Pilot
 from skyverse.live.policies.policy import Found, PolicySearch
 from skyverse.live.search import Choice
 from skyverse.live.steered_heading import steered_heading, still
+from skyverse.live.stops import TourStop, stands_since, stops_of
 from skyverse.live.surroundings import Span, Surroundings
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Scenario
+from skyverse.model.quantities import derived
+from skyverse.model.scenario import Scenario, Target
 from skyverse.model.trajectory import Pointing, Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.model.wind import STILL_AIR, WindBall
@@ -60,6 +62,11 @@ class Multirotor(Pilot):
         What a policy's last answer asked to be kept; ``None`` at first.
     winds
         In which it flies.
+    tour, stops
+        Of a tour: its trajectory as planned, and the stops that it has not left yet; the guidance leads to the first.
+    late, left
+        By how many seconds it flies the tour later than planned, ``None`` while it flies another way; and by how many
+        it was late at each stop that it has left.
     """
 
     course: Course
@@ -74,21 +81,28 @@ class Multirotor(Pilot):
     pointed: tuple[Pointing, ...] = ()
     memory: object = None
     winds: WindBall = STILL_AIR
+    tour: Trajectory | None = None
+    stops: tuple[TourStop, ...] = ()
+    late: float | None = None
+    left: tuple[float, ...] = ()
     turns: ClassVar[str] = "can stop"
 
     @classmethod
     def at_start(cls, airspace: Airspace, mission: Mission, number: int) -> Self:
         """Return the pilot of a UAV that hovers at its start, from 0 s on."""
         uav = mission.scenario.uavs[number]
-        guidance = mission_guidance(airspace, mission, number)
+        stops = stops_of(airspace, mission, number)
+        guidance = stops[0].way if stops else mission_guidance(airspace, mission, number)
         motion = rest_to_rest(np.array([uav.start]), uav)
         course = Course((), motion, guidance.after(1), np.full(len(guidance.points) - 1, np.inf), 1, leaves=0.0)
         flight = mission.trajectories[number]
         if flight is not None and flight.pointing is None:
             flight = with_heading(flight, uav)
         (yaw,), _, _ = with_heading(motion, uav).heading([0.0]) if flight is None else flight.heading([0.0])
-        own, pointing = planned_motion(flight, guidance), still(float(yaw), uav)
-        return cls(number, uav, 0.0, course, guidance, own, pointing, winds=mission.scenario.winds)
+        pilot = cls(number, uav, 0.0, course, guidance, None, still(float(yaw), uav), winds=mission.scenario.winds)
+        if stops and flight is not None:
+            return replace(pilot, tour=flight, stops=stops, own=Planned(flight, stops[0].passed), late=0.0)
+        return replace(pilot, own=planned_motion(flight, guidance))
 
     @staticmethod
     def seconds_of_way_out(uav: UAV) -> float:
@@ -139,8 +153,13 @@ class Multirotor(Pilot):
 
     @property
     def arrival(self) -> float | None:
-        """The instant at which its motion ends at its target, seconds; ``None`` if it ends elsewhere."""
+        """The instant at which its motion ends at its target, seconds; ``None`` if it ends elsewhere.
+
+        That of a tour ends at its last stop, after the stay there.
+        """
         motion = self.course.motion
+        if self.stops and (self.late is None or self.own is None or self.course.leaves < self.own.motion.end):
+            return None
         return motion.end if math.dist(place_of_rest(motion), self.guidance.points[-1]) <= 1e-6 else None
 
     def state(self, t: float) -> Floats:
@@ -170,12 +189,55 @@ class Multirotor(Pilot):
 
     def led_to(self, scenario: Scenario, target: int | None, now: float, join: float) -> Self | None:
         """Return the pilot that follows a new way from where it can come to rest; ``None`` if there is none."""
+        if self.stops:
+            target = self.stops[0].target
+            if target is None:
+                home = Target(position=tuple(self.stops[0].place.tolist()))
+                scenario, target = derived(scenario, targets=(*scenario.targets, home)), len(scenario.targets)
         way = planned_anew(scenario, self.number, target, self.turning_place(join))
         if way is None:
             return None
-        led = replace(self, planned=now, guidance=way, own=None, course=self.course.guided_by(way), memory=None)
+        course = self.course.guided_by(way)
+        led = replace(self, planned=now, guidance=way, own=None, course=course, memory=None, late=None)
         same = np.array_equal(way.points[-1], self.guidance.points[-1])
         return led if same else replace(led, nearest=math.inf, waited=False)
+
+    def toured(self, join: float) -> Self:
+        """Return the pilot that goes on to its next stop when a stay is over.
+
+        One that was led away from its tour stays all the time at the stop to which it flew, and goes on along the tour
+        from there, later than planned, and never earlier.
+        """
+        pilot = self._past_stops(min(join, self.course.leaves))
+        if not pilot.stops or pilot.tour is None or (pilot.late is not None and pilot.course.leaves >= join):
+            return pilot
+        stop, motion = pilot.stops[0], pilot.course.motion
+        since = stands_since((*pilot.course.flown, part_of(motion, motion.start, join)), stop.place)
+        if since is None or join < stop.arrival:
+            return pilot
+        planned = min(stop.arrival + join - since, stop.departure, join)
+        late, way = join - planned, place_to_stay(stop.place)
+        own = None
+        if pilot.tour.end - planned > MIN_PIECE:
+            whole = spliced(motion, part_of(pilot.tour, planned, pilot.tour.end).retimed(join))
+            pointing = pilot.tour.retimed(pilot.tour.start + late).pointing
+            own = Planned(replace(whole, pointing=pointing), np.array([join]))
+        course = replace(pilot.course.guided_by(way), leaves=join)
+        return replace(pilot, guidance=way, own=own, course=course, late=late)._past_stops(join)
+
+    def _past_stops(self, t: float) -> Self:
+        """Return the pilot without the stops that it has left by an instant, if it has flown its tour up to then."""
+        pilot = self
+        while pilot.stops and pilot.late is not None and t - pilot.late >= pilot.stops[0].departure - MIN_PIECE:
+            stops, late, leaves = pilot.stops[1:], pilot.late, pilot.course.leaves
+            pilot = replace(pilot, stops=stops, left=(*pilot.left, late))
+            if stops and pilot.own is not None:
+                way, passed = stops[0].way, stops[0].passed + late
+                never = np.where(passed <= leaves, passed, np.inf)
+                course = replace(pilot.course.guided_by(way), passed=never, leaves=leaves)
+                own = pilot.own._replace(passed=passed)
+                pilot = replace(pilot, guidance=way, own=own, course=course, nearest=math.inf, waited=False)
+        return pilot
 
     def needs_a_way(self, world: World, new: bool, now: float, join: float) -> bool:
         """Tell whether something new stands in its way, or it has been led too far away from it."""
@@ -232,7 +294,9 @@ class Multirotor(Pilot):
         whole = spliced(course.motion, part_of(flight, 0.0, flight.end).retimed(begin))
         own = planned._replace(motion=replace(whole, pointing=planned.motion.pointing))
         course = replace(course, leaves=begin)
-        return replace(self, planned=begin, course=course, guidance=way, own=own, nearest=math.inf, held_up=False)
+        return replace(
+            self, planned=begin, course=course, guidance=way, own=own, nearest=math.inf, held_up=False, late=None
+        )
 
 
 def _seconds_to_rest(uav: UAV, speed: float) -> float:

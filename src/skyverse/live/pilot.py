@@ -116,6 +116,10 @@ class Pilot(ABC):
     def led_to(self, scenario: Scenario, target: int | None, now: float, join: float) -> Self | None:
         """Return the pilot that follows a way to its target, newly planned for `join`; ``None`` if there is none."""
 
+    def toured(self, join: float) -> Self:
+        """Return the pilot that goes on along its tour, if it has one and a stay is over by the instant `join`."""
+        return self
+
     @abstractmethod
     def needs_a_way(self, world: World, new: bool, now: float, join: float) -> bool:
         """Tell whether another way is to be planned among what stands still, which may be `new`."""

@@ -19,6 +19,7 @@ from skyverse.live.policies import policy_of
 from skyverse.live.policies.policy import Found, Policy, Situation, all_about
 from skyverse.live.replan import Replan, in_turns
 from skyverse.live.search import Choice
+from skyverse.live.stops import flown_sorties
 from skyverse.live.surroundings import Moving, Span, Surroundings, all_moving, with_others
 from skyverse.live.tracks import Sighting, Tracks, checked_sightings
 from skyverse.model.mission import Mission
@@ -28,6 +29,7 @@ from skyverse.model.result import Effort
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 from skyverse.model.short_lines import told_metres, told_point
+from skyverse.model.sortie import Sortie
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN
@@ -109,9 +111,6 @@ class Replanner:
     ) -> None:
         require_kind(mission, Mission, "mission")
         scenario = mission.scenario
-        if mission.sorties:
-            why = "tours are not replanned in flight, which would lead UAVs to their last targets alone"
-            raise InputError(why, field="mission")
         require_number(lead, "lead", "seconds", LEAST_LEAD, LONGEST_HORIZON)
         self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
         self.horizon = max(self._horizons) if horizon is None else horizon
@@ -122,6 +121,8 @@ class Replanner:
         self.lead, self.memory, self.candidates = lead, memory, candidates
         if policy is not None and any(uav.fixed_wing is not None for uav in scenario.uavs):
             raise InputError("expected multirotors with a policy, found an aeroplane", field="policy")
+        if policy is not None and mission.sorties:
+            raise InputError("expected no policy with tours, which only the default replanning flies", field="policy")
         self.policy = None if policy is None else policy_of(policy)
         self.effort, self._rng = Effort(0, 0, 0), seeded(rng)[0]
         self.mission, self.scenario, self.now = mission, scenario, 0.0
@@ -228,6 +229,8 @@ class Replanner:
     def _led_to(self, scenario: Scenario, target: int | None, pilot: Pilot, now: float) -> Pilot:
         """Return the pilot on a way to a target, or raise `InputError` where there is none."""
         name, field = pilot.uav.name, f"targets[{pilot.number}]"
+        if self.mission.sorties:
+            raise InputError(f"{name} is on a tour, whose targets are not changed in flight", field=field)
         if pilot.ended:
             said = f"{name} has ended its mission at its target, where it had no room to loiter"
             raise InputError(f"{said}; it flies on only from a state in which it was seen to fly", field=field)
@@ -260,8 +263,10 @@ class Replanner:
         if new:
             self._airspace = Airspace(scenario)
         self.scenario = scenario
-        for number, pilot in enumerate(self._pilots):
-            if pilot.needs_a_way(self._airspace.of(number).world, new, self.now, join):
+        for number, before in enumerate(self._pilots):
+            self._pilots[number] = pilot = before.toured(join)
+            other = new or pilot is not before
+            if pilot.needs_a_way(self._airspace.of(number).world, other, self.now, join):
                 found = pilot.led_to(scenario, self._assignment[number], self.now, join)
                 self._pilots[number] = replace(pilot, planned=self.now) if found is None else found
 
@@ -298,6 +303,13 @@ class Replanner:
         A multirotor comes to rest there, an aeroplane passes it.
         """
         return self._pilot(uav).arrival
+
+    def sorties(self, uav: int) -> tuple[Sortie, ...]:
+        """Return the sorties of a UAV's tour as far as they were flown, with the visits of stops that it has left."""
+        pilot = self._pilot(uav)
+        if not isinstance(pilot, Multirotor) or not self.mission.sorties:
+            return ()
+        return flown_sorties(self.mission.sorties[uav], pilot.left, returns=pilot.uav.end == "home")
 
     def _pilot(self, uav: int) -> Pilot:
         require_whole(uav, "uav", 0, len(self._pilots) - 1)

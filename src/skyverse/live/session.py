@@ -85,7 +85,7 @@ class LiveSession:
         """Return the message that goes out first."""
         replanner, mission = self.replanner, self.replanner.mission
         scenario = mission.scenario
-        targets = [None if k is None else scenario.targets[k].position for k in mission.assignment]
+        targets = [scenario.end_place(uav, k) for uav, k in enumerate(mission.assignment)]
         return Hello(
             version=__version__,
             mission=scenario.name,
