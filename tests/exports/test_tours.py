@@ -205,3 +205,24 @@ def test_a_target_near_the_ground_is_reached_straight_down_and_left_straight_up(
     assert (route.holds[[k - 1, k, k + 1]] > [0.0, 5.0, 0.0]).all()
     items = json.loads(file.read_text())["mission"]["items"]
     assert [item["params"][3] for item in items if item["command"] == 16 and item["params"][3] is not None] == [180.0]
+
+
+@pytest.mark.parametrize("suffix", [".plan", ".waypoints", ".litchi.csv"])
+def test_targets_at_the_start_and_at_one_place_are_stayed_at_for_as_long_as_they_ask(tmp_path, suffix):
+    places = {"here": (20.0, 50.0, 10.0), "x": (100.0, 50.0, 20.0), "y": (100.0, 50.0, 20.0), "z": (300.0, 60.0, 20.0)}
+    scenario = sky.Scenario(
+        name="coincide",
+        bounds=sky.Bounds(min=(0.0, 0.0, 0.0), max=(400.0, 100.0, 60.0)),
+        clearance=2.0,
+        uavs=(sky.UAV(name="uav-1", start=places["here"], home=0.0, max_speed=6.0),),
+        targets=tuple(sky.Target(name=name, position=place, stay=7.0) for name, place in places.items()),
+        frame=sky.Frame(origin=sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0)),
+    )
+    mission = sky.plan_mission(scenario)
+    (file,) = sky.export(mission, tmp_path / f"t{suffix}", sky.ExportOptions(altitude="home"))
+    (checked,) = sky.check_waypoints([sky.read_waypoints(file)], scenario).missions
+    flight = checked.flown.plan.predicted()
+    t = np.arange(0.0, flight.end, 0.1)
+    for place, least in ((places["here"], 7.0), (places["x"], 14.0), (places["z"], 7.0)):
+        off = np.linalg.norm(flight.at(t).position - place, axis=1)
+        assert 0.1 * (off < 0.1).sum() >= least - 0.2

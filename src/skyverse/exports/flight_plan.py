@@ -42,7 +42,8 @@ class FlightPlan:
     delay
         Seconds that it waits there for the command to take off.
     hover
-        Seconds that it waits at the first waypoint instead, where a file cannot tell its autopilot to wait below.
+        Seconds that it waits at the first waypoint: instead, where a file cannot tell its autopilot to wait below, and
+        for a target there.
     speeds
         (m,) m/s: the commanded speed of each of the m legs after the take-off.
     top_speed
@@ -212,6 +213,7 @@ def flight_plans(
         speeds = _speeds(blank) if wing is None else np.full(len(blank.speeds), wing.speed)
         begin, delay = (round(delay - least, 3), least) if blank.route.sortie > 1 else (0.0, delay)
         below, above = (0.0, delay) if autopilot.waits_above else (delay, 0.0)
+        above += float(blank.route.waypoint_holds[0])  # of a target where it starts
         made.append(replace(blank, speeds=speeds, begin=begin, delay=below, hover=above))
     return made
 

@@ -1,14 +1,17 @@
 """The flights of a mission that are exported each by itself: those of its sorties, with the stays at targets."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from skyverse.model.mission import Mission
-from skyverse.model.sortie import Visit
+from skyverse.model.scenario import Scenario
+from skyverse.model.sortie import Sortie, Visit
 from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import SAME_PLACE
 
 
 class Stay(NamedTuple):
@@ -67,16 +70,30 @@ def flights_of(mission: Mission) -> Iterator[ExportedFlight]:
             continue
         sorties = mission.sorties_of(uav)
         for number, sortie in enumerate(sorties, 1):
-            stays = tuple(_stay(trajectory, visit, sortie.begin, sortie.end) for visit in sortie.visits)
+            stays = _joined(mission.scenario, [_stay(trajectory, visit, sortie) for visit in sortie.visits])
             to_home = number < len(sorties) or mission.scenario.uavs[uav].end == "home"
             end = sortie.end if to_home or not stays else stays[-1].arrival
             yield ExportedFlight(uav, trajectory, sortie.begin, end, stays, number if len(sorties) > 1 else 0, to_home)
 
 
-def _stay(trajectory: Trajectory, visit: Visit, begin: float, end: float) -> Stay:
-    """Return the stay of a visit: the stands that it is in and that touch it, between two instants."""
+def _joined(scenario: Scenario, stays: Sequence[Stay]) -> tuple[Stay, ...]:
+    """Return stays of which those that follow one another at one place, with the nose in one direction, are one."""
+    made: list[Stay] = []
+    for stay in stays:
+        old, new = (scenario.targets[one.target] for one in ((made or stays)[-1], stay))
+        same = old.heading == new.heading and old.look_at == new.look_at
+        if made and same and math.dist(old.position, new.position) <= SAME_PLACE:
+            least = stay.arrival + stay.least - made[-1].arrival
+            made[-1] = Stay(stay.target, made[-1].arrival, stay.departure, least)
+        else:
+            made.append(stay)
+    return tuple(made)
+
+
+def _stay(trajectory: Trajectory, visit: Visit, sortie: Sortie) -> Stay:
+    """Return the stay of a visit: the stands that it is in and that touch it, in its sortie."""
     still = ~trajectory.coefficients[:, 1:].any(axis=(1, 2))
     met = still & (trajectory.knots[:-1] <= visit.departure) & (trajectory.knots[1:] >= visit.arrival)
-    arrival = max(np.min(trajectory.knots[:-1][met], initial=visit.arrival), begin)
-    departure = min(np.max(trajectory.knots[1:][met], initial=visit.departure), end)
+    arrival = max(np.min(trajectory.knots[:-1][met], initial=visit.arrival), sortie.begin)
+    departure = min(np.max(trajectory.knots[1:][met], initial=visit.departure), sortie.end)
     return Stay(visit.target, float(arrival), float(departure), float(visit.departure - arrival))

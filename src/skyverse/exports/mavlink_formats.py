@@ -84,6 +84,9 @@ def mission_items(file: FlightFile) -> list[StoredItem]:
             add(Command.REGION_OF_INTEREST, frame, ROI_LOCATION, 0.0, 0.0, 0.0, *place)
         else:
             add(Command.LOOK_AT, frame, 0.0, 0.0, 0.0, 0.0, *place)
+    if plan.hover > 0:
+        stop = corner_acceptance(plan.autopilot, route.radius).radius
+        add(Command.WAYPOINT, frame, plan.hover, stop, 0.0, wanted_heading(scenario, plan, 0), *where[0])
     said, radius = 0.0, route.radius if wing is not None else corner_acceptance(plan.autopilot, route.radius).radius
     for k, speed in enumerate(plan.speeds.tolist(), 1):
         if speed != said:

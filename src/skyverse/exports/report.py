@@ -359,7 +359,10 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
             "the turns and circles of aeroplanes, are not counted."
         )
     first = [plan for plan in plans if plan.route.sortie <= 1]
-    late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in first)
+    late = max(
+        float(plan.arrivals[0] + plan.hover - plan.route.waypoint_holds[0] - plan.route.waypoint_times[0])
+        for plan in first
+    )
     later = told_seconds(max(late, 0.0))
     begin = "when they do in the mission"  # as of aeroplanes, which do not take off
     if later != told_seconds(0.0):

@@ -231,6 +231,7 @@ def route(legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: T
     visits |= {_sample_at(instants, stay.arrival): True for stay in flight.stays}
     height = float(curve[0, 2] - base[2]) if risen else 0.0
     more = max(takeoff.climb - height, radius if risen else 0.0)  # the corner above a pad may be cut
+    more = 0.0 if 0 in visits else more  # it is at a target already
     climbs = [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]
     early = takeoff.early(0.0, 0.0 if stops else radius)
     for climb in [*climbs, height + early] if early else climbs:  # the last leaves nothing below the start to prove
