@@ -10,7 +10,9 @@ from skyverse._typing import Floats
 from skyverse.model.arrays import arctan2
 from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE, Power
+from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Sortie
+from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Motion, Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.wind import Wind
@@ -42,16 +44,30 @@ def with_flight_summaries(mission: Mission) -> Mission:
         if result is None or trajectory is None or not len(result.path):
             flights.append(None)
         else:
-            flights.append(
-                flight_summary(uav, result.path, trajectory, mission.scenario.wind, mission.sorties_of(number))
-            )
+            spans = [(one.begin, one.end) for one in mission.sorties_of(number)] or [(trajectory.start, trajectory.end)]
+            ground = [_on_and_off(mission.scenario, number, trajectory, span) for span in spans]
+            flights.append(flight_summary(uav, result.path, trajectory, mission.scenario.wind, spans, ground))
     return replace(mission, flights=tuple(flights))
 
 
+def _on_and_off(scenario: Scenario, uav: int, trajectory: Trajectory, span: tuple[float, float]) -> float:
+    """Return what take-off and landing before and after a sortie take at most, J."""
+    first, last = (tuple(place) for place in trajectory.at(span).position.tolist())
+    return take_off(scenario, uav, first).joules + landing(scenario, uav, last).joules
+
+
 def flight_summary(
-    uav: UAV, path: Floats, trajectory: Trajectory, wind: Wind | None = None, sorties: Sequence[Sortie] = ()
+    uav: UAV,
+    path: Floats,
+    trajectory: Trajectory,
+    wind: Wind | None = None,
+    spans: Sequence[tuple[float, float]] = (),
+    ground: Sequence[float] = (0.0,),
 ) -> FlightSummary:
-    """Summarise what a UAV flies along a path (n, 3), metres, in a wind; between sorties it takes nothing."""
+    """Summarise what a UAV flies along a path (n, 3), metres, in a wind, in spans of time, its sorties, if it has any.
+
+    Between them it takes nothing; `ground` is what take-off and landing of each take at most, J.
+    """
     power = uav.power_model
     any_power = power or Power(hover=1.0)  # so that a length has the same bits whether or not a power is known
 
@@ -59,13 +75,14 @@ def flight_summary(
         motion = trajectory.at(instants)
         return np.column_stack([np.linalg.norm(motion.velocity, axis=1), *_powers(any_power, motion, wind)])
 
-    spans = [(one.begin, one.end) for one in sorties] or [(trajectory.start, trajectory.end)]
+    spans = spans or [(trajectory.start, trajectory.end)]
     knots = trajectory.knots
     within = [np.r_[begin, knots[(knots > begin) & (knots < end)], end] for begin, end in spans if begin < end]
     columns = np.array([_integrals(rates, edges) for edges in within or [knots]])
     length, *_ = sums = columns.sum(axis=0)
-    energy, bound = (None, None) if power is None else (float(sums[1]), float(sums[-1]))
-    spent = None if bound is None or uav.battery is None else columns[:, -1].max() / uav.battery / JOULES_OF_WATT_HOUR
+    energy, bound = (None, None) if power is None else (float(sums[1]), float(sums[-1] + np.sum(ground)))
+    most = float((columns[:, -1] + ground[: len(columns)]).max())
+    spent = None if bound is None or uav.battery is None else most / uav.battery / JOULES_OF_WATT_HOUR
     return FlightSummary(
         length=float(length),
         time=trajectory.end - trajectory.start,
@@ -107,13 +124,16 @@ class BatteryCourse:
     no_return: float | None
 
 
-def battery_course(uav: UAV, trajectory: Trajectory, wind: Wind | None, sortie: Sortie) -> BatteryCourse | None:
-    """Return how a battery empties in a sortie, for pages; ``None`` without a battery.
+def battery_course(scenario: Scenario, number: int, trajectory: Trajectory, sortie: Sortie) -> BatteryCourse | None:
+    """Return how the battery of a UAV, by its index, empties in a sortie, for pages; ``None`` without a battery.
+
+    The first sample counts the take-off, the last one the landing.
 
     To turn about, the UAV brakes at `max_acceleration` and gathers speed the other way; an aeroplane is taken to turn
     at once.
     """
-    power = uav.power_model
+    uav = scenario.uavs[number]
+    power, wind = uav.power_model, scenario.wind
     if power is None or uav.battery is None:
         return None
     instants = np.linspace(sortie.begin, sortie.end, COURSE_SAMPLES)
@@ -123,7 +143,10 @@ def battery_course(uav: UAV, trajectory: Trajectory, wind: Wind | None, sortie: 
     if uav.fixed_wing is None:
         seconds = 2.0 * np.linalg.norm(motion.velocity, axis=1) / uav.max_acceleration
         back = back + seconds * np.maximum(on, home) * (1.0 + uav.max_acceleration / GRAVITY) ** 1.5 / joules
-    left = TRUSTED_SHARE - used
+    first, last = (tuple(place) for place in motion.position[[0, -1]].tolist())
+    back = back + landing(scenario, number, first).joules / joules
+    left = TRUSTED_SHARE - take_off(scenario, number, first).joules / joules - used
+    left[-1] -= landing(scenario, number, last).joules / joules
     fits = left - back >= uav.reserve
     until = len(fits) if fits.all() else int(np.argmin(fits))
     return BatteryCourse(instants, left, back, float(instants[until - 1]) if until else None)

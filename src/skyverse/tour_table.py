@@ -88,8 +88,9 @@ def numbered_sorties(mission: Mission) -> Iterator[NumberedSortie]:
     """Yield the sorties of all UAVs, by UAV and in their order."""
     for uav, flight in enumerate(planned_flights(mission)):
         for number, one in enumerate(flight.sorties if flight.trajectory is not None else (), 1):
-            wind = mission.scenario.wind
-            course = None if flight.trajectory is None else battery_course(flight.uav, flight.trajectory, wind, one)
+            course = (
+                None if flight.trajectory is None else battery_course(mission.scenario, uav, flight.trajectory, one)
+            )
             yield NumberedSortie(uav, flight.uav, number, one, course)
 
 

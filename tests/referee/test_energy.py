@@ -1,5 +1,7 @@
 """No flight takes more energy than the referee's bound, which is tight; a battery that does not suffice is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -160,24 +162,45 @@ def test_a_plan_that_the_battery_does_not_give_is_refuted_and_one_that_it_gives_
 @pytest.mark.parametrize("wind", [None, {"velocity": (6, 2, 0)}, {"velocity": (6, 2, 0), "gust": 2}])
 def test_what_is_told_of_a_battery_over_time_is_what_is_bounded(wind):
     scenario = world(wind=wind, **CAMERA | {"battery": 6.0})
-    trajectory, uav = flight(5, scenario.uavs[0], corners=12), scenario.uavs[0]
-    told = battery_course(uav, trajectory, scenario.wind, Sortie(0, trajectory.end, ()))
+    trajectory = flight(5, scenario.uavs[0], corners=12)
+    told = battery_course(scenario, 0, trajectory, Sortie(0, trajectory.end, ()))
     used = np.interp(told.instants, *energy_bounds(scenario, 0, trajectory, 0, trajectory.end)) / (6 * 3600)
     instants, back, last = turning_back(scenario, 0, trajectory, 0, trajectory.end)
     assert told.left == pytest.approx(0.9 - used, abs=0.01)
     assert told.back == pytest.approx(np.interp(told.instants, instants, back) / (6 * 3600), abs=0.06)
     assert 0 < last < trajectory.end
     assert told.no_return == pytest.approx(last, rel=0.1)
-    assert battery_course(world(hover_power=100.0).uavs[0], trajectory, None, Sortie(0, 1, ())) is None
+    assert battery_course(world(hover_power=100.0), 0, trajectory, Sortie(0, 1, ())) is None
 
 
 def test_between_sorties_nothing_is_taken_and_the_longest_one_says_what_is_left():
     scenario = world(**CAMERA)
     out_and_back = [(10, (9, 0, 0)), (10, (-9, 0, 0)), (200, (0, 0, 0)), (20, (9, 0, 0)), (20, (-9, 0, 0))]
-    trajectory, sorties = line(*out_and_back), (Sortie(0, 20, ()), Sortie(220, 260, ()))
-    told = flight_summary(scenario.uavs[0], trajectory.at(trajectory.knots).position, trajectory, None, sorties)
+    trajectory, spans = line(*out_and_back), [(0, 20), (220, 260)]
+    told = flight_summary(
+        scenario.uavs[0], trajectory.at(trajectory.knots).position, trajectory, None, spans, [0.0, 0.0]
+    )
     assert (told.energy, told.length) == pytest.approx((60 * 102.7, 60 * 9))
     assert told.left == pytest.approx(0.9 - 40 * 102.7 / (77 * 3600))
+
+
+def test_take_off_and_landing_count_where_a_uav_starts_above_its_home():
+    """By hand: 40 m up at 1.5 m/s, and down at 1.5 m/s but for the last 10 m, at 0.5 m/s; 100 W hover, 1 kg rises."""
+    own = {"hover_power": 100.0, "mass": 1.0, "battery": 10.0, "end": "home"}
+    scenario = world(**own).model_copy(update={"targets": (sky.Target(name="t", position=(30, 20, 40)),)})
+    (uav,) = scenario.uavs
+    scenario = scenario.model_copy(update={"uavs": (uav.model_copy(update={"start": (10, 20, 40), "home": 0.0}),)})
+    mission = sky.plan_mission(scenario, "taut")
+    assert mission.violations == ()
+    (sortie,) = mission.sorties[0]
+    in_the_air = energy_bounds(scenario, 0, mission.trajectories[0], sortie.begin, sortie.end)[1][-1]
+    ground = 40 / 1.5 * (100 + 9.81 * 1.5) + (30 / 1.5 + 10 / 0.5) * 100
+    assert mission.flights[0].energy_bound == pytest.approx(in_the_air + ground, rel=0.01)
+    assert mission.flights[0].left == pytest.approx(0.9 - (in_the_air + ground) / 36000, rel=0.01)
+    enough = (in_the_air + ground) / 3600 / 0.7
+    for battery, faults in ((1.01 * enough, []), (0.99 * enough, [sky.Fault.BATTERY])):
+        poorer = scenario.model_copy(update={"uavs": (scenario.uavs[0].model_copy(update={"battery": battery}),)})
+        assert [one.fault for one in sky.check(poorer, replace(mission, scenario=poorer))] == faults
 
 
 LAYERS = [{"altitude": 10, "velocity": (3, -2, 0.5)}, {"altitude": 22, "velocity": (7, 1, -0.5)}]

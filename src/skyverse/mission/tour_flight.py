@@ -10,6 +10,7 @@ import numpy as np
 from skyverse.model.arrays import arctan2
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.sortie import Sortie, Visit
+from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.trajectory import HeldYaw, with_heading
@@ -56,7 +57,7 @@ class TourFlight:
     def _done(self, end: int | None, arrival: float) -> float:
         """Return when what is to be done where a leg ends is done, if it arrives there at an instant."""
         if end is None:
-            return arrival + self._own.swap
+            return arrival + swap_seconds(self.scenario, self.uav)
         visit = self._visit(end, arrival)
         return visit.departure + turning_seconds(self._own, self.scenario.targets[end])
 
@@ -120,6 +121,12 @@ def _stand(before: Trajectory, begin: float, end: float) -> Sequence[Trajectory]
         return ()
     place = before.at([before.end]).position
     return (Trajectory(np.array([begin, end]), place[None]),)
+
+
+def swap_seconds(scenario: Scenario, uav: int) -> float:
+    """Return the seconds between two sorties of a UAV: it lands, changes the battery, and takes off."""
+    own = scenario.uavs[uav]
+    return landing(scenario, uav, own.start).seconds + own.swap + take_off(scenario, uav, own.start).seconds
 
 
 def turning_seconds(uav: UAV, target: Target) -> float:

@@ -12,7 +12,9 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import terms_of_path
 from skyverse.mission.assignment import lattice_prices, straight_line
 from skyverse.mission.routing import Tour, TourVehicle
+from skyverse.mission.tour_flight import swap_seconds
 from skyverse.model.result import Effort, Result, Status, no_history
+from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.wind import WindBall, good_speed
@@ -118,9 +120,9 @@ class TourLegs:
             seconds=np.where(np.isfinite(price), seconds, math.inf),
             joules=joules,
             visit_joules=hover * stay,
-            usable=math.inf if own.usable_energy is None else own.usable_energy,
+            usable=self._usable(uav),
             most_sorties=len(targets) + 1 if own.batteries is None else own.batteries,
-            swap=own.swap,
+            swap=swap_seconds(scenario, uav),
             capacity=math.inf if own.capacity is None else own.capacity,
             allowed=np.array(allowed, dtype=np.bool_) & (any_target | (np.arange(len(targets)) == only)),
             returns=own.end == "home",
@@ -162,6 +164,15 @@ class TourLegs:
             bounds = energy_bounds(self.airspace.scenario, uav, trajectory, trajectory.start, trajectory.end)
             joules = float(bounds[1][-1])
         return Leg(result, trajectory, joules)
+
+    def _usable(self, uav: int) -> float:
+        """Return what one battery gives for a sortie, J, without its take-off and the dearest landing."""
+        scenario, own = self.airspace.scenario, self.airspace.scenario.uavs[uav]
+        if own.usable_energy is None:
+            return math.inf
+        ends = [own.start, *(() if own.end == "home" else (target.position for target in scenario.targets))]
+        dearest = max(landing(scenario, uav, place).joules for place in ends)
+        return max(own.usable_energy - take_off(scenario, uav, own.start).joules - dearest, 0.0)
 
     def _standing(self, uav: int, place: tuple[float, float, float]) -> float:
         """Return the most that a UAV takes while it stands in the air, W; 0 without a battery."""

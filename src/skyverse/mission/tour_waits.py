@@ -13,7 +13,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.short_lines import told_seconds
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.problem import Airspace
-from skyverse.referee import energy_bounds
+from skyverse.referee import judge_battery
 
 SHORTEST_WAIT = 1.0
 """Seconds that a UAV waits at first; each time that this does not suffice it waits half as long again."""
@@ -116,10 +116,6 @@ def _later(flight: TourFlight, waits: np.ndarray) -> tuple[float, ...]:
 
 
 def _battery_lasts(flight: TourFlight) -> bool:
-    usable = flight.scenario.uavs[flight.uav].usable_energy
-    if usable is None:
-        return True
-    sorties, whole = flight.sorties, flight.trajectory
-    return all(
-        float(energy_bounds(flight.scenario, flight.uav, whole, one.begin, one.end)[1][-1]) <= usable for one in sorties
-    )
+    scenario, whole = flight.scenario, flight.trajectory
+    spans = np.array([(one.begin, one.end) for one in flight.sorties])
+    return not judge_battery(scenario, flight.uav, whole, spans)

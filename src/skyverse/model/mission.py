@@ -36,7 +36,8 @@ class FlightSummary:
     deviation
         Metres: no place that is flown is farther than this from the path that was priced, the result's.
     energy_bound
-        Joules that it takes by the same model in gusts that are at their worst all the time.
+        Joules that it takes by the same model in gusts that are at their worst all the time, with take-off from the
+        ground and landing.
     left
         Share of the battery that is then left at landing, of the share that is trusted, after the sortie that takes
         most: not below `UAV.reserve` if the battery suffices. ``None`` without a battery.

@@ -14,7 +14,7 @@ not judged.
 and `subdivision` turn that into proofs, and `tolerances` holds every tolerance.
 """
 
-from skyverse.referee.energy import energy_bounds
+from skyverse.referee.energy import energy_bounds, judge_battery
 from skyverse.referee.mission import Certificates, certify, check, check_result, judge
 
-__all__ = ["Certificates", "certify", "check", "check_result", "energy_bounds", "judge"]
+__all__ = ["Certificates", "certify", "check", "check_result", "energy_bounds", "judge", "judge_battery"]

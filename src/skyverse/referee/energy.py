@@ -13,23 +13,23 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.power import JOULES_OF_WATT_HOUR, Power
 from skyverse.model.scenario import Scenario
+from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.verdict import Fault, Violation
 from skyverse.model.wind import Wind
 from skyverse.referee.curve import PolynomialCurve, curve_of, derivative
+from skyverse.referee.judgement import position_tuple
 from skyverse.referee.polynomial import bernstein, halve
-from skyverse.referee.tolerances import MACHINE_EPSILON, TWO_ROUNDINGS
+from skyverse.referee.tolerances import ENERGY_ROUNDING, LOOSE_POWER, MACHINE_EPSILON, TWO_ROUNDINGS
 
-LOOSE = 5e-3
-"""Share by which the bound on the power on a part may exceed its mean before the part is cut in two."""
 SIMPSON = np.array([1.0, 4.0, 1.0]) / 6
 """Weights of begin, middle and end of a part in the mean on it; no bound rests on that."""
 MAX_CUTS, MAX_PARTS = 12, 2**17
 """How often a part is cut in two, and parts of one trajectory at most; uncut, they are bounded all the same."""
 TURN_ABOUT = 7 * math.pi / 3
 """Radii that an aeroplane flies at least to be where it was with the opposite course, along three arcs."""
-ROUNDED_UP = 1 + 1e-9
+ROUNDED_UP = 1 + ENERGY_ROUNDING
 """Factor on bounds, more than the rounding of all their sums."""
 
 
@@ -83,7 +83,7 @@ def turning_back(
     """Return what it takes at most to turn about, and to fly back to where the UAV was at `begin` the way that it came.
 
     It brakes at `max_acceleration`, gathers speed the other way, and flies what it has flown backwards in the same
-    time, in the wind as it is stated.
+    time, in the wind as it is stated. For the point of no return take-off and landing count, too.
 
     Returns
     -------
@@ -104,7 +104,9 @@ def turning_back(
     usable = scenario.uavs[uav].usable_energy
     if usable is None:
         return parts.edges, back, None
-    return parts.edges, back, _until(parts.edges, parts.summed(parts.taken.watts) + back - usable)
+    place = position_tuple(trajectory.at([begin]).position[0])
+    off_and_on = take_off(scenario, uav, place).joules + landing(scenario, uav, place).joules
+    return parts.edges, back, _until(parts.edges, parts.summed(parts.taken.watts) + back + off_and_on - usable)
 
 
 def _until(edges: Floats, lacking: Floats) -> float | None:
@@ -128,7 +130,8 @@ def judge_battery(scenario: Scenario, uav: int, trajectory: Trajectory, spans: F
     scenario, uav, trajectory
         What is judged.
     spans
-        (n, 2) seconds: when each sortie begins and ends. Between sorties the UAV stands on the ground, at no cost.
+        (n, 2) seconds: when each sortie begins and ends. Before it the UAV rises from the ground, after it lands; what
+        that takes counts, too. Between sorties it stands there, at no cost.
     """
     vehicle = scenario.uavs[uav]
     if vehicle.battery is None or vehicle.usable_energy is None or isinstance(curve_of(trajectory), str):
@@ -136,7 +139,9 @@ def judge_battery(scenario: Scenario, uav: int, trajectory: Trajectory, spans: F
     parts, violations = _parts_of(scenario, uav, trajectory), []
     for number, (begin, end) in enumerate(spans, 1):
         sortie = parts.between(float(begin), float(end))
-        joules = sortie.summed(sortie.taken.watts)
+        first, last = (position_tuple(place) for place in trajectory.at([begin, end]).position)
+        joules = take_off(scenario, uav, first).joules + sortie.summed(sortie.taken.watts)
+        joules[-1] += landing(scenario, uav, last).joules
         if joules[-1] <= vehicle.usable_energy:
             continue
         until = _until(sortie.edges, joules - vehicle.usable_energy)
@@ -164,7 +169,7 @@ def _parts_of(scenario: Scenario, uav: int, trajectory: Trajectory, *, back: boo
         samples = np.concatenate([b[:, :1], right[:, :1], b[:, -1:]])
         sampled = _powers(scenario, vehicle, samples, np.zeros((len(samples), 3)), back=back)
         means = [np.einsum("i,ij->j", SIMPSON, one.reshape(3, -1)) for one in (sampled.watts, sampled.back)]
-        rough = (most.watts > (1 + LOOSE) * means[0]) | (most.back > (1 + LOOSE) * means[1])
+        rough = (most.watts > (1 + LOOSE_POWER) * means[0]) | (most.back > (1 + LOOSE_POWER) * means[1])
         rough &= (cut < MAX_CUTS) & (2 * len(b) < MAX_PARTS)
         done.append(np.stack([begin, *most])[:, ~rough])
         b, piece, width = np.concatenate([left[rough], right[rough]]), np.tile(piece[rough], 2), width[rough] / 2

@@ -15,6 +15,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.short_lines import counted
 from skyverse.model.sortie import Sortie, Unvisited, Visit
+from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Pointing, Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.curve import PolynomialCurve
@@ -123,9 +124,10 @@ def judge_sorties(
         message = f"{vehicle.name} flies {len(sorties)} sorties, but has {many}."
         yield Violation(Fault.VISIT, (uav,), message)
     for one, following in pairwise(sorties):
-        stood = following.begin - one.end
-        if not stood >= vehicle.swap - SAME_INSTANT:
-            message = f"{vehicle.name} stands at home for {stood:.6g} s between two sorties, not {vehicle.swap:.6g} s."
+        stood, start = following.begin - one.end, vehicle.start
+        due = landing(scenario, uav, start).seconds + vehicle.swap + take_off(scenario, uav, start).seconds
+        if not stood >= due - SAME_INSTANT:
+            message = f"{vehicle.name} has {stood:.6g} s at home between two sorties, but needs {due:.6g} s there."
             yield Violation(Fault.VISIT, (uav,), message, one.end)
         off = _off(curve, one.end, following.begin, vehicle.start)
         if not off <= LET_PASS:

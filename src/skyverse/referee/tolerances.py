@@ -20,6 +20,9 @@ INSTANT_ROUNDING = 8 * MACHINE_EPSILON
 SUMS_ROUNDING = 64 * MACHINE_EPSILON
 """Relative to the largest number in them: more than a few sums and products of coordinates are off by rounding."""
 
+ENERGY_ROUNDING = 1e-9
+"""Share added to bounds on energy, more than the rounding of all their sums."""
+
 WORST_INSTANT = 1e-9
 """Metres, or shares of a limit: the search for the worst instant ends when no other can be worse by more than this."""
 
@@ -52,6 +55,9 @@ SURELY_OUTSIDE = 2e-5
 
 MOVER_SLACK = 1e-3
 """Metres by which boxes about UAVs and movers are compared too generously, more than all their roundings make."""
+
+LOOSE_POWER = 5e-3
+"""Share by which the bound on the power on a part may exceed its mean before the part is cut in two."""
 
 AIRSPEED_BAND = 0.01
 """Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""
