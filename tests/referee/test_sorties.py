@@ -115,7 +115,7 @@ PLANTED = {
     "nose off for a moment": ((ALPHA,), glancing(), "points its nose 3 degrees off."),
     "over capacity": ((ALPHA,), alpha(capacity=1.999), "has 2 kg to carry at once, but its capacity is 1.999 kg."),
     "more sorties than batteries": ((ALPHA,), alpha(batteries=1), "flies 2 sorties, but has 1 battery."),
-    "too short a swap": ((ALPHA,), alpha(swap=5.01), "stands at home for 5 s between two sorties, not 5.01 s."),
+    "too short a swap": ((ALPHA,), alpha(swap=5.01), "5 s at home between two sorties, but needs 5.01 s there."),
     "away from home between sorties": (
         (ALPHA,),
         sorties(replace(FIRST, end=FIRST.end - 1.0), SECOND),

@@ -14,6 +14,7 @@ from skyverse.mission.assignment import lattice_prices, straight_line
 from skyverse.mission.routing import Tour, TourVehicle
 from skyverse.mission.tour_flight import swap_seconds
 from skyverse.model.result import Effort, Result, Status, no_history
+from skyverse.model.scenario import Scenario
 from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
@@ -29,6 +30,8 @@ from skyverse.referee import energy_bounds
 from skyverse.stop import Stop
 from skyverse.trajectory import Shape, leg_along
 
+SPEED_SHARES = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0)
+"""Shares of the speed that a UAV makes good, of which that is taken which needs the least energy."""
 PRICING_LEGS = 20_000
 """The straight legs that `Cheapest` may price for a leg of a tour while routes are sought."""
 
@@ -91,7 +94,8 @@ class TourLegs:
     how: LegPlanning
     timed: bool
     _planned: dict[Key, Leg] = field(default_factory=dict)
-    _rough: dict[Key, tuple[Floats, Floats]] = field(default_factory=dict)
+    _rough: dict[Key, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
+    _lattice: dict[Key, Floats] = field(default_factory=dict)
     _hover: dict[tuple[int, tuple[float, float, float]], float] = field(default_factory=dict)
 
     def vehicles(self, stay: Floats, only: tuple[int | None, ...] | None) -> list[TourVehicle]:
@@ -105,8 +109,7 @@ class TourLegs:
     def _vehicle(self, uav: int, stay: Floats, only: int | None, any_target: bool) -> TourVehicle:
         scenario = self.airspace.scenario
         own, targets = scenario.uavs[uav], scenario.targets
-        price, seconds = (matrix.copy() for matrix in self._rough_numbers(uav))
-        joules = self._least_power(uav) * seconds
+        price, seconds, joules = (matrix.copy() for matrix in self._rough_numbers(uav))
         for (kind, start, ends), leg in self._planned.items():
             if self._key(uav, ends) == (kind, start, ends):
                 cell = self._cell(ends)
@@ -184,15 +187,6 @@ class TourLegs:
             self._hover[key] = float(energy_bounds(self.airspace.scenario, uav, stands, 0.0, 1.0)[1][-1])
         return self._hover[key]
 
-    def _least_power(self, uav: int) -> float:
-        """Return about the least that a UAV takes in flight, W; 0 without a battery."""
-        own = self.airspace.scenario.uavs[uav]
-        power = own.power_model
-        if power is None or own.usable_energy is None:
-            return 0.0
-        airspeeds = np.r_[np.linspace(0.0, own.airspeed, 50), power.corners]
-        return float(power.at(airspeeds, np.zeros(1), np.ones(1)).min())
-
     @cached_property
     def _kinds(self) -> list[int]:
         """The number of each UAV's kind: UAVs of one kind fly alike from place to place."""
@@ -201,8 +195,8 @@ class TourLegs:
         told = [uav.model_copy(update=alike).model_dump_json() for uav in self.airspace.scenario.uavs]
         return [kinds.setdefault(one, len(kinds)) for one in told]
 
-    def _rough_numbers(self, uav: int) -> tuple[Floats, Floats]:
-        """Return lower bounds of prices and seconds, (n + 2, n + 2) each, as `TourVehicle` has them."""
+    def _rough_numbers(self, uav: int) -> tuple[Floats, Floats, Floats]:
+        """Return lower bounds of prices, seconds and joules, (n + 2, n + 2) each, as `TourVehicle` has them."""
         key = self._key(uav, (None, None))
         if key in self._rough:
             return self._rough[key]
@@ -214,11 +208,11 @@ class TourLegs:
         price = own.rates.metre * straight_line(everywhere, everywhere)
         if not self.how.pricer.leaves_lattice(scenario):
             among = self._key(uav, (0, 0))  # the same for all UAVs of a kind, wherever they start
-            if among not in self._rough:
-                numbers = lattice_prices(own, uav, places, places, self.how.workers)
-                self._rough[among] = numbers, numbers
-            price = _bordered(self._rough[among][0], lattice_prices(own, uav, home, places)[0])
-        self._rough[key] = price, least_times(vehicle, scenario.winds, everywhere)
+            if among not in self._lattice:
+                self._lattice[among] = lattice_prices(own, uav, places, places, self.how.workers)
+            price = _bordered(self._lattice[among], lattice_prices(own, uav, home, places)[0])
+        seconds = least_times(vehicle, scenario.winds, everywhere)
+        self._rough[key] = price, seconds, least_joules(scenario, uav, everywhere)
         return self._rough[key]
 
     def _key(self, uav: int, ends: Ends) -> Key:
@@ -251,6 +245,28 @@ def least_times(uav: UAV, winds: WindBall, places: Floats) -> Floats:
     upright = np.maximum(ways[..., 2] / (uav.max_climb or np.inf), -ways[..., 2] / (uav.max_descent or np.inf))
     flat = np.where(fast, apart / np.maximum(most, MIN_SEGMENT) + most / uav.max_acceleration, gathering)
     return np.maximum(flat, upright)
+
+
+def least_joules(scenario: Scenario, uav: int, places: Floats) -> Floats:
+    """Return about the least joules (n, n) of a UAV between places (n, 3), metres; none without a battery.
+
+    They are those of a straight flight at the best of some constant speeds over ground, in the gusts of the scenario.
+    """
+    own, winds, count = scenario.uavs[uav], scenario.winds, len(places)
+    power = own.power_model
+    if power is None or own.usable_energy is None:
+        return np.zeros((count, count))
+    gust = 0.0 if scenario.wind is None else scenario.wind.gust
+    ways = (places - places[:, None]).reshape(-1, 3)
+    apart = np.linalg.norm(ways, axis=1)
+    unit = ways / np.maximum(apart, MIN_SEGMENT)[:, None]
+    most, least = np.maximum(good_speed(own, winds, unit), MIN_SEGMENT), np.full(len(ways), np.inf)
+    for share in SPEED_SHARES:
+        through = share * most[:, None] * unit - np.array(winds.velocity)
+        level = np.maximum(np.linalg.norm(through[:, :2], axis=1) - (winds.radius - gust), 0.0)
+        watts = power.most(level, level, through[:, 2] - (winds.radius - gust), np.ones(1), gust)
+        least = np.minimum(least, watts * apart / (share * most))
+    return least.reshape(count, count)
 
 
 def _bordered(among: Floats, outwards: Floats) -> Floats:

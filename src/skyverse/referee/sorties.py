@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -65,8 +65,8 @@ def _well_formed(sortie: object) -> bool:
         return False
     if not all(isinstance(visit, Visit) for visit in sortie.visits):
         return False
-    instants: list[Any] = [sortie.begin, *_instants(sortie), sortie.end]
-    return all(isinstance(t, float | int | np.number) and abs(t) <= sys.float_info.max for t in instants)
+    instants = [sortie.begin, *_instants(sortie), sortie.end]
+    return all(isinstance(t, float | int | np.number) and abs(float(t)) <= sys.float_info.max for t in instants)
 
 
 def spans_of(mission: Mission, uav: int, curve: PolynomialCurve) -> Floats:
