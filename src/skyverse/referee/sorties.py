@@ -1,7 +1,6 @@
 """Judges the sorties of tours: that each target is visited, by whom, when and for how long, and the stands at home."""
 
 import math
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -22,7 +21,7 @@ from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.judgement import position_text, position_tuple
 from skyverse.referee.limits import well_formed
 from skyverse.referee.tolerances import LET_PASS, SAME_INSTANT
-from skyverse.referee.untrusted import entry, target_index
+from skyverse.referee.untrusted import entry, float_array, target_index
 
 MAX_AIM = math.radians(1.0)
 """The angle, rad, by which the nose may be off where a target wants it."""
@@ -66,7 +65,8 @@ def _well_formed(sortie: object) -> bool:
     if not all(isinstance(visit, Visit) for visit in sortie.visits):
         return False
     instants = [sortie.begin, *_instants(sortie), sortie.end]
-    return all(isinstance(t, float | int | np.number) and abs(float(t)) <= sys.float_info.max for t in instants)
+    numbers = float_array(instants) if all(isinstance(t, float | int | np.number) for t in instants) else None
+    return numbers is not None and bool(np.isfinite(numbers).all())
 
 
 def spans_of(mission: Mission, uav: int, curve: PolynomialCurve) -> Floats:
