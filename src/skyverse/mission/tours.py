@@ -11,7 +11,7 @@ from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS
 from skyverse.mission.given_order import stretches
-from skyverse.mission.route import retold, route
+from skyverse.mission.route import retold, route, told
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Work
 from skyverse.mission.tour_flight import TourFlight, turning_seconds
 from skyverse.mission.tour_legs import Ends, LegPlanning, TourLegs, joined_result, legs_of
@@ -74,13 +74,13 @@ def plan_tours(airspace: Airspace, how: LegPlanning, options: TourOptions, origi
     _require_multirotors(scenario)
     windy = scenario.wind is not None or any(uav.battery is not None for uav in scenario.uavs)
     legs = TourLegs(airspace, how, timed=windy or any(target.window is not None for target in scenario.targets))
-    routes = _routes(scenario, legs, options)
-    legs.finish(_wanted(scenario, routes))
+    routes, interrupted = _finished_routes(scenario, legs, options)
     flights = [_flight(scenario, legs, uav, routes) for uav in range(len(scenario.uavs))]
-    unvisited = {target: REASONS[why] for target, why in routes.unvisited.items()}
-    for flight, tour in zip(flights, routes.tours, strict=True):
-        if flight is None:
-            unvisited |= dict.fromkeys(itertools.chain(*tour), "the planner found no way on the tour that leads there")
+    lost = itertools.chain(
+        *(itertools.chain(*tour) for tour, one in zip(routes.tours, flights, strict=True) if not one)
+    )
+    unvisited = dict.fromkeys(lost, "the planner found no way on the tour that leads there")
+    unvisited |= {target: REASONS[why] for target, why in routes.unvisited.items()}
     mission = Mission(
         scenario=scenario,
         assignment=(),
@@ -91,11 +91,11 @@ def plan_tours(airspace: Airspace, how: LegPlanning, options: TourOptions, origi
         trajectories=(),
         violations=(),
         provenance=origin,
-        interrupted=routes.interrupted,
+        interrupted=interrupted,
         unvisited=tuple(Unvisited(*one) for one in sorted(unvisited.items())),
     )
     planned = _flown(mission, flights)
-    return with_waits(airspace, planned, flights, _flown) if options.keep_apart and not routes.interrupted else planned
+    return with_waits(airspace, planned, flights, _flown) if options.keep_apart and not interrupted else planned
 
 
 def _require_multirotors(scenario: Scenario) -> None:
@@ -105,24 +105,44 @@ def _require_multirotors(scenario: Scenario) -> None:
             raise InputError(why, field="assignment")
 
 
-def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
-    order = [*range(len(scenario.targets))] if options.keep_order else None
-    stop = None if legs.how.stop is None else _WhenCancelled(legs.how.stop)
-    search = RouteSearch(stop, legs.how.seed, order, quick=True)
+def _finished_routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> tuple[Routes, bool]:
+    """Return routes all of whose legs are those of the planner, and whether that was interrupted.
+
+    Where its legs break a window or a battery that quickly found ones kept, routes are sought anew.
+    """
+    work, stop = _work(scenario), legs.how.stop
+    for _ in range(MOST_ROUNDS):
+        routes = _routes(scenario, legs, work, options)
+        legs.finish(_wanted(scenario, routes))
+        interrupted = stop is not None and stop.cancelled
+        finished = retold(legs.vehicles(work.stay, options.only), work, routes, options.criterion)
+        if finished is not None or interrupted:
+            break
+    return routes if finished is None else finished, interrupted
+
+
+def _work(scenario: Scenario) -> Work:
+    """Return what is to be done at targets, where turning the nose before and after counts as a part of the stay."""
     turns = [max((turning_seconds(uav, target) for uav in scenario.uavs), default=0.0) for target in scenario.targets]
     stay = np.array([target.stay + 2.0 * turn for target, turn in zip(scenario.targets, turns, strict=True)])
     windows = [(0.0, math.inf) if target.window is None else target.window for target in scenario.targets]
-    work = Work(
+    return Work(
         stay=stay.reshape(-1),
         window=np.maximum(np.array(windows).reshape(-1, 2) - np.array(turns)[:, None], 0.0),
         demand=np.array([target.demand for target in scenario.targets], dtype=np.float64),
     )
+
+
+def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions) -> Routes:
+    order = [*range(len(scenario.targets))] if options.keep_order else None
+    stop = None if legs.how.stop is None else _WhenCancelled(legs.how.stop)
+    search = RouteSearch(stop, legs.how.seed, order, quick=True)
     best: Routes | None = None
     thorough = len(scenario.targets) <= MOST_TARGETS
     for _ in range(MOST_ROUNDS):
-        routes = route(legs.vehicles(stay, options.only), work, options.criterion, search)
+        routes = route(legs.vehicles(work.stay, options.only), work, options.criterion, search)
         new = legs.price(_wanted(scenario, routes))
-        vehicles = legs.vehicles(stay, options.only)
+        vehicles = legs.vehicles(work.stay, options.only)
         priced = retold(vehicles, work, routes, options.criterion) if new else routes
         if priced is None:
             priced = _recut(scenario, legs, work, routes, options)
@@ -137,7 +157,7 @@ def _routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
             thorough = _rank(best, options)[-1] <= _rank(routes, options)[-1] * (1.0 + CLOSE)
             search = search._replace(quick=not thorough, tours=best.tours)
     if best is None:
-        best = replace(routes, tours=((),) * len(scenario.uavs), optimal=False)
+        best = told(vehicles, work, ((),) * len(scenario.uavs), options.criterion, optimal=False)
     elif not interrupted:
         best = _explained(scenario, legs, work, best, options)
     return replace(best, interrupted=interrupted, optimal=best.optimal and not interrupted)

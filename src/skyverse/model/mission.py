@@ -214,6 +214,7 @@ class Mission(ArrayRecord):
         assigned = sum(target is not None for target in self.assignment)
         return (
             not self.interrupted
+            and not self.unvisited
             and (len(self.visited) == len(self.scenario.targets) if self.sorties else assigned == pairs)
             and all(
                 target is None or (result is not None and result.status.reached and trajectory is not None)
