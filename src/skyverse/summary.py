@@ -15,7 +15,7 @@ from skyverse.model.sortie import Sortie
 from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Motion, Trajectory
 from skyverse.model.uav import GRAVITY, UAV
-from skyverse.model.wind import Wind
+from skyverse.model.wind import Wind, slow_down
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
 from skyverse.search.path_shortening.shortcut import drop_collinear
 
@@ -93,10 +93,11 @@ def flight_summary(
     )
 
 
-def _powers(power: Power, motion: Motion, wind: Wind | None, way: float = 1.0) -> list[Floats]:
-    """Return the powers (m,), W, of a motion or, where `way` is -1, of its reverse: as stated, and in worst gusts."""
+def _powers(power: Power, motion: Motion, wind: Wind | None, way: Floats | None = None) -> list[Floats]:
+    """Return the powers (m,), W, of a motion, `way` (m,) times as fast: as stated, and in worst gusts."""
     load = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1) / GRAVITY
-    through = way * motion.velocity - (0.0 if wind is None else wind.at(motion.position[:, 2]))
+    flown = motion.velocity if way is None else way[:, None] * motion.velocity
+    through = flown - (0.0 if wind is None else wind.at(motion.position[:, 2]))
     level, climb = np.linalg.norm(through[:, :2], axis=1), through[:, 2]
     worst = [power.most(level, level, climb, load, wind.gust)] if wind is not None and wind.gust > 0 else []
     return [power.at(level, climb, load), *worst]
@@ -138,7 +139,9 @@ def battery_course(scenario: Scenario, number: int, trajectory: Trajectory, sort
         return None
     instants = np.linspace(sortie.begin, sortie.end, COURSE_SAMPLES)
     motion, joules = trajectory.at(instants), uav.battery * JOULES_OF_WATT_HOUR
-    on, home = (_powers(power, motion, wind, way)[-1] for way in (1.0, -1.0))
+    slower = slow_down(uav, scenario.winds, -motion.velocity)
+    on, home = (_powers(power, motion, wind, way)[-1] for way in (np.ones(len(slower)), -1.0 / slower))
+    home = home * slower
     used, back = (np.r_[0.0, np.cumsum((w[1:] + w[:-1]) / 2 * np.diff(instants))] / joules for w in (on, home))
     if uav.fixed_wing is None:
         seconds = 2.0 * np.linalg.norm(motion.velocity, axis=1) / uav.max_acceleration

@@ -161,7 +161,7 @@ def test_a_plan_that_the_battery_does_not_give_is_refuted_and_one_that_it_gives_
 
 @pytest.mark.parametrize("wind", [None, {"velocity": (6, 2, 0)}, {"velocity": (6, 2, 0), "gust": 2}])
 def test_what_is_told_of_a_battery_over_time_is_what_is_bounded(wind):
-    scenario = world(wind=wind, **CAMERA | {"battery": 6.0})
+    scenario = world(wind=wind, **CAMERA | {"battery": 6.0, "max_airspeed": 40.0})
     trajectory = flight(5, scenario.uavs[0], corners=12)
     told = battery_course(scenario, 0, trajectory, Sortie(0, trajectory.end, ()))
     used = np.interp(told.instants, *energy_bounds(scenario, 0, trajectory, 0, trajectory.end)) / (6 * 3600)
@@ -217,7 +217,8 @@ WINDS = [
 @example(seed=4015, wind=WINDS[0], way=1.0)  # whose power is largest in the middle of parts
 @settings(max_examples=25, deadline=None)
 def test_in_no_wind_and_no_gusts_a_flight_takes_more_than_its_bound(kind, seed, wind, way):
-    scenario = world(wind=wind, **KINDS[kind])
+    strong = {} if "fixed_wing" in KINDS[kind] else {"max_airspeed": 60.0}  # it flies back in the same time
+    scenario = world(wind=wind, **KINDS[kind] | strong)
     trajectory = flight(seed, scenario.uavs[0], corners=4)
     bounded = energy_bounds if way > 0 else turning_back
     most = bounded(scenario, 0, trajectory, 0, trajectory.end)[1][-1]
@@ -244,7 +245,7 @@ def test_hovering_in_a_wind_is_flying_and_a_gust_from_above_is_a_climb():
 
 
 def test_with_the_wind_the_way_out_takes_less_than_the_way_back():
-    scenario = world(wind={"velocity": (8, 0, 0)}, **CAMERA)
+    scenario = world(wind={"velocity": (8, 0, 0)}, **CAMERA | {"max_airspeed": 30.0})
     power = scenario.uavs[0].power_model
     out = line((100, (8, 0, 0)))
     assert energy_bounds(scenario, 0, out, 0, 100)[1][-1] == pytest.approx(100 * 121.6, rel=1e-6)
@@ -252,6 +253,10 @@ def test_with_the_wind_the_way_out_takes_less_than_the_way_back():
     against = float(power.at(np.array([16.0]), np.zeros(1), np.ones(1))[0])
     assert joules[-1] - joules[0] == pytest.approx(100 * against, rel=1e-6)
     assert last == instants[-1]
+    slow = world(wind={"velocity": (8, 0, 0), "gust": 2}, **CAMERA | {"max_airspeed": 15.0})
+    _, joules, _ = turning_back(slow, 0, out, 0, 100)
+    against = float(power.most(np.array([13.0]), np.array([13.0]), np.zeros(1), np.ones(1), 2.0)[0])
+    assert joules[-1] - joules[0] == pytest.approx(800 / 5 * against, rel=1e-6)  # 15 m/s less wind and gust make 5 good
 
 
 def test_what_is_stated_of_a_flight_in_wind_and_gusts_is_what_the_referee_bounds():

@@ -12,7 +12,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import terms_of_path
 from skyverse.mission.assignment import lattice_prices, straight_line
 from skyverse.mission.routing import Tour, TourVehicle
-from skyverse.mission.tour_flight import swap_seconds
+from skyverse.mission.tour_flight import swap_seconds, turning_seconds
 from skyverse.model.result import Effort, Result, Status, no_history
 from skyverse.model.scenario import Scenario
 from skyverse.model.take_off import landing, take_off
@@ -115,6 +115,8 @@ class TourLegs:
                 cell = self._cell(ends)
                 price[cell] = leg.result.cost if leg.trajectory is not None else math.inf
                 seconds[cell], joules[cell] = leg.seconds, leg.joules
+        turns = np.array([turning_seconds(own, target) for target in targets])  # before each stay, and after it
+        seconds += np.r_[turns, 0.0, 0.0] + np.r_[turns, 0.0, 0.0][:, None]
         np.fill_diagonal(price, 0.0)
         hover = np.array([self._standing(uav, target.position) for target in targets])
         allowed = [not target.uavs or own.name in target.uavs for target in targets]
@@ -122,7 +124,7 @@ class TourLegs:
             price=seconds if self.timed else price,
             seconds=np.where(np.isfinite(price), seconds, math.inf),
             joules=joules,
-            visit_joules=hover * stay,
+            visit_joules=hover * (stay + 2.0 * turns),
             usable=self._usable(uav),
             most_sorties=len(targets) + 1 if own.batteries is None else own.batteries,
             swap=swap_seconds(scenario, uav),
@@ -173,7 +175,8 @@ class TourLegs:
         scenario, own = self.airspace.scenario, self.airspace.scenario.uavs[uav]
         if own.usable_energy is None:
             return math.inf
-        ends = [own.start, *(() if own.end == "home" else (target.position for target in scenario.targets))]
+        may = [one.position for one in scenario.targets if own.end != "home" and own.name in (one.uavs or (own.name,))]
+        ends = [own.start, *may]
         dearest = max(landing(scenario, uav, place).joules for place in ends)
         return max(own.usable_energy - take_off(scenario, uav, own.start).joules - dearest, 0.0)
 

@@ -13,7 +13,7 @@ from skyverse.mission.exact_routing import MOST_TARGETS
 from skyverse.mission.given_order import stretches
 from skyverse.mission.route import retold, route, told
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Work
-from skyverse.mission.tour_flight import TourFlight, turning_seconds
+from skyverse.mission.tour_flight import TourFlight
 from skyverse.mission.tour_legs import Ends, LegPlanning, TourLegs, joined_result, legs_of
 from skyverse.mission.tour_waits import with_waits
 from skyverse.model.mission import Mission
@@ -122,13 +122,11 @@ def _finished_routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -
 
 
 def _work(scenario: Scenario) -> Work:
-    """Return what is to be done at targets, where turning the nose before and after counts as a part of the stay."""
-    turns = [max((turning_seconds(uav, target) for uav in scenario.uavs), default=0.0) for target in scenario.targets]
-    stay = np.array([target.stay + 2.0 * turn for target, turn in zip(scenario.targets, turns, strict=True)])
+    stay = np.array([target.stay for target in scenario.targets], dtype=np.float64)
     windows = [(0.0, math.inf) if target.window is None else target.window for target in scenario.targets]
     return Work(
-        stay=stay.reshape(-1),
-        window=np.maximum(np.array(windows).reshape(-1, 2) - np.array(turns)[:, None], 0.0),
+        stay=stay,
+        window=np.array(windows, dtype=np.float64).reshape(-1, 2),
         demand=np.array([target.demand for target in scenario.targets], dtype=np.float64),
     )
 

@@ -212,3 +212,21 @@ def good_speed(uav: "UAV", winds: WindBall, ways: Floats) -> Floats:
     left = uav.airspeed - winds.radius
     made = along + np.sqrt(np.maximum(left**2 - aside**2, 0.0))
     return np.clip(made, 0.0, uav.max_speed)
+
+
+def slow_down(uav: "UAV", winds: WindBall, velocities: Floats) -> Floats:
+    """Return the factors (...), 1 or more, by which velocities over ground (..., 3), m/s, are too fast for a UAV.
+
+    So many times as slowly it can fly that way in any of some winds, and within its climb and descent rates. The factor
+    is convex in the velocity: with that for some velocities it can fly all that lie between them. An aeroplane has 1.
+    """
+    if uav.fixed_wing is not None:
+        return np.ones(velocities.shape[:-1])
+    w, left = np.array(winds.velocity), uav.airspeed - winds.radius
+    room = left**2 - float((w**2).sum())
+    if left <= 0.0 or room <= 0.0:
+        return np.full(velocities.shape[:-1], np.inf)
+    along, up = (velocities * w).sum(axis=-1), velocities[..., 2]
+    gauge = (np.sqrt(along**2 + (velocities**2).sum(axis=-1) * room) - along) / room
+    steep = np.maximum(up / (uav.max_climb or np.inf), -up / (uav.max_descent or np.inf))
+    return np.maximum(np.maximum(gauge, steep), 1.0)

@@ -17,7 +17,7 @@ from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.verdict import Fault, Violation
-from skyverse.model.wind import Wind
+from skyverse.model.wind import Wind, slow_down
 from skyverse.referee.curve import PolynomialCurve, curve_of, derivative
 from skyverse.referee.judgement import position_tuple
 from skyverse.referee.polynomial import bernstein, halve
@@ -83,7 +83,8 @@ def turning_back(
     """Return what it takes at most to turn about, and to fly back to where the UAV was at `begin` the way that it came.
 
     It brakes at `max_acceleration`, gathers speed the other way, and flies what it has flown backwards in the same
-    time, in the wind as it is stated. For the point of no return take-off and landing count, too.
+    time, or as slowly as the wind or its climb rate demands where that is longer. For the point of no return, take-off
+    and landing count, too.
 
     Returns
     -------
@@ -204,14 +205,17 @@ def _powers(scenario: Scenario, vehicle: UAV, b: Floats, error: Floats, *, back:
     gust, power = 0.0 if scenario.wind is None else scenario.wind.gust, vehicle.power_model or Power()
     aside = np.hypot(doubt[:, 0], doubt[:, 1]) + error[:, 1]
     rise = doubt[:, 2] - wind[:, 2] + error[:, 1]  # of the climb through the air
-    watts = []
-    for way in (1.0, -1.0) if back else (1.0,):
-        through = way * velocity - wind[:, None, :2]
+    ways, watts = [np.ones(len(b))], []
+    if back:
+        ways.append(-1.0 / slow_down(vehicle, scenario.winds, -b[:, :, 3:6]).max(axis=1))
+        load = np.maximum(load, 1.0)  # slower it turns more gently
+    for way in ways:
+        through = way[:, None, None] * velocity - wind[:, None, :2]
         course = through.mean(axis=1)
         course = course / np.maximum(np.linalg.norm(course, axis=1), np.finfo(float).tiny)[:, None]
         low = np.maximum(np.einsum("ijk,ik->ij", through, course).min(axis=1) - aside, 0.0)
         high = np.linalg.norm(through, axis=2).max(axis=1) + aside
-        watts.append(power.most(low, high, (way * up).max(axis=1) + rise, load, gust))
+        watts.append(power.most(low, high, (way[:, None] * up).max(axis=1) + rise, load, gust) / np.abs(way))
     if not back:
         return _Powers(watts[0], *np.zeros((2, len(b))))
     speed = np.linalg.norm(b[:, :, 3:6], axis=2).max(axis=1) + error[:, 1]

@@ -174,7 +174,7 @@ def _wrong_visit(
 
 def _off(curve: PolynomialCurve, begin: float, end: float, place: tuple[float, float, float]) -> float:
     """Return a bound on how far a curve is from a place between two instants, metres, but for moments at both."""
-    middle = (begin + end) / 2
+    middle = min(max((begin + end) / 2, float(curve.knots[0])), float(curve.knots[-1]))
     first, last = min(begin + SAME_INSTANT, middle), max(end - SAME_INSTANT, middle)
     begins, ends = curve.knots[:-1], curve.knots[1:]
     met = np.flatnonzero((begins <= last) & (ends >= first))
