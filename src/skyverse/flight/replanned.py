@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from skyverse._typing import Floats
+from skyverse.deconfliction.curves import stay_at_start
 from skyverse.errors import InputError, require_kind, require_number
 from skyverse.flight.commands import COMMAND_RATE, HOVER_SECONDS, SETTLING_SECONDS, commanded, reference
 from skyverse.flight.disturbances import draw
@@ -210,9 +211,7 @@ class ReplannedFleet:
 def _as_planned(mission: Mission, uav: int) -> Trajectory:
     """Return a UAV's planned trajectory, from 0 s on; where it has none, it stays at its start."""
     trajectory = mission.trajectories[uav]
-    if trajectory is not None:
-        return trajectory.retimed(0.0)
-    return Trajectory([0.0, 1.0], np.array([[mission.scenario.uavs[uav].start]]))  # type: ignore[arg-type]
+    return stay_at_start(mission.scenario.uavs[uav]) if trajectory is None else trajectory.retimed(0.0)
 
 
 OnSeconds = Callable[[int, int], None]

@@ -13,14 +13,17 @@ from skyverse.cost import terms_of_path
 from skyverse.mission.assignment import lattice_prices, straight_line
 from skyverse.mission.routing import Tour, TourVehicle
 from skyverse.mission.tour_flight import swap_seconds, turning_seconds
+from skyverse.model.flight_table import places_along
+from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result, Status, no_history
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import LEAST_CLEARANCE, Box
 from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
+from skyverse.model.uav import UAV, kept_ellipsoid
 from skyverse.model.wind import WindBall, good_speed
 from skyverse.numerics.side_by_side import side_by_side
-from skyverse.numerics.tolerances import MIN_SEGMENT, OPTIMALITY_GAP
+from skyverse.numerics.tolerances import MIN_SEGMENT
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import DirectPlanner, Planner
 from skyverse.planners.cheapest import Cheapest
@@ -96,6 +99,7 @@ class TourLegs:
     _planned: dict[Key, Leg] = field(default_factory=dict)
     _rough: dict[Key, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
     _lattice: dict[Key, Floats] = field(default_factory=dict)
+    _walled: dict[tuple[int, ...], Airspace] = field(default_factory=dict)
     _hover: dict[tuple[int, tuple[float, float, float]], float] = field(default_factory=dict)
 
     def vehicles(self, stay: Floats, only: tuple[int | None, ...] | None) -> list[TourVehicle]:
@@ -162,13 +166,46 @@ class TourLegs:
     def _leg(self, uav: int, ends: Ends, planner: Planner) -> Leg:
         problem = Problem(self.airspace, uav, ends[1], begins=ends[0])
         numbers = [self.how.seed, self._kinds[uav], *(0 if end is None else end + 1 for end in ends)]
-        result = require_result(planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(numbers)))
-        trajectory = leg_along(problem, result, self.how.shape)
+        result, trajectory = self._flown(problem, planner, numbers)
+        homes = () if trajectory is None else self._homes_met(problem, trajectory)
+        if homes:
+            around = Problem(self._without(homes), uav, ends[1], begins=ends[0])
+            led = self._flown(around, planner, numbers)
+            result, trajectory = (result, trajectory) if led[1] is None else led
         joules = 0.0
         if trajectory is not None and self.airspace.scenario.uavs[uav].usable_energy is not None:
             bounds = energy_bounds(self.airspace.scenario, uav, trajectory, trajectory.start, trajectory.end)
             joules = float(bounds[1][-1])
         return Leg(result, trajectory, joules)
+
+    def _flown(self, problem: Problem, planner: Planner, seed: list[int]) -> tuple[Result, Trajectory | None]:
+        result = require_result(planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(seed)))
+        return result, leg_along(problem, result, self.how.shape)
+
+    def _homes_met(self, problem: Problem, trajectory: Trajectory) -> tuple[int, ...]:
+        """Return the UAVs at whose starts a leg comes too near to them, as long as they stand there."""
+        scenario, places, met = self.airspace.scenario, places_along(trajectory), []
+        own, ends = scenario.uavs[problem.uav], np.stack([problem.uav_place, problem.target_place])
+        for number, other in enumerate(scenario.uavs if scenario.clearance >= LEAST_CLEARANCE else ()):
+            axes = np.array(kept_ellipsoid(own, other))[[0, 0, 1]]
+            if not axes.all() or (np.linalg.norm((ends - other.start) / axes, axis=1) < 1.0).any():
+                continue  # from there, or to there, it must fly
+            if (np.linalg.norm((places - other.start) / axes, axis=1) < 1.0).any():
+                met.append(number)
+        return tuple(met)
+
+    def _without(self, homes: tuple[int, ...]) -> Airspace:
+        """Return the airspace with a box about each of some UAVs' starts, in which others would come too near."""
+        if homes not in self._walled:
+            scenario = self.airspace.scenario
+            boxes = []
+            for number in homes:
+                own = scenario.uavs[number]
+                half = np.array(kept_ellipsoid(own, own))[[0, 0, 1]] - scenario.clearance
+                half = np.maximum(half, scenario.clearance)
+                boxes.append(Box(min=tuple(own.start - half), max=tuple(own.start + half)))
+            self._walled[homes] = Airspace(derived(scenario, obstacles=(*scenario.obstacles, *boxes)))
+        return self._walled[homes]
 
     def _usable(self, uav: int) -> float:
         """Return what one battery gives for a sortie, J, without its take-off and the dearest landing."""
@@ -291,7 +328,12 @@ def legs_of(tour: Tour, returns: bool) -> list[Ends]:
 
 
 def joined_result(airspace: Airspace, legs: list[Result]) -> Result:
-    """Return the results of a tour's legs as one, whose path leads through all of its targets."""
+    """Return the results of a tour's legs as one, whose path leads through all of its targets.
+
+    What the legs cost at least says nothing of other orders: a tour of several legs has no bound.
+    """
+    if len(legs) == 1:
+        return legs[0]
     first, last = legs[0], legs[-1]
     path = legs[0].path
     for leg in legs[1:]:
@@ -300,16 +342,12 @@ def joined_result(airspace: Airspace, legs: list[Result]) -> Result:
     any_angle = any(leg.any_angle for leg in legs)
     terms = terms_of_path(airspace.scenario, airspace.rates, path, last.goal, any_angle=any_angle)
     price = sum(terms.values())
-    bounds = [leg.bound for leg in legs if leg.bound is not None]
-    saved = sum(leg.cost for leg in legs) - price  # nodes that two legs share are counted once
-    bound = sum(bounds) - max(saved, 0.0) if len(bounds) == len(legs) else None
-    optimal = bound is not None and price <= bound * (1 + OPTIMALITY_GAP)
     return Result(
-        Status.OPTIMAL if optimal and all(leg.status is Status.OPTIMAL for leg in legs) else Status.COMPLETE,
+        Status.COMPLETE,
         path,
         price,
         terms,
-        None if bound is None else min(bound, price),
+        None,
         first.start,
         last.goal,
         sum((leg.effort for leg in legs), Effort()),
@@ -318,6 +356,5 @@ def joined_result(airspace: Airspace, legs: list[Result]) -> Result:
         last.stopped_by,
         first.provenance,
         any_angle,
-        all(leg.straight_bound for leg in legs),
-        first.objective,
+        objective=first.objective,
     )

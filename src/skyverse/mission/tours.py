@@ -118,7 +118,7 @@ def _finished_routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -
         finished = retold(legs.vehicles(work.stay, options.only), work, routes, options.criterion)
         if finished is not None or interrupted:
             break
-    return routes if finished is None else finished, interrupted
+    return routes if finished is None else replace(finished, unvisited=routes.unvisited), interrupted
 
 
 def _work(scenario: Scenario) -> Work:

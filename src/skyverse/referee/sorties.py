@@ -110,6 +110,8 @@ def judge_sorties(
     if None in targets:
         yield Violation(Fault.VISIT, (uav,), f"{vehicle.name} visits a target that does not exist.")
         return
+    if not sorties and entry(mission.assignment, uav) is None:
+        return  # it has nothing to visit, and stays
     if not targets or targets[-1] != target_index(scenario, entry(mission.assignment, uav)):
         yield Violation(Fault.VISIT, (uav,), f"{vehicle.name} flies, but its last visit is not that of its target.")
         return
