@@ -202,7 +202,7 @@ WITHSTOOD = {
     "targets at the start, and no way home": (lone([(2, 2, 2)] * 2, uav={"end": "target"}), []),
     "windows that exclude each other": (
         lone([{"position": (18, 2, 2), "window": (10, 11)}, {"position": (2, 18, 2), "window": (10, 11)}]),
-        ["no UAV has time or battery left for it beside the others"],
+        ["no UAV has time, battery or capacity left for it beside the others"],
     ),
     "a window that nobody meets": (
         lone([{"position": (18, 2, 2), "window": (0, 1)}, (2, 18, 2)]),
@@ -214,7 +214,7 @@ WITHSTOOD = {
     ),
     "one battery where two are needed": (
         lone([(18, 2, 2), (2, 18, 2)], uav=POWER | {"battery": 0.9, "batteries": 1}),
-        ["no UAV has time or battery left for it beside the others"],
+        ["no UAV has time, battery or capacity left for it beside the others"],
     ),
     "a load too heavy": (
         lone([{"position": (18, 2, 2), "demand": 2.0}, (2, 18, 2)], uav={"capacity": 1.0}),

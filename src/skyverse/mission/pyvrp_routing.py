@@ -20,6 +20,7 @@ from skyverse._typing import Floats, Indices, Ints
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible, timed
+from skyverse.numerics.tolerances import WHOLE_UNITS
 from skyverse.stop import Progress
 
 if TYPE_CHECKING:
@@ -214,7 +215,7 @@ class _Model:
         ways[:n, :n] &= self._rank[held][:, None] < self._rank[held] if self._search.order is not None else True
         closed = 4 * max(self._prize, _UNITS)
         units = np.zeros((n + 3, n + 3), dtype=np.int64)
-        units[:-1, :-1] = np.where(ways, np.ceil(np.where(ways, matrix[np.ix_(rows, rows)], 0.0) - 1e-6), closed)
+        units[:-1, :-1] = np.where(ways, np.ceil(np.where(ways, matrix[np.ix_(rows, rows)], 0.0) - WHOLE_UNITS), closed)
         np.fill_diagonal(units, 0)
         return units
 
@@ -299,8 +300,8 @@ def _alone(matrix: Floats, j: int, vehicle: TourVehicle) -> float:
 
 
 def _up(x: float) -> int:
-    return min(math.ceil(x - 1e-6), _LATEST)
+    return min(math.ceil(x - WHOLE_UNITS), _LATEST)
 
 
 def _down(x: float) -> int:
-    return _LATEST if x > _LATEST else math.floor(x + 1e-6)
+    return _LATEST if x > _LATEST else math.floor(x + WHOLE_UNITS)

@@ -9,6 +9,7 @@ import numpy as np
 
 from skyverse._typing import Bools, Floats, Indices
 from skyverse.errors import InputError, shown
+from skyverse.numerics.tolerances import LENGTH_ROUNDING
 from skyverse.stop import Stop
 
 Tour = tuple[tuple[int, ...], ...]
@@ -324,7 +325,7 @@ def _obstacle(vehicle: TourVehicle, work: Work) -> np.ndarray:
         np.isfinite(seconds) & np.isfinite(back),
         work.demand <= vehicle.capacity,
         seconds <= work.window[:, 1],
-        joules * (1.0 - 1e-12) <= vehicle.usable,  # the sums of a tour are rounded otherwise
+        joules * (1.0 - LENGTH_ROUNDING) <= vehicle.usable,  # the sums of a tour are rounded otherwise
     )
     return np.cumprod(passed, axis=0).sum(axis=0)
 

@@ -13,12 +13,11 @@ from skyverse.model.sortie import Sortie, Visit
 from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import MIN_WAIT
 from skyverse.trajectory import HeldYaw, with_heading
 
 TURN_ALLOWANCE = 1.5
 """How many times as long as a turn by half a circle the UAV has to turn its nose before a stay, and after it."""
-SHORTEST_STAND = 1e-6
-"""Seconds: a shorter stand between two legs is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +100,9 @@ class TourFlight:
         form = next((part.form for part in parts if part.form != "stop-and-go"), parts[0].form)
         whole = replace(joined(parts), form=form, note=" ".join(notes))
         held = [
-            HeldYaw(visit.arrival, visit.departure, yaw)
+            HeldYaw(
+                visit.arrival, visit.departure, yaw, turning_seconds(self._own, self.scenario.targets[visit.target])
+            )
             for sortie in self.sorties
             for visit in sortie.visits
             if (yaw := wanted_yaw(self.scenario.targets[visit.target])) is not None
@@ -117,7 +118,7 @@ class TourFlight:
 
 def _stand(before: Trajectory, begin: float, end: float) -> Sequence[Trajectory]:
     """Return the stand where a trajectory ends, none where it would be too short."""
-    if end - begin <= SHORTEST_STAND:
+    if end - begin <= MIN_WAIT:
         return ()
     place = before.at([before.end]).position
     return (Trajectory(np.array([begin, end]), place[None]),)

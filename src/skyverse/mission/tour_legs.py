@@ -23,7 +23,7 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, kept_ellipsoid
 from skyverse.model.wind import WindBall, good_speed
 from skyverse.numerics.side_by_side import side_by_side
-from skyverse.numerics.tolerances import MIN_SEGMENT
+from skyverse.numerics.tolerances import LENGTH_ROUNDING, MIN_SEGMENT
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import DirectPlanner, Planner
 from skyverse.planners.cheapest import Cheapest
@@ -132,7 +132,7 @@ class TourLegs:
             usable=self._usable(uav),
             most_sorties=len(targets) + 1 if own.batteries is None else own.batteries,
             swap=swap_seconds(scenario, uav),
-            capacity=math.inf if own.capacity is None else own.capacity,
+            capacity=math.inf if own.capacity is None else own.capacity * (1.0 + LENGTH_ROUNDING),
             allowed=np.array(allowed, dtype=np.bool_) & (any_target | (np.arange(len(targets)) == only)),
             returns=own.end == "home",
             waiting=float(hover.max(initial=0.0)),

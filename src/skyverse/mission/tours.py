@@ -37,7 +37,7 @@ REASONS: dict[Reason, str] = {
     "capacity": "its demand is above what any UAV that may go there can carry",
     "window": "no UAV can be there before its window closes",
     "battery": "no battery gives what it takes to go there and back",
-    "left over": "no UAV has time or battery left for it beside the others",
+    "left over": "no UAV has time, battery or capacity left for it beside the others",
 }
 """Why targets are left out."""
 

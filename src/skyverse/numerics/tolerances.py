@@ -188,6 +188,9 @@ MIN_WAIT = 1e-6
 MIN_PATH = 1e-6
 """Metres: a shorter path is not flown at all."""
 
+WHOLE_UNITS = 1e-6
+"""Share of one of the units in which routes are counted, by which rounding puts a number above a whole one."""
+
 SEPARATION_FORGIVEN = 1e-6
 """Metres off both semi-axes of the separation by which UAVs may be too close: what the referee lets pass."""
 

@@ -13,6 +13,7 @@ from skyverse.model.quantities import short
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, counted
+from skyverse.model.take_off import take_off
 from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
@@ -24,7 +25,7 @@ from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.pads import pads_of, pads_sentence
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
-from skyverse.referee.sorties import judge_sorties, makes_tours, spans_of, tour_of, tour_to
+from skyverse.referee.sorties import judge_sorties, makes_tours, sound_sorties, spans_of, tour_of, tour_to
 from skyverse.referee.timed_shapes import judge_movers
 from skyverse.referee.tracking_error import EXACT
 from skyverse.referee.trajectory import judge_trajectory
@@ -119,7 +120,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
         violations[uav] += in_time[uav].violations
         if isinstance(entry(mission.trajectories, uav), Trajectory):
             pads = pads_of(worlds.of(uav), uav, tours[uav])
-            sentence = _proven_sentence(scenario, digest, uav, curves, pads)
+            sentence = _proven_sentence(scenario, digest, uav, curves, pads) + _landings(scenario, mission, uav)
             cuts = halvings[uav] + in_time[uav].halvings
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, [tour.end for tour in tours], curves, unknown)
@@ -127,6 +128,8 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     if any(uav.tracking_error != EXACT for uav in scenario.uavs):
         sentence += ", in every flight of theirs within their tracking errors"
     sentence += "."
+    if any(_landings(scenario, mission, uav) for uav in range(count)):
+        sentence += " Landings between sorties, straight below starts, are not judged."
     apart = _certificate(digest, separation.violations, sentence, separation.halvings)
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
@@ -171,6 +174,12 @@ def _proven_sentence(
         f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, {stays if changing else ''}{battery}"
         f"{_where(scenario, digest)}{without}{_for_every_flight(vehicle.tracking_error, pads)}."
     )
+
+
+def _landings(scenario: Scenario, mission: Mission, uav: int) -> str:
+    """Say that landings between sorties are no part of what is proven, where the UAV starts above its home."""
+    lands = len(sound_sorties(mission, uav)) > 1 and take_off(scenario, uav, scenario.uavs[uav].start).seconds > 0
+    return " Its landings between sorties, straight below its start, are not judged." if lands else ""
 
 
 def _for_every_flight(error: TrackingError, pads: list[tuple[str, Pad]]) -> str:

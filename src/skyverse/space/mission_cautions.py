@@ -19,6 +19,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent, roof_z
 from skyverse.model.shapes import NO_FLY_ZONE, AnyShape, Voxels
 from skyverse.model.short_lines import listed
+from skyverse.model.take_off import take_off
 from skyverse.model.trajectory import Trajectory
 from skyverse.space.later_cautions import later_cautions
 from skyverse.space.world import World
@@ -55,6 +56,7 @@ def mission_cautions(mission: Mission) -> list[MissionCaution]:
         *_low(scenario, flown),
         *_slow_in_wind(scenario, flights),
         *(MissionCaution("comes later", said) for said in later),
+        *_landings(mission),
     ]
 
 
@@ -76,6 +78,19 @@ def _spare_targets(mission: Mission) -> Iterator[MissionCaution]:
         some = tuple(name for k, name in names.items() if reasons.get(k, "") == why)
         said = f"{Caution.WARNING}: no UAV flies to {_named(some)}{why and f': {why}'}"
         yield MissionCaution("no UAV", said, some)
+
+
+def _landings(mission: Mission) -> Iterator[MissionCaution]:
+    """Yield that UAVs land between sorties, below starts in the air, which nobody has proven."""
+    scenario = mission.scenario
+    lands = tuple(
+        own.name
+        for uav, own in enumerate(scenario.uavs)
+        if len(mission.sorties_of(uav)) > 1 and take_off(scenario, uav, own.start).seconds > 0
+    )
+    if lands:
+        said = f"between sorties {_named(lands)} {'lands' if len(lands) == 1 else 'land'} straight below the start"
+        yield MissionCaution("lands", f"{Caution.WARNING}: {said}, which is not proven: keep that clear", lands)
 
 
 def _left_out(scenario: Scenario) -> Iterator[MissionCaution]:

@@ -28,11 +28,12 @@ SHORTEST_SPREAD = 0.2
 
 
 class HeldYaw(NamedTuple):
-    """A yaw, rad, that is wanted between two instants, seconds."""
+    """A yaw, rad, that is wanted between two instants, and how long before and after the nose turns, seconds."""
 
     begin: float
     end: float
     yaw: float
+    turn: float
 
 
 def with_heading(trajectory: Trajectory, uav: UAV, held: Sequence[HeldYaw] = ()) -> Trajectory:
@@ -47,12 +48,14 @@ def with_heading(trajectory: Trajectory, uav: UAV, held: Sequence[HeldYaw] = ())
     instants = np.r_[
         (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), trajectory.end
     ]
-    instants = np.union1d(instants, [t for begin, end, _ in held for t in (begin, end)]) if held else instants
+    edges = [t for begin, end, _, turn in held for t in (begin - turn, begin, end, end + turn)]
+    instants = np.union1d(instants, np.clip(edges, trajectory.start, trajectory.end)) if held else instants
     known, courses = wanted_yaws(trajectory, instants, uav)
     yaws = np.zeros(len(instants))
     yaws[known] = courses
-    for begin, end, yaw in held:
+    for begin, end, yaw, turn in held:
         within = (instants >= begin) & (instants <= end)
+        known &= (instants <= begin - turn) | (instants >= end + turn)
         known, yaws = known | within, np.where(within, yaw, yaws)
     courses = yaws[known]
     at = instants[known]
