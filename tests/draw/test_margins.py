@@ -82,8 +82,9 @@ def test_only_uavs_that_may_stray_have_tubes(planned):
 
 def test_pads_are_drawn_and_told_where_there_are_any(planned):
     drawn = scene(planned)
-    assert {(one.uav, one.end) for one in drawn.pads} == {(0, "start"), (0, "target")}
+    assert {(one.uav, one.end) for one in drawn.pads} == {(0, "its start"), (0, "its target")}
     traces = of_role(in_space(drawn), "pad")
+    assert [trace["name"] for trace in traces] == ["ada: pad at its start", "ada: pad at its target"]
     for trace, one in zip(traces, drawn.pads, strict=True):
         points = columns(trace, "xyz")
         assert points[:, 2].min() == pytest.approx(one.pad.place[2], abs=1e-3)

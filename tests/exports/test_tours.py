@@ -31,7 +31,7 @@ def tour():
     def above(place, height):
         return (*place, round(float(ground.terrain.height(np.array([place]))[0]) + height, 1))
 
-    limits = {**VEHICLE_PROFILES["m100"].limits, "battery": 52.0}
+    limits = {**VEHICLE_PROFILES["m100"].limits, "battery": 70.0}
     scenario = derived(
         ground,
         uavs=tuple(

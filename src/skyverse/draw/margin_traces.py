@@ -67,7 +67,7 @@ def pads(scene: Scene) -> list[Trace]:
     for uav, end, ((x, y, z), radius, _, top) in scene.pads:
         track = scene.tracks[uav]
         points, triangles = surface(Cylinder(centre=(x, y), radius=radius, low=z, high=top), PAD_SIDES)
-        named = f"{plain(track.name)}: pad at its {end}"
+        named = f"{plain(track.name)}: pad at {plain(end)}"
         made.append(mesh(named, points, triangles, {"role": "pad", "uav": uav}, color=track.colour))
     return made
 
