@@ -87,7 +87,7 @@ OF_MAPS = {
         ("ground ceiling max_height", (120, "60 m agl", sky.AboveHome(3.0), object())),
         ("clearance ground_clearance tolerance band_weight", NOT_A_LENGTH),
         ("margin lattice_step terrain_step voxel_size", NOT_A_LENGTH[1:]),
-        ("max_speed max_climb max_descent separation", NOT_A_LENGTH[1:]),
+        ("max_speed max_climb max_descent separation battery reserve", NOT_A_LENGTH[1:]),
         ("geoid fill_nodata", NOT_A_NUMBER[1:]),
         ("vehicle", ("ufo", 3, ["camera"])),
         ("name", (None, *NOT_A_TEXT)),
@@ -112,6 +112,7 @@ OF_READING = {
 }
 OF_MISSIONS = {
     **dict.fromkeys(("criterion", "shape"), (None, "best", 3, ["min-sum"])),
+    "order": (None, "shortest", 3, ["best"]),
     **dict.fromkeys(("keep_apart", "apart_in_space"), NOT_A_FLAG),
 }
 

@@ -157,7 +157,7 @@ def test_jumps_in_circles_for_ever_are_judged_once_and_said(skyverse):
 @pytest.mark.slow
 def test_ten_thousand_items_are_judged(skyverse):
     places = [(47.0 + 0.00002 * (k % 100), 8.0 + 0.00002 * (k // 100), 30 + k % 2) for k in range(10_000)]
-    code, out, _ = skyverse("check", write("a.plan", flight(*places)), *HEIGHTS, "--json")
+    code, out, _ = skyverse("check", write("a.plan", flight(*places)), *HEIGHTS, "--json", "--battery", "500")
     assert code == 0, out[:500]
 
 

@@ -64,7 +64,7 @@ def simulated(scenario, trajectory, begin, end, way=1.0, gusts=None):
 
 @pytest.mark.parametrize("kind", KINDS)
 @given(seed=st.integers(0, 10**6), shares=st.tuples(st.floats(0, 1), st.floats(0, 1)))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_no_flight_takes_more_than_the_bound_and_none_one_percent_less(kind, seed, shares):
     scenario = world(**KINDS[kind])
     trajectory = flight(seed, scenario.uavs[0])
@@ -114,7 +114,7 @@ def test_flying_back_takes_the_climb_that_was_sunk_and_the_turn():
 
 
 @given(seed=st.integers(0, 10**6), share=st.floats(0.01, 1))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_the_way_back_takes_no_more_than_its_bound(seed, share):
     scenario = world(**CAMERA)
     trajectory = flight(seed, scenario.uavs[0])
