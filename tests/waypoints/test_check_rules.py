@@ -430,7 +430,8 @@ def test_a_mission_that_the_battery_does_not_give_is_refuted_and_what_is_left_of
     (found,) = (one for one in far.missions[0].findings if one.kind is FindingKind.BATTERY)
     assert found.wrong
     assert found.limit == pytest.approx(0.7 * 77 * 3600)
-    assert far.missions[0].summary.energy < found.found < 1.01 * far.missions[0].summary.energy
+    taken = far.missions[0].summary  # of which the bound counts that the last metres of a landing are slow
+    assert taken.energy + 3000 < taken.energy_bound <= found.found < 1.01 * taken.energy_bound
     assert far.missions[0].summary.left < 0.2
     (line,) = (line for line in finding_lines(far, 0) if "battery" in line)
     assert "53.9 Wh" in line

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
-from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.flight_plan import FlightPlan, attainable_speed
 from skyverse.exports.global_positions import home, origin_of
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.pad import ground_height
@@ -17,6 +17,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import AnyShape, Box, Prism, Sphere, Voxels
 from skyverse.model.short_lines import counted
+from skyverse.model.take_off import touch_down
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.referee.clearance import judge_segments
@@ -108,6 +109,18 @@ def landing_places(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[Floa
     rows = zip(plans, places, strict=True)
     ground = np.concatenate([_ground_below(scenario, plan.route.uav, place[None]) for plan, place in rows])
     return list(np.column_stack([places[:, :2], surfaces_below(scenario, places, ground)]))
+
+
+def slow_touch_down(scenario: Scenario, plan: FlightPlan) -> float:
+    """Return what a landing takes at most beyond what a flight plan predicts, J: autopilots touch down slowly."""
+    if not len(plan.ending) or scenario.uavs[plan.route.uav].fixed_wing is not None:
+        return 0.0
+    above, below = [plan.waypoints[-1], *plan.ending][-2:]
+    seconds, joules = touch_down(scenario, plan.route.uav, max(float(above[2] - below[2]), 0.0))
+    if seconds == 0:
+        return 0.0
+    predicted = math.dist(above, below) / attainable_speed(above, below, plan.top_speed, plan.rates)
+    return joules * max(1 - predicted / seconds, 0.0)
 
 
 def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:

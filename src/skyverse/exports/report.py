@@ -15,7 +15,7 @@ from skyverse.errors import Remedy, Sentence
 from skyverse.exports.autopilots import End
 from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
-from skyverse.exports.landing import starts_in_the_air, why_not_level
+from skyverse.exports.landing import slow_touch_down, starts_in_the_air, why_not_level
 from skyverse.exports.requirements import ExportOptions
 from skyverse.exports.separation import Apart, FleetApart, circle_reach, few, fleet_apart, named_pairs
 from skyverse.exports.speed_limits import may_return_too_fast, zones_of
@@ -374,8 +374,8 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
 
 
 def _summary(fleet: ExportedFleet, plan: FlightPlan) -> FlightSummary:
-    uav = fleet.scenario.uavs[plan.route.uav]
-    return flight_summary(uav, plan.waypoints, plan.predicted(), fleet.scenario.wind)
+    uav, ground = fleet.scenario.uavs[plan.route.uav], [slow_touch_down(fleet.scenario, plan)]
+    return flight_summary(uav, plan.waypoints, plan.predicted(), fleet.scenario.wind, ground=ground)
 
 
 def _low_batteries(fleet: ExportedFleet) -> Iterator[str]:

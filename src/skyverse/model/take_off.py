@@ -33,7 +33,11 @@ def take_off(scenario: Scenario, uav: int, place: tuple[float, float, float]) ->
 
 def landing(scenario: Scenario, uav: int, place: tuple[float, float, float]) -> OnAndOff:
     """Return what it takes a UAV to sink from a place to the ground below; nothing for aeroplanes."""
-    height = _above_ground(scenario, uav, place)
+    return touch_down(scenario, uav, _above_ground(scenario, uav, place))
+
+
+def touch_down(scenario: Scenario, uav: int, height: float) -> OnAndOff:
+    """Return what it takes a UAV to sink by a height, metres, to what it lands on."""
     seconds = max(height - LAST_METRES, 0.0) / SINK + min(height, LAST_METRES) / LAST_SINK
     return OnAndOff(seconds, seconds * _hovering(scenario, uav, 0.0))
 

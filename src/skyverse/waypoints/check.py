@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.landing import Descents, why_not_level
+from skyverse.exports.landing import Descents, slow_touch_down, why_not_level
 from skyverse.exports.leg_geometry import greatest_on_legs
 from skyverse.exports.leg_space import Breach, LegRule
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
@@ -88,7 +88,8 @@ class CheckedMission:
     def summary(self) -> FlightSummary:
         """Length, time and energy of the flight."""
         plan, uav = self.flown.plan, self.scenario.uavs[self.flown.plan.route.uav]
-        return flight_summary(uav, plan.waypoints, plan.predicted(), self.scenario.wind)
+        ground = [slow_touch_down(self.scenario, plan)]
+        return flight_summary(uav, plan.waypoints, plan.predicted(), self.scenario.wind, ground=ground)
 
     @property
     def photos(self) -> int | None:
@@ -303,6 +304,7 @@ def _of_limits(flown: FlownMission, scenario: Scenario) -> Iterator[MissionFindi
     if vehicle.usable_energy is not None:
         flight = plan.predicted()
         taken = energy_bounds(scenario, plan.route.uav, flight, flight.start, flight.end)[1][-1]
+        taken += slow_touch_down(scenario, plan)
         if taken > vehicle.usable_energy:
             kind, limit = FindingKind.BATTERY, vehicle.usable_energy
             yield MissionFinding(Subject.LIMITS, kind, found=float(taken), limit=limit)
