@@ -168,7 +168,10 @@ def maps(rooms: int) -> None:
             + price[1 + orders[:, :-1], 1 + orders[:, 1:]].sum(axis=1)
             + price[1 + orders[:, -1], 0]
         )
-        best = float(sums.min()) - TARGETS  # a node that two legs share is counted once
+        shared = TARGETS if scenario.objective.unit == "nodes" else 0  # a node that two legs share is counted once
+        best = float(sums.min()) - shared
+        if not math.isfinite(best):
+            continue  # a target is shut in
         sound = mission.violations == () and mission.complete
         equal.setdefault(name, []).append(sound and math.isclose(mission.cost, best, rel_tol=1e-9))
     rows = [[name, str(len(found)), str(sum(found))] for name, found in equal.items()]

@@ -183,11 +183,16 @@ class TourLegs:
         return result, leg_along(problem, result, self.how.shape)
 
     def _homes_met(self, problem: Problem, trajectory: Trajectory) -> tuple[int, ...]:
-        """Return the UAVs at whose starts a leg comes too near to them, as long as they stand there."""
+        """Return the UAVs at whose starts a leg comes too near to them, as long as they stand there.
+
+        A leg is shared by the UAVs of a kind, so that its own UAV counts, too, unless it is the only one.
+        """
         scenario, places, met = self.airspace.scenario, places_along(trajectory), []
         own, ends = scenario.uavs[problem.uav], np.stack([problem.uav_place, problem.target_place])
         for number, other in enumerate(scenario.uavs if scenario.clearance >= LEAST_CLEARANCE else ()):
             axes = np.array(kept_ellipsoid(own, other))[[0, 0, 1]]
+            if number == problem.uav and self._kinds.count(self._kinds[number]) == 1:
+                continue
             if not axes.all() or (np.linalg.norm((ends - other.start) / axes, axis=1) < 1.0).any():
                 continue  # from there, or to there, it must fly
             if (np.linalg.norm((places - other.start) / axes, axis=1) < 1.0).any():
