@@ -169,7 +169,7 @@ def test_the_referee_finds_nothing_wrong_and_each_target_is_visited_once_or_name
             assert visited == sorted(visited)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=20)
 @given(scenario=asked())
 def test_tours_of_other_planners_keep_windows_and_batteries_too(scenario):
     planner, stop = sky.MVO(universes=4), sky.MaxIterations(3)
