@@ -45,8 +45,12 @@ from .model.altitude import AboveGround as AboveGround
 from .model.altitude import AboveHome as AboveHome
 from .model.altitude import AboveSea as AboveSea
 from .model.altitude import parse_altitude as parse_altitude
+from .model.camera import CAMERAS as CAMERAS
+from .model.camera import Camera as Camera
 from .model.conditions import Conditions as Conditions
 from .model.conditions import Sensor as Sensor
+from .model.coverage import Coverage as Coverage
+from .model.coverage import CoverageGap as CoverageGap
 from .model.flight_record import Distribution as Distribution
 from .model.flight_record import Flight as Flight
 from .model.flight_record import FlightRuns as FlightRuns
@@ -68,6 +72,8 @@ from .model.mover_motions import CircularMotion as CircularMotion
 from .model.mover_motions import PeriodicMotion as PeriodicMotion
 from .model.mover_motions import PolynomialMotion as PolynomialMotion
 from .model.mover_motions import WaypointMotion as WaypointMotion
+from .model.photos import Photos as Photos
+from .model.photos import photos_of as photos_of
 from .model.replanned_flight import Prediction as Prediction
 from .model.replanned_flight import ReplanAnswer as ReplanAnswer
 from .model.replanned_flight import ReplannedFlight as ReplannedFlight
@@ -92,8 +98,11 @@ from .model.shapes import Sphere as Sphere
 from .model.shapes import Terrain as Terrain
 from .model.shapes import Voxels as Voxels
 from .model.sortie import Sortie as Sortie
+from .model.sortie import Strip as Strip
 from .model.sortie import Unvisited as Unvisited
 from .model.sortie import Visit as Visit
+from .model.survey import Region as Region
+from .model.survey import Survey as Survey
 from .model.trajectory import Motion as Motion
 from .model.trajectory import Trajectory as Trajectory
 from .model.uav import UAV as UAV

@@ -72,6 +72,7 @@ EVERY_PART = sky.Scenario.model_validate(
             },
         ],
         "targets": [{"position": [1, 6, 2]}, {"position": [9, 14, 5]}],
+        "surveys": [{"area": [[0, 5], [9, 5], [9, 15]], "camera": "mavic-3e", "gsd": "2 cm"}],
         "frame": {"origin": {"latitude": 46.8, "longitude": 9.8, "altitude": 1500, "geoid": 50}},
         "sources": [{"file": "a.tif", "gives": "terrain"}],
     }

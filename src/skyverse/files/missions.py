@@ -17,7 +17,7 @@ from skyverse.model.replanned_flight import REPLANNED_FLIGHT_1, ReplannedFlight
 from skyverse.model.trajectory import Pointing
 from skyverse.summary import with_flight_summaries
 
-_JUDGED = {"certificates": True, "apart": True}  # only the referee can say what is proven
+_JUDGED = {"certificates": True, "apart": True, "coverage": True}  # only the referee can say what is proven
 MISSIONS = JsonFormat(Mission, "skyverse/mission/2", _JUDGED)
 FLIGHTS = JsonFormat(Flight, "skyverse/flight/1", {"mission": _JUDGED})
 REPLANNED_FLIGHTS = JsonFormat(

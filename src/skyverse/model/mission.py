@@ -9,6 +9,7 @@ import numpy as np
 
 from skyverse.errors import InputError, did_you_mean, shown
 from skyverse.model.arrays import ArrayRecord
+from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario, Target
@@ -67,6 +68,8 @@ class Mission(ArrayRecord):
         there. See `sorties_of`.
     unvisited
         Of tours: the targets that no UAV visits, each with why.
+    unseen
+        Of surveys: the parts that no UAV flies to see, each with why.
     violations
         What the referee found wrong when the mission was planned; empty if nothing. `check` judges anew.
     interrupted
@@ -75,7 +78,9 @@ class Mission(ArrayRecord):
         What the referee proved of each UAV's trajectory, in the scenario's order; empty if it was not asked, as of a
         mission that was read from a file: no file holds certificates, and `certify` makes them anew.
     apart
-        What the referee proved of the fleet's separation; ``None`` if it was not asked. Neither counts when missions
+        What the referee proved of the fleet's separation; ``None`` if it was not asked.
+    coverage
+        What it proved of the photos of each survey; empty if it was not asked. None of these three counts when missions
         are compared.
     deconfliction
         How conflicts between trajectories were resolved; ``None`` if that was not tried.
@@ -96,10 +101,12 @@ class Mission(ArrayRecord):
     interrupted: Flag = False
     certificates: tuple[Certificate | None, ...] = field(default=(), compare=False)
     apart: Certificate | None = field(default=None, compare=False)
+    coverage: tuple[Coverage, ...] = field(default=(), compare=False)
     deconfliction: Deconfliction | None = None
     flights: tuple[FlightSummary | None, ...] = ()
     sorties: tuple[tuple[Sortie, ...], ...] = ()
     unvisited: tuple[Unvisited, ...] = ()
+    unseen: tuple[CoverageGap, ...] = ()
     source: str | None = None
     format: Literal["skyverse/mission/2"] = "skyverse/mission/2"
 

@@ -18,6 +18,7 @@ from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point,
 from skyverse.model.round_steps import ROUND, round_steps
 from skyverse.model.shapes import LEAST_CLEARANCE, Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
+from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV
 from skyverse.model.wind import STILL_AIR, Wind, WindBall
 
@@ -244,6 +245,8 @@ class Scenario(Model):
         The ground, which must cover the bounds.
     wind
         In which all fly; ``None`` in still air.
+    surveys
+        What cameras are to see.
     max_height
         Metres above the terrain that no UAV may exceed; ``None`` where there is no such ceiling. It needs a terrain,
         and is counted from `Terrain.lowest` where the terrain has it.
@@ -274,6 +277,7 @@ class Scenario(Model):
     wind: Wind | None = None
     uavs: tuple[UAV, ...] = ()
     targets: tuple[Target, ...] = ()
+    surveys: tuple[Survey, ...] = ()
     frame: Frame = Frame()
     sources: tuple[Source, ...] = ()
     built_with: BuiltWith = ()
@@ -286,6 +290,7 @@ class Scenario(Model):
             counted(len(self.targets), "target"),
             counted(len(self.obstacles), "obstacle") + (f" ({kinds_told})" if kinds_told else ""),
         ]
+        things += [counted(len(self.surveys), "survey")] if self.surveys else []
         things += [counted(len(self.zones), "zone")] if self.zones else []
         things += [counted(len(self.movers), "mover")] if self.movers else []
         things += ["over a terrain"] if self.terrain is not None else []
@@ -333,8 +338,9 @@ class Scenario(Model):
 
     @property
     def asks_for_tours(self) -> bool:
-        """Whether a UAV is to return, or a target asks for more than that one UAV flies there and stays."""
-        return any(uav.end == "home" for uav in self.uavs) or not all(target.is_plain for target in self.targets)
+        """Whether UAVs return or survey, or a target asks for more than that one flies there and stays."""
+        asked = bool(self.surveys) or any(uav.end == "home" for uav in self.uavs)
+        return asked or not all(target.is_plain for target in self.targets)
 
     @property
     def digest(self) -> str:
@@ -350,6 +356,11 @@ class Scenario(Model):
     @classmethod
     def _name_targets(cls, targets: tuple[Target, ...]) -> tuple[Target, ...]:
         return _named(targets, "target")
+
+    @field_validator("surveys")
+    @classmethod
+    def _name_surveys(cls, surveys: tuple[Survey, ...]) -> tuple[Survey, ...]:
+        return _named(surveys, "survey")
 
     @field_validator("movers")
     @classmethod
@@ -380,6 +391,19 @@ class Scenario(Model):
                         f"targets[{number}].demand: {uav.name} has a battery, which depends on what it carries, but "
                         "no capacity"
                     )
+        return self
+
+    @model_validator(mode="after")
+    def _surveys_what_there_is(self) -> Self:
+        uavs, obstacles = {uav.name for uav in self.uavs}, {one.name for one in self.obstacles}
+        for number, survey in enumerate(self.surveys):
+            for field, names, known, kind in (
+                ("uavs", survey.uavs, uavs, "UAV"),
+                ("structures", survey.structures, obstacles, "obstacle"),
+            ):
+                strange = [name for name in names if name not in known]
+                if strange:
+                    raise ValueError(f"surveys[{number}].{field}: there is no {kind} of the name {shown(strange[0])}")
         return self
 
     @model_validator(mode="after")

@@ -200,14 +200,14 @@ class Prism(Upright):
 
     @model_validator(mode="after")
     def _simple(self) -> Self:
-        wrong = _wrong_rings(tuple(map(tuple, self.vertices)), tuple(tuple(map(tuple, hole)) for hole in self.holes))
+        wrong = wrong_rings(tuple(map(tuple, self.vertices)), tuple(tuple(map(tuple, hole)) for hole in self.holes))
         if wrong:
             raise ValueError(wrong)
         return self
 
 
 @lru_cache(2**16)
-def _wrong_rings(outline: tuple[Place, ...], holes: tuple[tuple[Place, ...], ...]) -> str:
+def wrong_rings(outline: tuple[Place, ...], holes: tuple[tuple[Place, ...], ...]) -> str:
     """Return what is wrong with a prism's rings, or nothing; pydantic asks whenever a prism is a part of something."""
     rings = [outline, *holes]
     met = edges_that_meet(rings)

@@ -1,6 +1,6 @@
-"""Sorties: the flights of a UAV, each from take-off to landing on one battery, and its visits of targets."""
+"""Sorties: the flights of a UAV, each from take-off to landing on one battery, its visits of targets, and strips."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from skyverse.model.quantities import Real, Whole
 
@@ -24,6 +24,33 @@ class Visit:
 
 
 @dataclass(frozen=True)
+class Strip:
+    """A way along which a UAV takes photos of a survey.
+
+    Attributes
+    ----------
+    survey
+        The index of the survey.
+    begin, end
+        Seconds into the mission at which the first photo is taken, and the last.
+    every
+        Metres flown from one photo to the next, seen from above; 0 for a single photo.
+    pitch
+        Degrees above the horizon at which the camera looks, -90 straight down.
+    heading
+        Where the camera looks, or the top of a picture that is taken straight down, degrees clockwise from north;
+        ``None`` where the UAV flies to.
+    """
+
+    survey: Whole
+    begin: Real
+    end: Real
+    every: Real
+    pitch: Real = -90.0
+    heading: Real | None = None
+
+
+@dataclass(frozen=True)
 class Sortie:
     """One flight of one UAV, from take-off to landing, on one battery.
 
@@ -33,11 +60,14 @@ class Sortie:
         Seconds into the mission.
     visits
         In their order; none where it flies nowhere but home.
+    strips
+        Of surveys, in their order.
     """
 
     begin: Real
     end: Real
     visits: tuple[Visit, ...]
+    strips: tuple[Strip, ...] = ()
 
     def retimed(self, start: float, begin: float, factor: float) -> "Sortie":
         """Return the same sortie of a flight that begins at `begin` in place of `start`, `factor` times as long."""
@@ -46,7 +76,8 @@ class Sortie:
             return begin + (t - start) * factor
 
         visits = tuple(Visit(one.target, then(one.arrival), then(one.departure)) for one in self.visits)
-        return Sortie(then(self.begin), then(self.end), visits)
+        strips = tuple(replace(one, begin=then(one.begin), end=then(one.end)) for one in self.strips)
+        return Sortie(then(self.begin), then(self.end), visits, strips)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,97 @@
+"""Photos: where a camera is and how it is turned when each is taken; those that a mission takes along its strips."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse._typing import Floats, Ints
+from skyverse.model.arrays import ArrayRecord, arctan2
+from skyverse.model.mission import Mission
+from skyverse.model.sortie import Strip
+from skyverse.model.trajectory import Trajectory
+
+STEPS_IN_PIECE = 64
+"""Samples in each polynomial piece of a trajectory from which the length of the way is found."""
+
+
+@dataclass(frozen=True, eq=False)
+class Photos(ArrayRecord):
+    """Photos, in the order in which they are taken by each UAV.
+
+    Attributes
+    ----------
+    position
+        (n, 3) metres.
+    heading, pitch, roll
+        (n,) degrees: where the top of the picture points, or the optical axis where it is not upright, clockwise from
+        north; the optical axis above the horizon, -90 straight down; and how far the picture is turned clockwise.
+    time
+        (n,) seconds into the mission; NaN where it is not known.
+    uav, strip
+        (n,) the index of the UAV, and the number of the strip among all of its strips; -1 where there is none.
+    """
+
+    position: Floats
+    heading: Floats
+    pitch: Floats
+    roll: Floats
+    time: Floats
+    uav: Ints
+    strip: Ints
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def taken(self, which: Ints) -> "Photos":
+        """Return some of the photos, by their numbers or by a truth value for each."""
+        return Photos(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+
+def strips_of(mission: Mission, survey: int | None = None) -> Iterator[tuple[int, int, Strip]]:
+    """Yield the strips of a mission, each with its UAV and its number among that UAV's strips; those of one survey."""
+    for uav in range(len(mission.scenario.uavs)):
+        strips = [strip for sortie in mission.sorties_of(uav) for strip in sortie.strips]
+        yield from ((uav, number, one) for number, one in enumerate(strips) if survey in (None, one.survey))
+
+
+def photos_of(mission: Mission, survey: int | None = None) -> Photos:
+    """Return the photos of a mission, or those of one of its surveys, by its index."""
+    rows: list[Floats] = []
+    for uav, number, strip in strips_of(mission, survey):
+        trajectory = mission.trajectories[uav]
+        if trajectory is None:
+            continue
+        times = photo_times(trajectory, strip)
+        motion = trajectory.at(times)
+        ahead = _course(trajectory, strip, times) if strip.heading is None else np.full(len(times), strip.heading)
+        alike = np.tile([strip.pitch, 0.0, uav, number], (len(times), 1))
+        rows.append(np.column_stack([motion.position, ahead, times, alike]))
+    table = np.concatenate(rows) if rows else np.zeros((0, 9))
+    heading, time, pitch, roll, uavs, numbers = table[:, 3:].T
+    return Photos(table[:, :3], heading, pitch, roll, time, uavs.astype(np.int64), numbers.astype(np.int64))
+
+
+def photo_times(trajectory: Trajectory, strip: Strip) -> Floats:
+    """Return when the photos of a strip are taken, (n,) seconds: every so many metres of the way seen from above.
+
+    The first is taken where the strip begins, and one where it ends.
+    """
+    if strip.every <= 0 or strip.end <= strip.begin:
+        return np.array([strip.begin])
+    inner = trajectory.knots[(trajectory.knots > strip.begin) & (trajectory.knots < strip.end)]
+    ends = np.r_[strip.begin, inner, strip.end]
+    t = np.r_[(ends[:-1, None] + np.diff(ends)[:, None] * np.arange(STEPS_IN_PIECE) / STEPS_IN_PIECE).ravel(), ends[-1]]
+    at = trajectory.at(t).position[:, :2]
+    way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(at, axis=0).T))]
+    count = round(way[-1] / strip.every)
+    return np.interp(np.linspace(0.0, way[-1], count + 1), way, t)
+
+
+def _course(trajectory: Trajectory, strip: Strip, times: Floats) -> Floats:
+    """Return where a UAV flies to at some instants of a strip, degrees clockwise from north, also where it stands."""
+    span = strip.end - strip.begin
+    before = trajectory.at(np.maximum(times - 0.01 * span, strip.begin)).position
+    after = trajectory.at(np.minimum(times + 0.01 * span, strip.end)).position
+    east, north = (after - before)[:, :2].T
+    return np.degrees(arctan2(east, north)) % 360.0
