@@ -1,0 +1,1 @@
+"""Surveys: from what is to be seen to the lines along which photos are taken."""

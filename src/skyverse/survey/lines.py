@@ -1,0 +1,46 @@
+"""Photo lines: where a UAV flies to take the photos of a survey, before anybody says who flies them and when."""
+
+from dataclasses import dataclass
+
+from skyverse._typing import Floats
+from skyverse.model.coverage import CoverageGap
+
+
+@dataclass(frozen=True, eq=False)
+class PhotoLine:
+    """A way along which photos are taken.
+
+    Attributes
+    ----------
+    survey
+        The index of the survey.
+    path
+        (k, 3) metres, straight between the points; one point for a single photo.
+    every
+        Metres from one photo to the next, seen from above, a whole share of the way's length; 0 for a single photo.
+    speed
+        m/s: the fastest at which the camera keeps up, and over ground.
+    pitch
+        Degrees above the horizon at which the camera looks.
+    heading
+        Where the camera looks, or the top of a picture that is taken straight down, degrees clockwise from north;
+        ``None`` where the UAV flies to.
+    both_ways
+        Whether it may be flown from its end as well.
+    """
+
+    survey: int
+    path: Floats
+    every: float
+    speed: float
+    pitch: float = -90.0
+    heading: float | None = None
+    both_ways: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class SurveyLines:
+    """The lines of a survey, and the parts of it that none of them sees, with why."""
+
+    lines: tuple[PhotoLine, ...]
+    unseen: tuple[CoverageGap, ...] = ()
