@@ -176,6 +176,9 @@ COVER_MARGIN = 1e-6
 BOUND_ROUNDING = 1e-6
 """Metres taken off a bound on lengths: at each of its bends a path may gain `SURFACE_DEPTH` and a `DETOUR_GAIN`."""
 
+SWEEP_CONTACT = 1e-6
+"""Cross-sections of a surveyed area that share no more than this touch, and are no way through, metres."""
+
 ON_EDGE = 1e-6
 """Metres: a bend this near to a piece of an edge can slide along it; bends come from edges, but for rounding."""
 

@@ -1,0 +1,252 @@
+"""The plane cut along one direction: cross-sections between corners, cells of them, and the fewest lines that cover.
+
+All is done in a frame that is turned so that lines run along y; x is across. Between two corners of the outline the
+cross-sections of an area keep their shape, so an area is a graph of slabs of cross-sections. A line flown at x covers
+the cross-sections that are connected to its own within half a width; lines are placed as late as that allows.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import SWEEP_CONTACT
+
+
+class CrossSections(NamedTuple):
+    """The slabs of an area between its corners, in the turned frame.
+
+    Attributes
+    ----------
+    edges
+        Outline (n, 4) as x0, y0, x1, y1 with x0 < x1, metres.
+    x
+        Where slabs begin and end (m + 1,), metres.
+    first
+        The number of the first cross-section of each slab (m + 1,).
+    low, high
+        The edges below and above each cross-section.
+    """
+
+    edges: Floats
+    x: Floats
+    first: Ints
+    low: Ints
+    high: Ints
+
+
+def turned(edges: Floats, direction: Floats) -> Floats:
+    """Return edges (n, 4) in the frame whose y runs along a direction, ordered by x0 < x1; upright ones are left out.
+
+    x is across to the right of the direction.
+    """
+    ux, uy = direction
+    x0, y0 = edges[:, 0] * uy - edges[:, 1] * ux, edges[:, 0] * ux + edges[:, 1] * uy
+    x1, y1 = edges[:, 2] * uy - edges[:, 3] * ux, edges[:, 2] * ux + edges[:, 3] * uy
+    swap = x0 > x1
+    out = np.stack([np.where(swap, x1, x0), np.where(swap, y1, y0), np.where(swap, x0, x1), np.where(swap, y0, y1)], 1)
+    out = out[out[:, 2] - out[:, 0] > SWEEP_CONTACT]
+    return np.ascontiguousarray(out[np.argsort(out[:, 0], kind="stable")])
+
+
+def turned_back(points: Floats, direction: Floats) -> Floats:
+    """Return points (..., 2) of the turned frame in the plane."""
+    ux, uy = direction
+    return np.stack([points[..., 0] * uy + points[..., 1] * ux, points[..., 1] * uy - points[..., 0] * ux], -1)
+
+
+def cross_sections(edges: Floats) -> CrossSections:
+    """Cut the area that turned edges enclose (even-odd) into slabs between its corners."""
+    x = np.unique(edges[:, [0, 2]])
+    x = x[np.r_[True, np.diff(x) > SWEEP_CONTACT]] if len(x) else np.zeros(1)
+    return CrossSections(edges, x, *_sections(edges, x))
+
+
+def lines_at(edges: Floats, x: Floats) -> Floats:
+    """Return the lines (k, 3) at given x inside turned edges (even-odd), as x, y0, y1."""
+    x = np.asarray(x, dtype=float)
+    crossed = (edges[:, 0] <= x[:, None]) & (edges[:, 2] > x[:, None])
+    slope = (edges[:, 3] - edges[:, 1]) / (edges[:, 2] - edges[:, 0])
+    y = np.sort(np.where(crossed, edges[:, 1] + (x[:, None] - edges[:, 0]) * slope, np.inf), axis=1)
+    y = y[:, : 2 * (int(crossed.sum(axis=1).max(initial=0)) // 2)].reshape(len(x), -1, 2)
+    at, piece = np.nonzero(np.isfinite(y[..., 1]) & (y[..., 1] - y[..., 0] > SWEEP_CONTACT))
+    return np.column_stack([x[at], y[at, piece]])
+
+
+@kernel
+def _sections(edges: Floats, x: Floats) -> tuple[Ints, Ints, Ints]:
+    """Return the first cross-section of each slab, and the edges below and above each."""
+    n, slabs = len(edges), len(x) - 1
+    first = np.zeros(slabs + 1, dtype=np.int64)
+    low, high = np.empty(4 * n + 4, dtype=np.int64), np.empty(4 * n + 4, dtype=np.int64)
+    active, height = np.empty(n, dtype=np.int64), np.empty(n)
+    waiting = np.empty(n, dtype=np.int64)
+    begun, alive, count = 0, 0, 0
+    for k in range(slabs):
+        middle = 0.5 * (x[k] + x[k + 1])
+        while begun < n and edges[begun, 0] < middle:
+            waiting[alive] = begun
+            alive += 1
+            begun += 1
+        kept = 0
+        for a in range(alive):  # those that still cross the slab, ordered by height
+            e = waiting[a]
+            if edges[e, 2] <= middle:
+                continue
+            waiting[kept] = e
+            y = y_at(edges, e, middle)
+            b = kept
+            while b > 0 and height[b - 1] > y:
+                height[b], active[b] = height[b - 1], active[b - 1]
+                b -= 1
+            height[b], active[b] = y, e
+            kept += 1
+        alive = kept
+        if count + kept > len(low):
+            low, high = _longer(low), _longer(high)
+        for a in range(0, kept - 1, 2):
+            if height[a + 1] - height[a] <= SWEEP_CONTACT:
+                continue
+            if count > first[k] and height[a] - y_at(edges, high[count - 1], middle) <= SWEEP_CONTACT:
+                high[count - 1] = active[a + 1]
+            else:
+                low[count], high[count] = active[a], active[a + 1]
+                count += 1
+        first[k + 1] = count
+    return first, low[:count].copy(), high[:count].copy()
+
+
+@inner
+def _longer(array: Ints) -> Ints:
+    out = np.empty(2 * len(array) + 16, dtype=np.int64)
+    out[: len(array)] = array
+    return out
+
+
+@inner
+def y_at(edges: Floats, e: int, x: float) -> float:
+    x0, y0, x1, y1 = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
+    return y0 + (y1 - y0) * min(max((x - x0) / (x1 - x0), 0.0), 1.0)
+
+
+@inner
+def _shared(edges: Floats, low: Ints, high: Ints, i: int, j: int, x: float) -> float:
+    """Return the length that two cross-sections of neighbouring slabs share at x."""
+    top = min(y_at(edges, high[i], x), y_at(edges, high[j], x))
+    return top - max(y_at(edges, low[i], x), y_at(edges, low[j], x))
+
+
+@kernel
+def number_cells(edges: Floats, x: Floats, first: Ints, low: Ints, high: Ints) -> Ints:
+    """Return the boustrophedon cell of each cross-section: one goes on for as long as nothing splits or meets."""
+    cell = np.full(len(low), -1, dtype=np.int64)
+    cells = 0
+    for k in range(len(x) - 1):
+        for j in range(first[k], first[k + 1]):
+            before, single = 0, -1
+            if k > 0:
+                for i in range(first[k - 1], first[k]):
+                    if _shared(edges, low, high, i, j, x[k]) > SWEEP_CONTACT:
+                        before, single = before + 1, i
+            if before == 1:
+                after = 0
+                for other in range(first[k], first[k + 1]):
+                    after += _shared(edges, low, high, single, other, x[k]) > SWEEP_CONTACT
+                if after == 1:
+                    cell[j] = cell[single]
+            if cell[j] < 0:
+                cell[j] = cells
+                cells += 1
+    return cell
+
+
+@kernel
+def cover_lines(
+    edges: Floats, x: Floats, first: Ints, low: Ints, high: Ints, half: float, terms: tuple[float, float]
+) -> Floats:
+    """Return few lines (k, 3) as x, y0, y1 whose swaths of half a width to both sides cover an area.
+
+    Along each chain of cross-sections a line is placed as late as what lies behind lets it. Where a chain splits, ends
+    or meets another, a line may stand at that very corner instead, if that saves time: a line of length l costs
+    ``terms[0] * l + terms[1]`` seconds, and a metre that is covered later what its lines cost on average.
+    """
+    slope, fixed = terms
+    open_from = np.empty(len(low))
+    out = np.empty((64, 3))
+    count = 0
+    for k in range(len(x) - 1):
+        begin, end = x[k], x[k + 1]
+        for j in range(first[k], first[k + 1]):  # what is uncovered goes on from the slab before
+            start, shared = np.inf, 0.0
+            if k > 0:
+                for i in range(first[k - 1], first[k]):
+                    common = _shared(edges, low, high, i, j, begin)
+                    if common > SWEEP_CONTACT:
+                        start, shared = min(start, open_from[i]), shared + common
+            length = _length(edges, low[j], high[j], begin)
+            wall = length - shared
+            if shared == 0.0 or (
+                (start - begin) * wall > spared(half)
+                and (start - begin) * (slope * length + fixed) < 2 * half * (slope * wall + fixed)
+            ):
+                start = begin  # nothing has passed along what lies behind a wall that ends here
+            while start + half <= end:
+                place = max(start + half, begin)
+                out, count = _put(out, count, edges, low[j], high[j], place)
+                start = place + half
+            open_from[j] = start
+        for i in range(first[k], first[k + 1]):  # corners at the slab's end
+            if open_from[i] >= end - SWEEP_CONTACT:
+                continue
+            length = _length(edges, low[i], high[i], end)
+            shared, branches, rate, meets = 0.0, 0, 0.0, -1
+            if k + 2 < len(x):
+                for j in range(first[k + 1], first[k + 2]):
+                    common = _shared(edges, low, high, i, j, end)
+                    if common > SWEEP_CONTACT:
+                        shared, branches, meets = shared + common, branches + 1, j
+                        rate += (slope * _length(edges, low[j], high[j], end) + fixed) / (2 * half)
+            place, later = np.inf, (open_from[i] + half - end) * rate
+            wall = length - shared
+            if branches == 0:
+                place = max(begin, end - half)
+                other = max(begin, 0.5 * (max(open_from[i], begin) + end))
+                if _length(edges, low[i], high[i], other) < 0.999 * _length(edges, low[i], high[i], place):
+                    place = other
+            elif wall * (end - open_from[i]) > spared(half) and later < slope * wall + fixed * branches:
+                place = end  # part of it is closed by a wall
+            elif branches > 1 and later < fixed * (branches - 1):
+                place = end
+            elif branches == 1:
+                next_open = end + half
+                for j in range(first[k], first[k + 1]):
+                    if j != i and _shared(edges, low, high, j, meets, end) > SWEEP_CONTACT:
+                        next_open = min(next_open, open_from[j])
+                if next_open < end + half and (next_open - open_from[i]) * rate > slope * length + fixed:
+                    place = end
+            if place < np.inf:
+                out, count = _put(out, count, edges, low[i], high[i], place)
+                open_from[i] = place + half
+    return out[:count].copy()
+
+
+@inner
+def spared(half: float) -> float:
+    """Return the area beside a line's end that may stay open, m2: the triangle at a border that is 45 degrees off."""
+    return 0.5 * half * half
+
+
+@inner
+def _length(edges: Floats, low: int, high: int, x: float) -> float:
+    return y_at(edges, high, x) - y_at(edges, low, x)
+
+
+@inner
+def _put(out: Floats, count: int, edges: Floats, low: int, high: int, x: float) -> tuple[Floats, int]:
+    if count == len(out):
+        longer = np.empty((2 * count, 3))
+        longer[:count] = out
+        out = longer
+    out[count, 0], out[count, 1], out[count, 2] = x, y_at(edges, low, x), y_at(edges, high, x)
+    return out, count + 1
