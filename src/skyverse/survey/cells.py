@@ -95,7 +95,7 @@ def _sections(edges: Floats, x: Floats) -> tuple[Ints, Ints, Ints]:
             if edges[e, 2] <= middle:
                 continue
             waiting[kept] = e
-            y = y_at(edges, e, middle)
+            y = _y_at(edges, e, middle)
             b = kept
             while b > 0 and height[b - 1] > y:
                 height[b], active[b] = height[b - 1], active[b - 1]
@@ -108,7 +108,7 @@ def _sections(edges: Floats, x: Floats) -> tuple[Ints, Ints, Ints]:
         for a in range(0, kept - 1, 2):
             if height[a + 1] - height[a] <= SWEEP_CONTACT:
                 continue
-            if count > first[k] and height[a] - y_at(edges, high[count - 1], middle) <= SWEEP_CONTACT:
+            if count > first[k] and height[a] - _y_at(edges, high[count - 1], middle) <= SWEEP_CONTACT:
                 high[count - 1] = active[a + 1]
             else:
                 low[count], high[count] = active[a], active[a + 1]
@@ -125,7 +125,7 @@ def _longer(array: Ints) -> Ints:
 
 
 @inner
-def y_at(edges: Floats, e: int, x: float) -> float:
+def _y_at(edges: Floats, e: int, x: float) -> float:
     x0, y0, x1, y1 = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
     return y0 + (y1 - y0) * min(max((x - x0) / (x1 - x0), 0.0), 1.0)
 
@@ -133,8 +133,8 @@ def y_at(edges: Floats, e: int, x: float) -> float:
 @inner
 def _shared(edges: Floats, low: Ints, high: Ints, i: int, j: int, x: float) -> float:
     """Return the length that two cross-sections of neighbouring slabs share at x."""
-    top = min(y_at(edges, high[i], x), y_at(edges, high[j], x))
-    return top - max(y_at(edges, low[i], x), y_at(edges, low[j], x))
+    top = min(_y_at(edges, high[i], x), _y_at(edges, high[j], x))
+    return top - max(_y_at(edges, low[i], x), _y_at(edges, low[j], x))
 
 
 @kernel
@@ -239,7 +239,7 @@ def spared(half: float) -> float:
 
 @inner
 def _length(edges: Floats, low: int, high: int, x: float) -> float:
-    return y_at(edges, high, x) - y_at(edges, low, x)
+    return _y_at(edges, high, x) - _y_at(edges, low, x)
 
 
 @inner
@@ -248,5 +248,5 @@ def _put(out: Floats, count: int, edges: Floats, low: int, high: int, x: float) 
         longer = np.empty((2 * count, 3))
         longer[:count] = out
         out = longer
-    out[count, 0], out[count, 1], out[count, 2] = x, y_at(edges, low, x), y_at(edges, high, x)
+    out[count, 0], out[count, 1], out[count, 2] = x, _y_at(edges, low, x), _y_at(edges, high, x)
     return out, count + 1

@@ -170,9 +170,11 @@ _SAME_DIRECTION = 1e-3  # radians
 
 def _units(vectors: Floats) -> Floats:
     """Return unit vectors in the upper half plane, each direction once."""
-    angles = np.sort(np.arctan2(vectors[:, 1], vectors[:, 0]) % np.pi)
-    angles = angles[np.r_[True, np.diff(angles) > _SAME_DIRECTION]]
-    return np.stack([np.cos(angles), np.sin(angles)], 1)
+    units = vectors / np.hypot(vectors[:, 0], vectors[:, 1])[:, None]
+    units = units * np.where((units[:, 1] < 0.0) | ((units[:, 1] == 0.0) & (units[:, 0] < 0.0)), -1.0, 1.0)[:, None]
+    units = units[np.argsort(-units[:, 0], kind="stable")]
+    turn = units[:-1, 0] * units[1:, 1] - units[:-1, 1] * units[1:, 0]
+    return units[np.r_[True, turn > _SAME_DIRECTION]]
 
 
 def _polygons(area: Any) -> Any:
@@ -235,7 +237,7 @@ def _border_strips(task: _Task, strips: Floats) -> Floats:
         length = float(np.hypot(*along))
         along = along / length
         points, part = shapely.get_coordinates(missing[which[edge == e]], return_index=True)
-        at = np.clip((points - origin) @ along, 0.0, length)
+        at = np.clip(np.einsum("ij,j->i", points - origin, along), 0.0, length)
         low, high = np.full(part.max() + 1, np.inf), np.full(part.max() + 1, -np.inf)
         np.minimum.at(low, part, at)
         np.maximum.at(high, part, at)
