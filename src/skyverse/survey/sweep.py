@@ -59,7 +59,7 @@ class LegTime:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class StripPlan:
     """Strips that cover an area.
 
     Attributes
@@ -109,7 +109,7 @@ def sweep(
     directions: Floats | None = None,
     ends: Literal["line", "swath"] = "swath",
     start: Floats | None = None,
-) -> Sweep:
+) -> StripPlan:
     """Cover an area by straight strips so that one route along all of them takes little time.
 
     Parameters
@@ -152,7 +152,7 @@ def sweep(
         routed.append((_route(task, strips, _ROUNDS[0]), strips, found[i][1]))
     _, strips, way = min(routed, key=lambda candidate: candidate[0].cost)
     cell = np.zeros(len(strips), dtype=np.int64)
-    return Sweep(strips, cell, way[None], _unreached(task, strips), _route(task, strips, _ROUNDS[1]))
+    return StripPlan(strips, cell, way[None], _unreached(task, strips), _route(task, strips, _ROUNDS[1]))
 
 
 def candidate_directions(area: Any) -> Floats:
