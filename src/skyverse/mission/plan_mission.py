@@ -11,6 +11,7 @@ from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError, require_choice, require_flag, require_kind
 from skyverse.mission.assignment import Assignment, Criterion, assign_targets
+from skyverse.mission.survey_flights import survey_flights
 from skyverse.mission.tour_legs import LegPlanning
 from skyverse.mission.tours import TourOptions, plan_tours
 from skyverse.model.mission import Mission
@@ -138,7 +139,8 @@ def plan_mission(
     """
     require_kind(options, MissionOptions, "options")
     most_threads = threads(workers)
-    airspace = Airspace(scenario)
+    flights = survey_flights(scenario)
+    airspace = Airspace(flights.staged)
     for vehicle in scenario.uavs:
         refuse_wind(vehicle, scenario.winds)
     planner = planner_of(planner)
@@ -149,6 +151,9 @@ def plan_mission(
     streams = generator.spawn(len(scenario.uavs))
     shape = options.shape
     require_choice(assignment, (*get_args(Assignment), "tours"), "assignment")
+    if scenario.surveys and assignment in ("euclidean", "identity"):
+        why = f"surveys need tours, which {assignment!r} does not make; use 'path-cost' or 'tours'"
+        raise InputError(why, field="assignment")
     asked = f"{planner!r}, assignment={assignment!r}, criterion={options.criterion!r}, shape={shape!r}"
     direct = isinstance(planner, DirectPlanner)
     origin = provenance(asked, *((None, None) if direct else (stop, seed)))
@@ -159,7 +164,8 @@ def plan_mission(
     if assigned is None or makes_tours:
         legs = int(generator.integers(2**31))
         how = LegPlanning(planner=planner, stop=stop, seed=legs, shape=shape, workers=most_threads)
-        return _judged(plan_tours(airspace, how, _tour_options(options, assigned), origin))
+        tours = plan_tours(airspace, how, _tour_options(options, assigned), origin, flights.ways)
+        return _judged(flights.as_asked(tours))
 
     def flight(uav: int) -> tuple[Result | None, Trajectory | None]:
         target = assigned[uav]

@@ -7,13 +7,15 @@ from functools import cached_property
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.model.arrays import arctan2
 from skyverse.model.scenario import Scenario, Target
-from skyverse.model.sortie import Sortie, Visit
+from skyverse.model.sortie import Sortie, Strip, Visit
 from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
-from skyverse.numerics.tolerances import MIN_WAIT
+from skyverse.numerics.tolerances import MIN_WAIT, SAME_PLACE
+from skyverse.survey.lines import PhotoLine
 from skyverse.trajectory import HeldYaw, with_heading
 
 TURN_ALLOWANCE = 1.5
@@ -35,6 +37,8 @@ class TourFlight:
     departures
         The earliest instant for each leg, seconds into the mission: it departs then, or as soon as what comes before is
         done.
+    lines
+        The photo line that each leg is, ``None`` for other legs; empty where there are none.
     """
 
     scenario: Scenario
@@ -42,13 +46,17 @@ class TourFlight:
     legs: tuple[Trajectory, ...]
     ends: tuple[int | None, ...]
     departures: tuple[float, ...]
+    lines: tuple[PhotoLine | None, ...] = ()
 
     @cached_property
     def times(self) -> tuple[tuple[float, float], ...]:
         """When each leg departs and arrives, seconds into the mission."""
         times: list[tuple[float, float]] = []
-        for leg, least, end in zip(self.legs, self.departures, (None, *self.ends), strict=False):
+        lines = self.lines or (None,) * len(self.legs)
+        for leg, least, end, line in zip(self.legs, self.departures, (None, *self.ends), lines, strict=False):
             ready = 0.0 if not times else self._done(end, times[-1][1])
+            if line is not None and times:  # the nose turns on the way to where the line begins
+                ready = max(ready, times[-1][0] + half_turn_seconds(self._own))
             departure = max(ready, least)
             times.append((departure, departure + leg.duration))
         return tuple(times)
@@ -75,16 +83,20 @@ class TourFlight:
         """Its sorties, from one stand at home to the next."""
         sorties: list[Sortie] = []
         visits: list[Visit] = []
+        strips: list[Strip] = []
         begin: float | None = None
-        for (departure, arrival), end in zip(self.times, self.ends, strict=True):
+        lines = self.lines or (None,) * len(self.legs)
+        for (departure, arrival), end, line in zip(self.times, self.ends, lines, strict=True):
             begin = departure if begin is None else begin
+            if line is not None:
+                strips.append(Strip(line.survey, departure, arrival, line.every, line.pitch, line.heading))
             if end is not None:
                 visits.append(self._visit(end, arrival))
             if end is None:
-                sorties.append(Sortie(begin, arrival, tuple(visits)))
-                visits, begin = [], None
+                sorties.append(Sortie(begin, arrival, tuple(visits), tuple(strips)))
+                visits, strips, begin = [], [], None
         if begin is not None:
-            sorties.append(Sortie(begin, self._done(self.ends[-1], self.times[-1][1]), tuple(visits)))
+            sorties.append(Sortie(begin, self._done(self.ends[-1], self.times[-1][1]), tuple(visits), tuple(strips)))
         return tuple(sorties)
 
     @cached_property
@@ -107,7 +119,19 @@ class TourFlight:
             for visit in sortie.visits
             if (yaw := wanted_yaw(self.scenario.targets[visit.target])) is not None
         ]
-        return with_heading(whole, self._own, held)
+        return with_heading(whole, self._own, held + self._held_on_lines)
+
+    @property
+    def _held_on_lines(self) -> list[HeldYaw]:
+        """Where the nose points on photo lines; on the ways between them it turns."""
+        held: list[HeldYaw] = []
+        for k, (line, (begin, end)) in enumerate(zip(self.lines, self.times, strict=False)):
+            if line is not None:
+                bends = line.heading is None and not _is_straight(line.path)  # the nose follows its course
+                beside = [b - a for a, b in (*self.times[max(k - 1, 0) : k], *self.times[k + 1 : k + 2])]
+                turn = min(half_turn_seconds(self._own), *beside)
+                held.append(HeldYaw(begin, begin if bends else end, _yaw_of(line), turn))
+        return held
 
     def keeps_windows(self) -> bool:
         """Tell whether each stay begins within its window."""
@@ -134,7 +158,26 @@ def turning_seconds(uav: UAV, target: Target) -> float:
     """Return how long a UAV has to turn its nose where a target wants it before a stay, and away from it after."""
     if wanted_yaw(target) is None:
         return 0.0
+    return half_turn_seconds(uav)
+
+
+def half_turn_seconds(uav: UAV) -> float:
+    """Return how long a UAV has to turn its nose by half a circle."""
     return TURN_ALLOWANCE * (180.0 / uav.max_yaw_rate + 4.0 * uav.max_yaw_rate / uav.max_yaw_acceleration)
+
+
+def _is_straight(path: Floats) -> bool:
+    """Tell whether a path (n, 3) is straight as seen from above."""
+    way, whole = np.diff(path[:, :2], axis=0), path[-1, :2] - path[0, :2]
+    return bool((np.abs(way[:, 0] * whole[1] - way[:, 1] * whole[0]) <= SAME_PLACE * np.hypot(*whole)).all())
+
+
+def _yaw_of(line: PhotoLine) -> float:
+    """Return where the nose points where a photo line begins, rad, counterclockwise from east."""
+    if line.heading is not None:
+        return math.radians(90.0 - line.heading)
+    east, north = (line.path[1] - line.path[0])[:2]
+    return float(arctan2(np.array(north), np.array(east)))
 
 
 def wanted_yaw(target: Target) -> float | None:

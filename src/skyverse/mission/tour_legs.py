@@ -1,7 +1,7 @@
 """The legs of tours, between starts and targets: priced roughly first, and exactly where they decide."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -25,13 +25,15 @@ from skyverse.model.wind import WindBall, good_speed
 from skyverse.numerics.side_by_side import side_by_side
 from skyverse.numerics.tolerances import LENGTH_ROUNDING, MIN_SEGMENT
 from skyverse.planners.auto import Auto
-from skyverse.planners.base import DirectPlanner, Planner
+from skyverse.planners.base import DirectPlanner, Planner, provenance
 from skyverse.planners.cheapest import Cheapest
 from skyverse.planners.own_path import require_result
+from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import energy_bounds
 from skyverse.stop import Stop
-from skyverse.trajectory import Shape, leg_along
+from skyverse.survey.lines import PhotoLine
+from skyverse.trajectory import Shape, leg_along, straight_along
 
 SPEED_SHARES = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0)
 """Shares of the speed that a UAV makes good, of which that is taken which needs the least energy."""
@@ -91,11 +93,14 @@ class TourLegs:
         What is flown in, and how legs are planned.
     timed
         Whether the seconds of legs are their prices, since wind, batteries or windows make them what counts.
+    lines
+        Of surveys: what is flown between two targets that are the ends of a photo line, in the direction of the leg.
     """
 
     airspace: Airspace
     how: LegPlanning
     timed: bool
+    lines: Mapping[Ends, PhotoLine] = field(default_factory=dict)
     _planned: dict[Key, Leg] = field(default_factory=dict)
     _rough: dict[Key, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
     _lattice: dict[Key, Floats] = field(default_factory=dict)
@@ -179,6 +184,12 @@ class TourLegs:
         return Leg(result, trajectory, joules)
 
     def _flown(self, problem: Problem, planner: Planner, seed: list[int]) -> tuple[Result, Trajectory | None]:
+        line = self.lines.get((problem.begins, problem.target))
+        if line is not None:
+            result = any_angle_result(
+                problem, line.path, None, SearchRecord(provenance("a line of a survey", None, None))
+            )
+            return result, straight_along(problem, line.path, line.speed)
         result = require_result(planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(seed)))
         return result, leg_along(problem, result, self.how.shape)
 

@@ -2,8 +2,9 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Unvisited
 from skyverse.problem import Airspace
 from skyverse.stop import Progress, Stop
+from skyverse.survey.lines import PhotoLine
 
 MOST_ROUNDS = 40
 """How often routes are sought anew because legs of the last ones turned out dearer than they seemed."""
@@ -64,8 +66,16 @@ class TourOptions:
     only: tuple[int | None, ...] | None = None
 
 
-def plan_tours(airspace: Airspace, how: LegPlanning, options: TourOptions, origin: Provenance) -> Mission:
+def plan_tours(
+    airspace: Airspace,
+    how: LegPlanning,
+    options: TourOptions,
+    origin: Provenance,
+    lines: Mapping[Ends, PhotoLine] = MappingProxyType({}),
+) -> Mission:
     """Plan a mission of tours: who visits what and in which order, the legs, and waits for others.
+
+    Photo `lines` between two targets are flown from one to the other, whichever way is given.
 
     Legs are priced by lower bounds until routes want them; those are planned, and the routes sought anew, until no leg
     of theirs is left that was not planned. With up to ten targets they are then the best by the prices of all pairs.
@@ -73,7 +83,9 @@ def plan_tours(airspace: Airspace, how: LegPlanning, options: TourOptions, origi
     scenario = airspace.scenario
     _require_multirotors(scenario)
     windy = scenario.wind is not None or any(uav.battery is not None for uav in scenario.uavs)
-    legs = TourLegs(airspace, how, timed=windy or any(target.window is not None for target in scenario.targets))
+    timed = windy or bool(lines) or any(target.window is not None for target in scenario.targets)
+    legs = TourLegs(airspace, how, timed, lines)
+    legs.price([(uav, ends) for uav in range(len(scenario.uavs)) for ends in lines])
     routes, interrupted = _finished_routes(scenario, legs, options)
     flights = [_flight(scenario, legs, uav, routes) for uav in range(len(scenario.uavs))]
     lost = itertools.chain(
@@ -138,11 +150,11 @@ def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions
     best: Routes | None = None
     thorough = len(scenario.targets) <= MOST_TARGETS
     for _ in range(MOST_ROUNDS):
-        routes = route(legs.vehicles(work.stay, options.only), work, options.criterion, search)
+        routes = _routed(legs, work, options, search)
         new = legs.price(_wanted(scenario, routes))
         vehicles = legs.vehicles(work.stay, options.only)
         priced = retold(vehicles, work, routes, options.criterion) if new else routes
-        if priced is None:
+        if priced is None and not legs.lines:
             priced = _recut(scenario, legs, work, routes, options)
         if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
             best = priced
@@ -159,6 +171,18 @@ def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions
     elif not interrupted:
         best = _explained(scenario, legs, work, best, options)
     return replace(best, interrupted=interrupted, optimal=best.optimal and not interrupted)
+
+
+def _routed(legs: TourLegs, work: Work, options: TourOptions, search: RouteSearch) -> Routes:
+    vehicles = legs.vehicles(work.stay, options.only)
+    if not legs.lines:
+        return route(vehicles, work, options.criterion, search)
+    from skyverse.mission.strip_routing import route_strips
+
+    pairs = {(min(ends), max(ends)) for ends in legs.lines if None not in ends}  # type: ignore[type-var]
+    alone = set(range(work.targets)).difference(*pairs)
+    strips = np.array(sorted({*pairs, *((place, place) for place in alone)}), dtype=np.intp)
+    return route_strips(vehicles, strips, work, options.criterion, search)
 
 
 @dataclass(frozen=True)
@@ -219,7 +243,8 @@ def _flight(scenario: Scenario, legs: TourLegs, uav: int, routes: Routes) -> Tou
         return None
     starts = iter(routes.starts[uav])
     departures = tuple(next(starts) if begin is None else 0.0 for begin, _ in ends)
-    return TourFlight(scenario, uav, tuple(sound), tuple(end for _, end in ends), departures)
+    lines = tuple(legs.lines.get(one) for one in ends) if legs.lines else ()
+    return TourFlight(scenario, uav, tuple(sound), tuple(end for _, end in ends), departures, lines)
 
 
 def _ends(flight: TourFlight) -> list[tuple[int | None, int | None]]:

@@ -404,6 +404,9 @@ class Scenario(Model):
                 strange = [name for name in names if name not in known]
                 if strange:
                     raise ValueError(f"surveys[{number}].{field}: there is no {kind} of the name {shown(strange[0])}")
+            for own, uav in enumerate(self.uavs):
+                if uav.end != "home" and uav.name in (survey.uavs or uavs):
+                    raise ValueError(f"uavs[{own}].end: UAVs that fly surveys return; expected 'home', found 'target'")
         return self
 
     @model_validator(mode="after")

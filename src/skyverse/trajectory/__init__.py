@@ -4,7 +4,7 @@ from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.heading import HeldYaw, with_heading
 from skyverse.trajectory.leg_parts import rest_to_rest
-from skyverse.trajectory.path_to_trajectory import Shape, fly_along, leg_along, needed_waypoints
+from skyverse.trajectory.path_to_trajectory import Shape, fly_along, leg_along, needed_waypoints, straight_along
 from skyverse.trajectory.proof import Proof, prove
 from skyverse.trajectory.smooth import smooth
 from skyverse.trajectory.straight_legs import least_seconds
@@ -22,5 +22,6 @@ __all__ = [
     "prove",
     "rest_to_rest",
     "smooth",
+    "straight_along",
     "with_heading",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.cost import soft_terms
 from skyverse.errors import require_choice
+from skyverse.model.quantities import derived
 from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
@@ -84,6 +85,24 @@ def leg_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
     for trajectory in _attempts(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
             return _with_lifts(problem, trajectory)
+    return None
+
+
+def straight_along(problem: Problem, waypoints: Floats, max_speed: float) -> Trajectory | None:
+    """Return the trajectory from rest to rest along waypoints (n, 3), with blends at bends that hardly leave them.
+
+    It is no faster than `max_speed`, m/s; ``None`` where none could be proven.
+    """
+    world, uav = problem.airspace.world, problem.scenario.uavs[problem.uav]
+    slowed = derived(uav, max_speed=min(uav.max_speed, max_speed))
+    for stops in (False, True):
+        trajectory = (
+            rest_to_rest(waypoints, slowed, zones=world.speed_zones, winds=world.scenario.winds)
+            if stops
+            else blended(world, waypoints, slowed, CLOSE_REACH)
+        )
+        if prove(world, slowed, trajectory).verdict is Verdict.PROVEN:
+            return trajectory
     return None
 
 
