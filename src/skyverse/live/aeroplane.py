@@ -179,7 +179,7 @@ class Aeroplane(Pilot):
             return None
         problem, result = found
         heading = None if standing else float(pose_at(self._lasting(begin).motion, begin)[3])
-        plan = fly_aeroplane(problem.airspace.world, needed_waypoints(problem, result), self.uav, heading)
+        plan = fly_aeroplane(problem.airspace.world, needed_waypoints(problem, result), self.uav, (heading, None))
         if plan is None:
             return None
         plan = plan.retimed(begin) if level is None else spliced(level, plan.retimed(level.end))

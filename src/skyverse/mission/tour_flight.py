@@ -55,7 +55,9 @@ class TourFlight:
         lines = self.lines or (None,) * len(self.legs)
         for leg, least, end, line in zip(self.legs, self.departures, (None, *self.ends), lines, strict=False):
             ready = 0.0 if not times else self._done(end, times[-1][1])
-            if line is not None and times:  # the nose turns on the way to where the line begins
+            if (
+                line is not None and times and self._own.fixed_wing is None
+            ):  # the nose turns on the way to where the line begins
                 ready = max(ready, times[-1][0] + half_turn_seconds(self._own))
             departure = max(ready, least)
             times.append((departure, departure + leg.duration))
@@ -126,7 +128,7 @@ class TourFlight:
         """Where the nose points on photo lines; on the ways between them it turns."""
         held: list[HeldYaw] = []
         for k, (line, (begin, end)) in enumerate(zip(self.lines, self.times, strict=False)):
-            if line is not None:
+            if line is not None and self._own.fixed_wing is None:
                 bends = line.heading is None and not _is_straight(line.path)  # the nose follows its course
                 beside = [b - a for a, b in (*self.times[max(k - 1, 0) : k], *self.times[k + 1 : k + 2])]
                 turn = min(half_turn_seconds(self._own), *beside)

@@ -33,7 +33,7 @@ from skyverse.problem import Airspace, Problem
 from skyverse.referee import energy_bounds
 from skyverse.stop import Stop
 from skyverse.survey.lines import PhotoLine
-from skyverse.trajectory import Shape, leg_along, straight_along
+from skyverse.trajectory import Shape, least_ways, leg_along, straight_along
 
 SPEED_SHARES = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0)
 """Shares of the speed that a UAV makes good, of which that is taken which needs the least energy."""
@@ -135,7 +135,7 @@ class TourLegs:
             joules=joules,
             visit_joules=hover * (stay + 2.0 * turns),
             usable=self._usable(uav),
-            most_sorties=len(targets) + 1 if own.batteries is None else own.batteries,
+            most_sorties=1 if own.fixed_wing else len(targets) + 1 if own.batteries is None else own.batteries,
             swap=swap_seconds(scenario, uav),
             capacity=math.inf if own.capacity is None else own.capacity * (1.0 + LENGTH_ROUNDING),
             allowed=np.array(allowed, dtype=np.bool_) & (any_target | (np.arange(len(targets)) == only)),
@@ -191,7 +191,18 @@ class TourLegs:
             )
             return result, straight_along(problem, line.path, line.speed)
         result = require_result(planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(seed)))
-        return result, leg_along(problem, result, self.how.shape)
+        leaving, entering = self._headings
+        headings = leaving.get(problem.begins), entering.get(problem.target)
+        return result, leg_along(problem, result, self.how.shape, headings)
+
+    @cached_property
+    def _headings(self) -> tuple[dict[int | None, float], dict[int | None, float]]:
+        """Where an aeroplane heads where it leaves a line at its end, and where it enters one, rad from the x-axis."""
+        leaving, entering = dict[int | None, float](), dict[int | None, float]()
+        for (a, b), line in self.lines.items():
+            for place, heading, (p, q) in ((a, entering, line.path[:2]), (b, leaving, line.path[-2:])):
+                heading[place] = math.atan2(q[1] - p[1], q[0] - p[0])
+        return leaving, entering
 
     def _homes_met(self, problem: Problem, trajectory: Trajectory) -> tuple[int, ...]:
         """Return the UAVs at whose starts a leg comes too near to them, as long as they stand there.
@@ -268,6 +279,12 @@ class TourLegs:
                 self._lattice[among] = lattice_prices(own, uav, places, places, self.how.workers)
             price = _bordered(self._lattice[among], lattice_prices(own, uav, home, places)[0])
         seconds = least_times(vehicle, scenario.winds, everywhere)
+        if vehicle.fixed_wing is not None:
+            out, into = (
+                np.column_stack([everywhere[:, :2], [known.get(k, math.nan) for k in range(len(everywhere))]])
+                for known in self._headings
+            )
+            seconds = least_ways(out, into, vehicle) / vehicle.fixed_wing.speed
         self._rough[key] = price, seconds, least_joules(scenario, uav, everywhere)
         return self._rough[key]
 

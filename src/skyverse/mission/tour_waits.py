@@ -88,7 +88,7 @@ def _placed(pool: CandidatePool, flight: TourFlight | None) -> PlacedFlight:
 
 def _clear(pool: CandidatePool, flight: TourFlight, placed: Sequence[PlacedFlight]) -> TourFlight | None:
     """Return a flight with waits such that it meets none that are placed; ``None`` where none was found."""
-    waits = np.zeros(len(flight.legs))
+    scenario, waits = flight.scenario, np.zeros(len(flight.legs))
     tried = flight
     for _ in range(MOST_TRIES):
         own = _placed(pool, tried).candidate
@@ -99,6 +99,7 @@ def _clear(pool: CandidatePool, flight: TourFlight, placed: Sequence[PlacedFligh
         leg = int(np.searchsorted(times[:, 0], met, side="right")) - 1  # the last that has departed by then
         if leg < 0:
             return None  # it is met before it departs
+        leg = leg if scenario.uavs[flight.uav].fixed_wing is None else 0
         waits[leg] = min(max(SHORTEST_WAIT, 1.5 * waits[leg]), LONGEST_WAIT)
         tried = replace(flight, departures=_later(flight, waits))
         if not (tried.keeps_windows() and _battery_lasts(tried)):

@@ -81,7 +81,7 @@ def plan_tours(
     of theirs is left that was not planned. With up to ten targets they are then the best by the prices of all pairs.
     """
     scenario = airspace.scenario
-    _require_multirotors(scenario)
+    _require_no_stops(scenario, lines)
     windy = scenario.wind is not None or any(uav.battery is not None for uav in scenario.uavs)
     timed = windy or bool(lines) or any(target.window is not None for target in scenario.targets)
     legs = TourLegs(airspace, how, timed, lines)
@@ -110,11 +110,14 @@ def plan_tours(
     return with_waits(airspace, planned, flights, _flown) if options.keep_apart and not interrupted else planned
 
 
-def _require_multirotors(scenario: Scenario) -> None:
+def _require_no_stops(scenario: Scenario, lines: Mapping[Ends, PhotoLine]) -> None:
+    """Refuse aeroplanes that are to stop, as at all targets but the ends of lines."""
+    passed = {place for ends in lines for place in ends}
     for uav in scenario.uavs:
-        if uav.fixed_wing is not None:
-            why = f"{uav.name} is an aeroplane, which cannot stop at targets; tours are for multirotors"
-            raise InputError(why, field="assignment")
+        for number, target in enumerate(scenario.targets):
+            if uav.fixed_wing is not None and number not in passed and uav.name in (target.uavs or uav.name):
+                why = f"{uav.name} is an aeroplane, which cannot stop at targets; tours are for multirotors"
+                raise InputError(why, field="assignment")
 
 
 def _finished_routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> tuple[Routes, bool]:

@@ -1,6 +1,6 @@
 """From a path to a trajectory: the waypoints that are needed, then a motion along them within the UAV's limits."""
 
-from skyverse.trajectory.aeroplane import fly_aeroplane
+from skyverse.trajectory.aeroplane import fly_aeroplane, least_ways
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.heading import HeldYaw, with_heading
 from skyverse.trajectory.leg_parts import rest_to_rest
@@ -17,6 +17,7 @@ __all__ = [
     "fly_aeroplane",
     "fly_along",
     "least_seconds",
+    "least_ways",
     "leg_along",
     "needed_waypoints",
     "prove",

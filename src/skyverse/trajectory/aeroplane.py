@@ -12,16 +12,20 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.arrays import arctan2
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV, FixedWing
+from skyverse.numerics.kernel import kernel
 from skyverse.numerics.tolerances import ARC_MARGIN, MIN_FLOWN, TURN_BACK
 from skyverse.search.path_shortening.shortcut import drop_collinear
 from skyverse.space.world import World
+from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.dubins_leg import MAX_ARC, leg_pieces
 from skyverse.trajectory.pose_search import Agility, Poses, cheapest_legs, make_leg
 
 TURNING_SHARE = 0.98
 """The share of `max_acceleration` that turns may take; the rest is for climbs."""
+FINE_ARC = MAX_ARC / 2.0
+"""Radians that a polynomial turns at most where more legs follow, whose errors add up."""
 LONG_LEG = 4.0
 """Least turn radii: a longer leg gets poses in between in the widest search."""
 
@@ -63,13 +67,16 @@ SEARCHES = (
 """Tried in turn until one finds a way: first for a short way, then for any way soon, then for one farther aside."""
 
 
-def fly_aeroplane(world: World, waypoints: Floats, uav: UAV, heading: float | None = None) -> Trajectory | None:
+Headings = tuple[float | None, float | None]
+"""At the start and at the target, radians from the x-axis towards the y-axis; ``None`` where it is free."""
+
+
+def fly_aeroplane(world: World, waypoints: Floats, uav: UAV, headings: Headings = (None, None)) -> Trajectory | None:
     """Fly an aeroplane along waypoints, or return ``None`` where no way is found.
 
     It keeps its horizontal speed, turns on arcs of its least radius or somewhat wider ones, and is level at its start,
-    at its target, and where one leg ends and the next begins. Waypoints may be left out, or passed on the outside. The
-    heading at the target is free, and so is that at the start unless one is given. Where start and target are the same
-    point it flies a full turn.
+    at its target, and where one leg ends and the next begins. Waypoints may be left out, or passed on the outside.
+    Where start and target are the same point it flies a full turn.
 
     Parameters
     ----------
@@ -79,8 +86,8 @@ def fly_aeroplane(world: World, waypoints: Floats, uav: UAV, heading: float | No
         (n, 3) metres, from start to target; the straight legs between them are clear.
     uav
         A UAV with `fixed_wing`.
-    heading
-        At the start, radians from the x-axis towards the y-axis.
+    headings
+        At the start and at the target.
 
     Returns
     -------
@@ -94,11 +101,49 @@ def fly_aeroplane(world: World, waypoints: Floats, uav: UAV, heading: float | No
     least, slope = float(level.radii[0]), math.tan(math.radians(fixed_wing(uav).climb))
     for settings in SEARCHES:
         agility = level._replace(radii=least * np.array(settings.radii))
-        poses = _poses(world, points, settings, least, slope, heading)
+        poses = _poses(world, points, settings, least, slope, headings)
         legs = cheapest_legs(world.space, poses, agility, settings.wide)
         if len(legs):
-            return _trajectory(poses.at, legs, agility, fixed_wing(uav).speed)
+            arc = MAX_ARC if headings[1] is None else FINE_ARC
+            return _trajectory(poses.at, legs, agility, fixed_wing(uav).speed, arc)
     return None
+
+
+def fly_straight(world: World, path: Floats, uav: UAV) -> Trajectory | None:
+    """Fly an aeroplane straight along a path (n, 3), level at its points; ``None`` where that is not clear."""
+    parts = []
+    for a, b in itertools.pairwise(path):
+        heading = math.atan2(b[1] - a[1], b[0] - a[0])
+        part = fly_aeroplane(world, np.stack([a, b]), uav, (heading, heading))
+        if part is None:
+            return None
+        parts.append(part)
+    return joined(parts)
+
+
+def least_ways(leaving: Floats, entering: Floats, uav: UAV) -> Floats:
+    """Return metres (n, n) below which no way is between places (n, 3): x, y and heading where it leaves and enters.
+
+    A heading that is not a number is free.
+    """
+    return _least_ways(leaving, entering, float(agility_of(uav).radii[0]))
+
+
+@kernel
+def _least_ways(leaving: Floats, entering: Floats, radius: float) -> Floats:
+    n = len(leaving)
+    least = np.empty((n, n))
+    for i in range(n):
+        x, y, heading = leaving[i]
+        for k in range(n):
+            x1, y1, heading1 = entering[k]
+            straight = math.hypot(x1 - x, y1 - y)
+            if math.isnan(heading) or math.isnan(heading1):
+                least[i, k] = straight
+            else:
+                words = all_words(x, y, heading, x1, y1, heading1, radius)
+                least[i, k] = max(straight, (words[:, 0] + words[:, 1] + words[:, 2]).min())
+    return least
 
 
 def fixed_wing(uav: UAV) -> FixedWing:
@@ -127,11 +172,11 @@ def _between(points: Floats, least: float) -> Floats:
 
 
 def _poses(
-    world: World, points: Floats, settings: SearchSettings, radius: float, slope: float, first: float | None
+    world: World, points: Floats, settings: SearchSettings, radius: float, slope: float, ends: Headings
 ) -> Poses:
     """Return poses at the waypoints and beside those in between, in as many headings as the settings say.
 
-    If a first heading is given, the start has that one only.
+    Start and target have only the headings that are given for them.
     """
     if settings.wide:
         points = _between(points, LONG_LEG * radius)
@@ -156,8 +201,9 @@ def _poses(
             places = point + np.column_stack([shifts, np.zeros(len(shifts))])
         places = places[world.free(places)]
         headings = heading + np.arange(settings.headings) * (2.0 * math.pi / settings.headings)
-        if i == 0 and first is not None:
-            headings = np.array([first])
+        given = ends[0] if i == 0 else ends[1] if i == len(points) - 1 else None
+        if given is not None:
+            headings = np.full(1 if i == 0 else settings.headings, given)
         rows.append(np.column_stack([np.repeat(places, len(headings), axis=0), np.tile(headings, len(places))]))
         counts.append(len(rows[-1]))
     at = np.vstack(rows)
@@ -182,11 +228,11 @@ def _left(points: Floats, slope: float) -> Floats:
     return left
 
 
-def _trajectory(poses: Floats, legs: Ints, agility: Agility, speed: float) -> Trajectory:
-    """Return the trajectory along legs as from `cheapest_legs`."""
+def _trajectory(poses: Floats, legs: Ints, agility: Agility, speed: float, arc: float) -> Trajectory:
+    """Return the trajectory along legs as from `cheapest_legs`, in pieces that turn by an `arc` at most, rad."""
     durations, pieces = [], []
     for u, v, option, profile in legs.tolist():
-        duration, coefficients = leg_pieces(make_leg(poses[u], poses[v], agility, option, profile), speed, MAX_ARC)
+        duration, coefficients = leg_pieces(make_leg(poses[u], poses[v], agility, option, profile), speed, arc)
         durations.append(duration)
         pieces.append(coefficients)
     knots = np.r_[0.0, np.cumsum(np.concatenate(durations))]

@@ -20,7 +20,7 @@ from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.speed_zones import first_too_fast
 from skyverse.space.world import World
 from skyverse.summary import flown_length, largest_distance, turning
-from skyverse.trajectory.aeroplane import fly_aeroplane
+from skyverse.trajectory.aeroplane import Headings, fly_aeroplane, fly_straight
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.leg_parts import rest_to_rest
@@ -74,15 +74,20 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
     return None if flown is None else with_heading(flown, problem.scenario.uavs[problem.uav])
 
 
-def leg_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -> Trajectory | None:
-    """Return the trajectory of `fly_along` before it is said where the UAV's nose points: a leg of a tour."""
+def leg_along(
+    problem: Problem, result: Result, shape: Shape = "minimum-time", headings: Headings = (None, None)
+) -> Trajectory | None:
+    """Return the trajectory of `fly_along` before it is said where the UAV's nose points: a leg of a tour.
+
+    The headings are an aeroplane's where it begins and ends.
+    """
     require_choice(shape, get_args(Shape), "shape")
     if not result.status.reached:
         return None
     scenario, world = problem.scenario, problem.airspace.world
     uav = scenario.uavs[problem.uav]
     waypoints, priced = needed_waypoints(problem, result), bool(soft_terms(scenario))
-    for trajectory in _attempts(world, uav, waypoints, shape, priced):
+    for trajectory in _attempts(world, uav, waypoints, shape, priced, headings):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
             return _with_lifts(problem, trajectory)
     return None
@@ -91,9 +96,12 @@ def leg_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
 def straight_along(problem: Problem, waypoints: Floats, max_speed: float) -> Trajectory | None:
     """Return the trajectory from rest to rest along waypoints (n, 3), with blends at bends that hardly leave them.
 
-    It is no faster than `max_speed`, m/s; ``None`` where none could be proven.
+    It is no faster than `max_speed`, m/s; ``None`` where none could be proven. An aeroplane flies through at its speed.
     """
     world, uav = problem.airspace.world, problem.scenario.uavs[problem.uav]
+    if uav.fixed_wing is not None:
+        flown = fly_straight(world, waypoints, uav) if uav.fixed_wing.speed <= max_speed else None
+        return flown if flown is not None and prove(world, uav, flown).verdict is Verdict.PROVEN else None
     slowed = derived(uav, max_speed=min(uav.max_speed, max_speed))
     for stops in (False, True):
         trajectory = (
@@ -136,10 +144,12 @@ def _with_lifts(problem: Problem, trajectory: Trajectory) -> Trajectory | None:
     return replace(joined(parts), form=trajectory.form, note=trajectory.note)
 
 
-def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool) -> Iterator[Trajectory]:
+def _attempts(
+    world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool, headings: Headings
+) -> Iterator[Trajectory]:
     """Yield trajectories along waypoints, the best first; `close` keeps a multirotor close to them."""
     if uav.fixed_wing is not None:
-        flown = fly_aeroplane(world, waypoints, uav)
+        flown = fly_aeroplane(world, waypoints, uav, headings)
         if flown is not None:
             yield flown
         return
