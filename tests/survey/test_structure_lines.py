@@ -1,0 +1,133 @@
+"""Photo lines of structures show every wall: dense samples are seen by a plain pinhole camera, however it errs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.space.world import World
+from skyverse.survey.structure_lines import structure_lines
+
+BOX = sky.Box(min=(0.0, 0.0, 0.0), max=(30.0, 12.0, 15.0), name="a")
+BESIDE = sky.Box(min=(30.0, 4.0, 0.0), max=(50.0, 10.0, 8.0), name="b")
+YARD = sky.Prism(
+    vertices=((0, 0), (30, 0), (30, 30), (20, 42), (0, 30)),
+    holes=(((8, 8), (22, 8), (22, 22), (8, 22)),),
+    low=0.0,
+    high=12.0,
+    name="a",
+)
+TANK = sky.Cylinder(centre=(10.0, 5.0), radius=9.0, low=0.0, high=14.0, name="a")
+BALL = sky.Sphere(centre=(10.0, 5.0, 16.0), radius=6.0, name="a")
+ERROR = {"horizontal": 0.4, "vertical": 0.6}
+
+
+def scenario(*obstacles, error=ERROR, terrain=None, clearance=2.0, **survey):
+    given = {"structures": ("a",), "camera": "mavic-3e", "gsd": "3 mm", **survey}
+    return sky.Scenario(
+        name="structure",
+        bounds={"min": (-60, -60, 0), "max": (100, 90, 80)},
+        clearance=clearance,
+        obstacles=obstacles,
+        terrain=terrain,
+        uavs=(sky.UAV(start=(-50, -50, 20), end="home", tracking_error=error),),
+        surveys=(sky.Survey(**given),),
+    )
+
+
+def photos(lines):
+    """Return x, y, z, heading, pitch of all photos, which stand at equal steps along their lines."""
+    rows = []
+    for line in lines:
+        count = round(math.dist(line.path[0][:2], line.path[-1][:2]) / line.every) + 1 if line.every else 1
+        rows += [(*place, line.heading, line.pitch) for place in np.linspace(line.path[0], line.path[-1], count)]
+    return np.array(rows)
+
+
+def wall_samples(rings, low, high, step=0.4):
+    """Return places (n, 3) on upright walls and their outward normals, a centimetre in front of the walls."""
+    places, normals = [], []
+    for ring in rings:
+        for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+            along = np.linspace(a, b, max(2, int(math.dist(a, b) / step)) * 2 + 1)[1::2]
+            normal = np.array([b[1] - a[1], a[0] - b[0], 0.0]) / math.dist(a, b)
+            for z in np.arange(low + 0.05, high, step):
+                places.append(np.column_stack([along, np.full(len(along), z)]) + 0.01 * normal)
+                normals.append(np.tile(normal, (len(along), 1)))
+    return np.concatenate(places), np.concatenate(normals)
+
+
+def seen_by_all_errors(views, places, normals, survey, error, hidden, seed=0):
+    """Tell of each place whether one photo shows it in all of 24 random errors: a rotation, and a stray position."""
+    rng, camera = np.random.default_rng(seed), survey.camera
+    wide, high = camera.half_widths
+    sure = np.zeros(len(places), dtype=bool)
+    for x, y, z, heading, pitch in views:
+        h, p = np.radians((heading, pitch))
+        ahead = np.array([math.cos(p) * math.sin(h), math.cos(p) * math.cos(h), math.sin(p)])
+        right = np.array([math.cos(h), -math.sin(h), 0.0])
+        axes = np.array([ahead, right, np.cross(right, ahead)])
+        shown = np.ones(len(places), dtype=bool)
+        for k in range(25):
+            turn = rng.normal(size=3)
+            turn *= (k > 0) * math.radians(camera.attitude_error) / np.linalg.norm(turn)
+            angle = np.linalg.norm(turn)
+            skew = np.cross(np.eye(3), turn / max(angle, 1e-12))
+            spun = axes @ (np.eye(3) + math.sin(angle) * skew + (1 - math.cos(angle)) * skew @ skew)
+            round_, up = rng.uniform(0, 2 * math.pi), rng.choice([-1, 1])
+            stray = np.array([math.cos(round_), math.sin(round_), 0.0]) * error["horizontal"]
+            eye = np.array([x, y, z]) + (k > 0) * (stray + np.array([0, 0, up * error["vertical"]]))
+            depth, across, above = spun @ (places - eye).T
+            shown &= (np.abs(across) <= wide * depth) & (np.abs(above) <= high * depth)
+            if survey.gsd is not None:
+                shown &= depth * camera.pixel <= survey.gsd + 1e-9
+            sight = (places - eye) / np.linalg.norm(places - eye, axis=1)[:, None]
+            shown &= -(sight * normals).sum(axis=1) >= math.cos(math.radians(75.0))
+        which = np.flatnonzero(shown & ~sure)
+        sure[which[~hidden(np.array([x, y, z]), places[which])]] = True
+    return sure
+
+
+def behind_boxes(*boxes):
+    """Return a function that tells whether a box is between an eye (3,) and places (n, 3), by 200 samples of sights."""
+
+    def hidden(eye, places):
+        at = eye + np.linspace(0, 1, 200)[:, None, None] * (places - eye)
+        return np.any([((at > one.min) & (at < one.max)).all(axis=2).any(axis=0) for one in boxes], axis=0)
+
+    return hidden
+
+
+def never(eye, places):
+    return np.zeros(len(places), dtype=bool)
+
+
+def rings_of(shape):
+    if isinstance(shape, sky.Box):
+        (x, y, _), (u, v, _) = shape.min, shape.max
+        return [np.array([(x, y), (u, y), (u, v), (x, v)], dtype=float)]
+    if isinstance(shape, sky.Cylinder):
+        turn = np.linspace(0, 2 * np.pi, 73)[:-1]
+        return [np.array(shape.centre) + shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])]
+    return [np.array(shape.vertices, dtype=float), np.array(shape.holes[0], dtype=float)[::-1]]
+
+
+@pytest.mark.parametrize("pattern", ["facade", "orbit", "viewpoints"])
+@pytest.mark.parametrize("shape", [BOX, TANK, YARD], ids=["box", "tank", "yard"])
+def test_every_place_of_the_walls_is_seen(pattern, shape):
+    given = scenario(shape, pattern=pattern, clearance=1.0)
+    found = structure_lines(given, 0)
+    assert found.unseen == ()
+    low, high = (shape.min[2], shape.max[2]) if isinstance(shape, sky.Box) else (shape.low, shape.high)
+    places, normals = wall_samples(rings_of(shape), low, high)
+    assert seen_by_all_errors(photos(found.lines), places, normals, given.surveys[0], ERROR, never).all()
+
+
+@pytest.mark.parametrize("pattern", ["facade", "orbit", "viewpoints"])
+def test_all_lines_are_clear(pattern):
+    given = scenario(BOX, BESIDE, pattern=pattern)
+    world = World(given, given.uavs[0].tracking_error)
+    for line in structure_lines(given, 0).lines:
+        assert world.free(line.path).all()
+        assert world.segments_free(line.path[:-1], line.path[1:]).all()
