@@ -26,6 +26,7 @@ from skyverse.cli.repair import repair
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.scenarios import scenarios
+from skyverse.cli.survey import survey
 from skyverse.errors import InputError
 
 WHAT_IT_DOES = "Plan, prove and export 3-D missions for fleets of UAVs."
@@ -52,7 +53,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 _LONG_WORD = r"\S{300,}"
-for verb in (scenarios, plan, check, repair, show, export, fly, live, compare, reproduce, scenario_app, cache):
+for verb in (scenarios, plan, survey, check, repair, show, export, fly, live, compare, reproduce, scenario_app, cache):
     app.command(verb)
 
 

@@ -51,7 +51,19 @@ _how = Group("How the missions of autopilots are flown")
 taking_missions = taking(
     {FlightSettings: _how, KeptByMissions: _how, **MAPS},
     (
-        *("uav", "target", "area", "margin", "origin", "ceiling", "band", "band_weight", "lattice_step", "licence"),
+        *(
+            "uav",
+            "target",
+            "area",
+            "around",
+            "margin",
+            "origin",
+            "ceiling",
+            "band",
+            "band_weight",
+            "lattice_step",
+            "licence",
+        ),
         *("soft_zones", "voxel_size"),
     ),
 )

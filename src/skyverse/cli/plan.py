@@ -1,7 +1,7 @@
 """The verb ``plan``: a mission from a scenario."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
@@ -25,6 +25,9 @@ from skyverse.cli.report import report, tell_apart_by_timing
 from skyverse.cli.settings import planner_of
 from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
 from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.model.scenario import Scenario
 
 More = Annotated[list[str] | None, SIGNED]
 
@@ -142,7 +145,10 @@ class LimitOptions:
     reserve: float | None = None
 
 
-@Parameter(name="*", group=Group("In place of what the scenario says"))
+_OTHERWISE = Group("In place of what the scenario says")
+
+
+@Parameter(name="*", group=_OTHERWISE)
 @dataclass(frozen=True, kw_only=True)
 class ScenarioOptions:
     """What is otherwise than in the scenario's file.
@@ -165,6 +171,24 @@ class ScenarioOptions:
         it is the scenario's, with steps upright that fit below the ceiling above ground.
     unknown
         What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
+    """
+
+    uav: More = None
+    target: More = None
+    end: Literal["target", "home"] | None = None
+    stay: float | None = None
+    max_height: Annotated[str | None, SIGNED] = None
+    lattice_step: Annotated[str | None, SIGNED] = None
+    unknown: Literal["free", "occupied"] | None = None
+
+
+@Parameter(name="*", group=_OTHERWISE)
+@dataclass(frozen=True, kw_only=True)
+class WindOptions:
+    """The wind in which all fly.
+
+    Parameters
+    ----------
     wind
         The wind in which all fly, in place of the scenario's: its velocity towards east, north and up, m/s.
     wind_speed
@@ -175,17 +199,14 @@ class ScenarioOptions:
         How far the true wind may be from that, m/s, in any direction at any instant.
     """
 
-    uav: More = None
-    target: More = None
-    end: Literal["target", "home"] | None = None
-    stay: float | None = None
-    max_height: Annotated[str | None, SIGNED] = None
-    lattice_step: Annotated[str | None, SIGNED] = None
-    unknown: Literal["free", "occupied"] | None = None
     wind: Annotated[str | None, SIGNED] = None
     wind_speed: float | None = None
     wind_from: float | None = None
     gust: float | None = None
+
+    def of(self, scenario: "Scenario") -> "Scenario":
+        """Return a scenario in this wind."""
+        return with_wind(scenario, wind_of(self.wind, self.wind_speed, self.wind_from), self.gust)
 
 
 @Parameter(name="*")
@@ -213,7 +234,7 @@ class MissionOutput:
 
 
 _SEARCH, _BUDGET, _MISSION = PlannerOptions(), BudgetOptions(), FleetOptions()
-_SCENARIO, _LIMITS, _WRITTEN = ScenarioOptions(), LimitOptions(), MissionOutput()
+_SCENARIO, _WIND, _LIMITS, _WRITTEN = ScenarioOptions(), WindOptions(), LimitOptions(), MissionOutput()
 
 
 def plan(
@@ -224,6 +245,7 @@ def plan(
     budget: BudgetOptions = _BUDGET,
     mission: FleetOptions = _MISSION,
     otherwise: ScenarioOptions = _SCENARIO,
+    wind: WindOptions = _WIND,
     limits: LimitOptions = _LIMITS,
     written: MissionOutput = _WRITTEN,
 ) -> int:
@@ -244,7 +266,6 @@ def plan(
     """
     import skyverse as sky
     from skyverse.model.vehicle_profiles import FleetLimits
-    from skyverse.numerics.compiling.kept_code import before_compiling
 
     given = sky.read_scenario(scenario, unknown=otherwise.unknown)
     error = tracking_error_of(limits.tracking_error)
@@ -253,8 +274,22 @@ def plan(
     asked = with_lattice(
         limited(asked, FleetLimits(**vars(limits) | {"tracking_error": error})), otherwise.lattice_step
     )
-    asked = with_wind(asked, wind_of(otherwise.wind, otherwise.wind_speed, otherwise.wind_from), otherwise.gust)
+    asked = wind.of(asked)
     tell_unknown(asked, otherwise.unknown)
+    return plan_scenario(asked, scenario, (search, budget, mission), written)
+
+
+def plan_scenario(
+    asked: "Scenario",
+    scenario: str,
+    how: tuple[PlannerOptions, BudgetOptions, FleetOptions],
+    written: MissionOutput,
+) -> int:
+    """Plan a mission of a scenario that was read from a source; write it, report it, and return the exit code."""
+    import skyverse as sky
+    from skyverse.numerics.compiling.kept_code import before_compiling
+
+    search, budget, mission = how
     refuse_unsafe(scenario, asked)
     method = planner_of(search.planner, search.settings or [], asked)
     tell_unsought(asked, method)
@@ -271,14 +306,14 @@ def plan(
         progress_bar(asked, stop) as on_progress,
     ):
         tell_unspent(method, {f"--{name}": most for name, most in vars(budget).items()})
-        how = {name: value for name, value in vars(mission).items() if name != "assignment"}
+        options = {name: value for name, value in vars(mission).items() if name != "assignment"}
         planned = sky.plan_mission(
             asked,
             method,
             stop=stop,
             rng=search.seed,
             assignment=mission.assignment,
-            options=sky.MissionOptions(**how),
+            options=sky.MissionOptions(**options),
             workers=search.workers,
             on_progress=on_progress,
         )

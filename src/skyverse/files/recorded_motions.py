@@ -9,7 +9,7 @@ from skyverse.errors import InputError
 from skyverse.files.document import explained
 from skyverse.maps.readers.track import LONGEST_GAP, recorded_track
 from skyverse.maps.readers.track_files import Reference, Unit
-from skyverse.model.frame import Frame
+from skyverse.model.frame import Frame, Origin
 from skyverse.model.quantities import Model, Number, Positive
 
 
@@ -34,9 +34,17 @@ class RecordedMotion(Model):
 
 
 class _Placed(BaseModel):
-    """What of a scenario its tracks need."""
+    """What of a scenario its other files need."""
 
     frame: Frame = Frame()
+
+
+def origin_of(source: Path, data: dict[str, Any]) -> Origin | None:
+    """Return where the frame of a scenario file's data lies, or raise `InputError`."""
+    try:
+        return _Placed.model_validate(data).frame.origin
+    except ValidationError as error:
+        raise explained(source, error, data, set()) from None
 
 
 def with_recorded_motions(source: Path, data: dict[str, Any]) -> dict[str, Any]:
@@ -52,10 +60,7 @@ def with_recorded_motions(source: Path, data: dict[str, Any]) -> dict[str, Any]:
     movers = data.get("movers")
     if not isinstance(movers, list) or not any(map(_is_recorded, movers)):
         return data
-    try:
-        origin = _Placed.model_validate(data).frame.origin
-    except ValidationError as error:
-        raise explained(source, error, data, set()) from None
+    origin = origin_of(source, data)
     read = []
     for number, mover in enumerate(movers):
         if not _is_recorded(mover):

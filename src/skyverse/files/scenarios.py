@@ -13,6 +13,7 @@ from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
 from skyverse.files.document import explained, parse, read_text
 from skyverse.files.grid_archive import beside
 from skyverse.files.recorded_motions import RecordedMotion, with_recorded_motions
+from skyverse.files.survey_files import with_survey_files
 from skyverse.model.built_with import BuiltWith, Words
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
@@ -26,7 +27,7 @@ def scenario_from_data(source: str | Path, data: Any) -> Scenario:
         raise InputError(
             f"{source}: expected a scenario, a mapping with the key 'bounds' and others, found {shown(data)}"
         )
-    data = with_recorded_motions(Path(source), data)
+    data = with_survey_files(Path(source), with_recorded_motions(Path(source), data))
     try:
         return Scenario.model_validate(data, context=beside(Path(source)))
     except ValidationError as error:
@@ -82,6 +83,9 @@ def scenario_schema() -> dict[str, Any]:
     schema = Scenario.model_json_schema()
     schema["$defs"]["RecordedMotion"] = RecordedMotion.model_json_schema()
     schema["$defs"]["Mover"]["properties"]["motion"]["oneOf"].append({"$ref": "#/$defs/RecordedMotion"})
+    seen = schema["$defs"]["Survey"]["properties"]
+    for field in ("area", "line"):
+        seen[field] = {"anyOf": [seen[field], {"type": "string", "description": "A file, beside the scenario's."}]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, PlainSerializer, SerializationInfo, ValidationInfo
 
-FILES = {"terrain", "buildings", "zones", "fence", "max_heights", "voxels", "soft_zones"}
+FILES = {"terrain", "around", "buildings", "zones", "fence", "max_heights", "voxels", "soft_zones"}
 """Options whose words are files; behind the = of a soft zone stands its risk."""
 
 Words = tuple[tuple[str, ...], ...]

@@ -217,13 +217,14 @@ def _survey(
         if origin.geoid not in (None, options.geoid):
             raise InputError(f"expected that of the origin, {origin.geoid:g}, found {options.geoid:g}", field="geoid")
         origin = origin.model_copy(update={"geoid": options.geoid})
-    places = [*starts.values(), *goals.values()]
+    seen = _around(options)
+    places: list[GlobalPlace] = [*starts.values(), *goals.values(), *(place for _, place in seen)]
     with ExitStack() as stack:
         files = [stack.enter_context(open_raster(raster)) for raster in rasters]
         for file in files:
             for said in filter(None, (file.doubt, "" if file.says_unit else NO_UNIT)):
                 on_note(Note(file.path, said))
-        for some in (starts, goals):
+        for some in (starts, goals, *(dict([one]) for one in seen)):
             refuse_off_map(some, files)
         area = None if options.area is None else Area(*options.area)
         if area is None:
@@ -238,7 +239,9 @@ def _survey(
         if origin is not None:
             frame.refuse_far(origin, middle)
         region = frame.region_of(area, margin, places, known, corners, level, lambda *told: on_note(Note(*told)))
-        refuse_outside([*starts, *goals], places, level, region, "the area")
+        refuse_outside([*starts, *goals], [*starts.values(), *goals.values()], level, region, "the area")
+        for name, place in seen:
+            refuse_outside([name], [place], level, region, "the area")
         sources = [
             (Path(file.path), Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name))
             for file in files
@@ -248,6 +251,22 @@ def _survey(
     if origin is None and ground is not None:
         level, ground = _lowered(level, ground)
     return _Site(level, region, ground, {name: at - level.altitude for name, at in altitudes.items()}, sources)
+
+
+def _around(options: BuildOptions) -> list[tuple[str, GlobalPlace]]:
+    """Return the outermost corners of what a scenario is built around, each with the name of its file."""
+    if not options.around:
+        return []
+    from skyverse.maps.readers.areas import corners_of
+
+    crs = None if options.reading is None else options.reading.crs
+    found: list[tuple[str, GlobalPlace]] = []
+    for one in options.around:
+        if isinstance(one, tuple):
+            found += named_places({f"{one[0]:g},{one[1]:g}": (*one, AboveSea(0.0))}, "place").items()
+        else:
+            found += [(str(one), (float(y), float(x), AboveSea(0.0))) for x, y in corners_of(one, crs)]
+    return found
 
 
 def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region: Rectangle) -> Terrain | None:

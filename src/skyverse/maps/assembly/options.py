@@ -114,10 +114,13 @@ class MapRegion:
     ----------
     area
         West, south, east and north, degrees; what lies outside is dropped. When left out, the area is what lies within
-        `margin` of UAVs and targets, or, where there are none, the box around the fence, or else all that the terrain
-        or the buildings cover.
+        `margin` of UAVs, targets and `around`, or, where there are none, the box around the fence, or else all that the
+        terrain or the buildings cover.
+    around
+        Files of areas and lines, such as what is to be surveyed, that the area holds besides UAVs and targets: KML,
+        GeoJSON, Shapefile, GeoPackage; or places, latitude and longitude.
     margin
-        Without an area, how much is kept around UAVs and targets, metres; 250 when left out.
+        Without an area, how much is kept around UAVs, targets and `around`, metres; 250 when left out.
     origin
         The zero of the local frame; the middle of the area, at its lowest ground, when left out.
     geoid
@@ -135,6 +138,7 @@ class MapRegion:
     """
 
     area: tuple[float, float, float, float] | None = None
+    around: Sequence[str | Path | tuple[float, float]] = ()
     margin: float | None = None
     origin: "Origin | None" = None
     geoid: float | None = None
@@ -148,6 +152,11 @@ class MapRegion:
         _require(0.0, margin=self.margin)
         if self.area is not None:
             require_row(self.area, 4, "area")
+        require_kind(self.around, (list, tuple), "around")
+        for number, one in enumerate(self.around):
+            require_kind(one, (str, Path, tuple), f"around[{number}]")
+            if isinstance(one, tuple):
+                require_row(one, 2, f"around[{number}]")
         if self.geoid is not None:
             require_geoid(self.geoid)
         if isinstance(self.ceiling, AboveHome):

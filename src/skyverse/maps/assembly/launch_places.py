@@ -1,0 +1,131 @@
+"""Where UAVs of surveys start: at places that a user gives, and beside what is surveyed."""
+
+import math
+from collections.abc import Sequence
+from contextlib import ExitStack
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.maps.assembly.build import outdoor_limits
+from skyverse.maps.assembly.options import BuildOptions
+from skyverse.maps.assembly.places import highest_ground
+from skyverse.maps.georeference.reading import Raster
+from skyverse.maps.readers.raster import open_raster
+from skyverse.model.geodesy import to_local, to_wgs84
+from skyverse.model.quantities import derived
+from skyverse.model.scenario import Bounds, Scenario, with_fitting_lattice
+from skyverse.model.shapes import Prism
+from skyverse.model.survey import Survey
+from skyverse.model.uav import UAV, kept_ellipsoid, with_limits
+from skyverse.space.world import World
+
+BESIDE = 10.0
+"""Metres from what is surveyed at which UAVs start by default."""
+LEAST_APART = 5.0
+"""Metres between the places of two UAVs at least, so that people can walk between them."""
+ABOVE = 1.0
+"""Metres that starts are higher than their clearance from the ground and their tracking error make them."""
+TRIED = 4000
+"""Places at most that are tried for starts."""
+
+
+def with_launches(
+    world: Scenario, options: BuildOptions, surveys: Sequence[Survey], places: Sequence[tuple[float, float]], uavs: int
+) -> Scenario:
+    """Return a scenario with surveys, and UAVs that start and land beside what is surveyed.
+
+    Parameters
+    ----------
+    world
+        A scenario without UAVs, which was built with `options`; it has an origin and a terrain.
+    options
+        They say what UAVs can do, and which files know the ground below them.
+    surveys
+        What is to be seen.
+    places
+        Latitude and longitude, degrees, where UAVs start, in their order; others start beside the last of these, or,
+        where there is none, beside what is surveyed, at the free place nearest to its middle.
+    uavs
+        How many there are.
+
+    Raises
+    ------
+    InputError
+        If there are not so many free places.
+    """
+    origin = world.frame.origin
+    assert origin is not None
+    like = with_limits(UAV(start=(0.0, 0.0, 0.0), end="home"), outdoor_limits(options))
+    around, apart = World(world, like.tracking_error), max(LEAST_APART, math.ceil(1.25 * kept_ellipsoid(like, like)[0]))
+    rows = [(latitude, longitude, origin.altitude) for latitude, longitude in places[:uavs]]
+    chosen = to_local(origin, rows)[:, :2] if rows else np.empty((0, 2))
+    tried = _around(chosen[-1], apart) if len(chosen) else _beside(_seen(world, surveys), apart)
+    for place in tried[_can_start(around, tried)] if len(chosen) < uavs else ():
+        if not len(chosen) or (len(chosen) < uavs and np.hypot(*(chosen - place).T).min() >= apart - 1e-3):
+            chosen = np.vstack([chosen, place])
+    if len(chosen) < uavs:
+        found = f"found {len(chosen)}"
+        raise InputError(f"expected free places for {uavs} UAVs {apart:g} m apart, {found}", field="launch")
+    starts = _starts(around, chosen)
+    homes = _homes(options, to_wgs84(origin, starts)) - origin.altitude
+    fleet = [
+        like.model_copy(update={"name": f"uav-{k}", "start": tuple(at), "home": None if math.isnan(home) else home})
+        for k, (at, home) in enumerate(zip(starts.tolist(), homes.tolist(), strict=True), 1)
+    ]
+    return with_fitting_lattice(Scenario.model_validate(dict(world) | {"uavs": fleet, "surveys": tuple(surveys)}))
+
+
+def _starts(around: World, places: Floats) -> Floats:
+    """Return the lowest starts (n, 3) above places (n, 2) from which UAVs may stray, and a little more."""
+    return np.array([(x, y, around.least_height((x, y, 0.0)) + ABOVE) for x, y in places.tolist()])
+
+
+def _can_start(around: World, places: Floats) -> NDArray[np.bool_]:
+    """Tell for each of (n, 2) places whether a UAV may stray from its start there and on its way up from the ground."""
+    scenario = around.scenario
+    deep = Bounds(min=(*scenario.bounds.min[:2], -1e6), max=scenario.bounds.max)
+    bare = derived(scenario, terrain=None, max_height=None, bounds=deep)
+    starts = _starts(around, places)
+    below = np.column_stack([places, scenario.terrain.height(places) if scenario.terrain is not None else starts[:, 2]])
+    way = World(bare, around.error).segments_free(below, starts)
+    return np.asarray(way & around.free(starts))
+
+
+def _around(place: Floats, apart: float) -> Floats:
+    """Return places (n, 2) on a square grid about a place, the nearest first."""
+    i, j = np.mgrid[-20:21, -20:21].reshape(2, -1)[:, np.argsort(np.hypot(*np.mgrid[-20:21, -20:21].reshape(2, -1)))]
+    return place + apart * np.column_stack([i, j])
+
+
+def _beside(seen: BaseGeometry, apart: float) -> Floats:
+    """Return places (n, 2) beside what is surveyed: the one nearest to its middle first, then those nearest to that."""
+    line = seen.buffer(BESIDE).boundary
+    step = max(apart / 2.0, line.length / TRIED)
+    places = shapely.get_coordinates(shapely.line_interpolate_point(line, np.arange(0.0, line.length, step)))
+    first = places[np.hypot(*(places - shapely.get_coordinates(seen.centroid)).T).argmin()]
+    return places[np.argsort(np.hypot(*(places - first).T), kind="stable")]
+
+
+def _seen(world: Scenario, surveys: Sequence[Survey]) -> BaseGeometry:
+    """Return all that surveys see, seen from above and without holes, metres."""
+    parts = [shapely.Polygon(part.vertices) for survey in surveys for part in survey.area]
+    parts += [shapely.LineString(survey.line).buffer(survey.width / 2) for survey in surveys if survey.width]
+    parts += [shapely.MultiPoint([corner[:2] for facet in survey.facets for corner in facet]) for survey in surveys]
+    named = {name for survey in surveys for name in survey.structures}
+    parts += [shapely.Polygon(one.vertices) for one in world.obstacles if isinstance(one, Prism) and one.name in named]
+    return shapely.union_all(parts)
+
+
+def _homes(options: BuildOptions, places: Floats) -> Floats:
+    """Return the altitude of the real ground below places (n, 3), latitude first, metres above the sea, (n,)."""
+    rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in options.terrain]
+    if not rasters:
+        return np.full(len(places), math.nan)
+    with ExitStack() as stack:
+        files = [stack.enter_context(open_raster(raster)) for raster in rasters]
+        return highest_ground(places[:, :2], files, options.geoid)
