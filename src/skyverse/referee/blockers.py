@@ -1,0 +1,200 @@
+"""What may hide places from cameras besides the ground: the walls of solid obstacles, and triangles of structures.
+
+An upright solid that a straight line enters, it enters or leaves through a wall. Its walls count from its top down to
+any depth, so that nothing is seen from below what hangs in the air.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from skyverse._typing import Bools, Floats, Indices
+from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
+from skyverse.model.survey import Facet
+from skyverse.referee.photo_views import PhotoView
+from skyverse.referee.tolerances import LET_PASS
+
+ROUND = 32
+"""Corners of the polygons about round solids."""
+SLABS = 8
+"""Upright solids that stand for a sphere."""
+PAIRS_AT_ONCE = 2**18
+"""Places and blockers looked at together, which bounds the memory."""
+
+
+class Solid(NamedTuple):
+    """An upright solid about an obstacle or a part of it.
+
+    Attributes
+    ----------
+    polygon, core
+        What it fills seen from above, and what the obstacle is certain to fill.
+    low, high
+        From which z to which, metres.
+    obstacle
+        The obstacle's number.
+    """
+
+    polygon: shapely.Geometry
+    core: shapely.Geometry
+    low: float
+    high: float
+    obstacle: int
+
+
+@dataclass(frozen=True, eq=False)
+class Blockers:
+    """Flat convex parts, each on a plane and within three lines on it.
+
+    Attributes
+    ----------
+    low, high
+        (n, 2) the least and the greatest x and y.
+    top
+        (n,) the greatest z.
+    normal, anchor
+        (n, 3) of the plane, to the outside, and a point on it.
+    points, directions
+        (n, 3, 3) of the lines, counterclockwise as seen from outside.
+    closed
+        (n,) whether it belongs to a solid, so that a rising line meets it from outside first.
+    """
+
+    low: Floats
+    high: Floats
+    top: Floats
+    normal: Floats
+    anchor: Floats
+    points: Floats
+    directions: Floats
+    closed: Bools
+
+    def shadows(self, view: PhotoView, lowest: float, rising: bool) -> tuple[Indices, Floats, Floats]:
+        """Return the parts that may hide what is above a height, and the boxes (k, 2), (k, 2) seen from above there.
+
+        `rising` tells that all places are below the camera.
+        """
+        c, error = view.position, view.error
+        eye, stray = c[2] - error.vertical, error.horizontal
+        if rising:
+            outside = np.einsum("ij,ij->i", self.normal, c - self.anchor) >= stray
+            some = np.flatnonzero(~(outside & self.closed))
+        else:
+            some = np.arange(len(self.top))
+        low, high, fall = self.low[some], self.high[some], eye - self.top[some]
+        longer = np.divide(max(eye - lowest, 0.0), fall, out=np.full(len(some), 1e9), where=fall > 1e-9)[:, None] - 1.0
+        longer = np.maximum(longer, 0.0)
+        least = np.minimum(low, low + longer * (low - c[:2] - stray))
+        most = np.maximum(high, high + longer * (high - c[:2] + stray))
+        return some, least, most
+
+    def hide(self, corners: Floats, which: Indices, view: PhotoView) -> Bools:
+        """Return of hulls of corners (n, k, 3) whether some parts (n,) may hide a place in them from the camera."""
+        found = np.zeros(len(which), dtype=np.bool_)
+        for begin in range(0, len(which), PAIRS_AT_ONCE):
+            here = slice(begin, begin + PAIRS_AT_ONCE)
+            found[here] = self._hide(corners[here], which[here], view)
+        return found
+
+    def _hide(self, x: Floats, which: Indices, view: PhotoView) -> Bools:
+        normal, anchor = self.normal[which], self.anchor[which]
+        level, upright = view.error.horizontal, view.error.vertical
+        side = sum((x[:, :, k] - anchor[:, None, k]) * normal[:, None, k] for k in range(3))
+        away = sum((view.position[k] - anchor[:, k]) * normal[:, k] for k in range(3))
+        stray = level * np.hypot(normal[:, 0], normal[:, 1]) + upright * np.abs(normal[:, 2])
+        outside, inside = side.min(axis=1) >= -LET_PASS, side.max(axis=1) <= LET_PASS
+        before, behind = away - stray >= 0, away + stray <= 0
+        open_ = ~((outside & before) | (inside & behind))
+        inward, outward = outside | behind, inside | before  # which way lines pass that meet the plane
+        some = np.flatnonzero(open_)
+        found = np.zeros(len(which), dtype=np.bool_)
+        found[some] = True
+        x, which = x[some], which[some]
+        for line in range(3):
+            e, d = self.points[which, line], self.directions[which, line][:, None]
+            a = x - e[:, None]
+            w = np.stack([a[:, :, i] * d[:, :, j] - a[:, :, j] * d[:, :, i] for i, j in ((1, 2), (2, 0), (0, 1))])
+            turn = sum(w[k] * (view.position[k] - e[:, None, k]) for k in range(3))
+            stray = level * np.hypot(w[0], w[1]) + upright * np.abs(w[2])
+            beside = (inward[some] & (turn + stray <= 0).all(axis=1)) | (outward[some] & (turn - stray >= 0).all(axis=1))
+            found[some[beside]] = False
+        return found
+
+
+def solids_of(obstacles: Sequence[AnyShape]) -> list[Solid]:
+    """Return upright solids that fill all solid obstacles."""
+    found = []
+    for number, shape in enumerate(obstacles):
+        if shape.solid:
+            found += [Solid(*one, number) for one in _upright(shape)]
+    return found
+
+
+def _upright(shape: AnyShape) -> list[tuple[shapely.Geometry, shapely.Geometry, float, float]]:
+    if isinstance(shape, Box):
+        polygon = shapely.box(*shape.min[:2], *shape.max[:2])
+        return [(polygon, polygon, shape.min[2], shape.max[2])]
+    if isinstance(shape, Prism):
+        polygon = shapely.polygons(shape.vertices, list(shape.holes) or None)
+        return [(polygon, polygon, shape.low, shape.high)]
+    if isinstance(shape, Cylinder):
+        return [(*_about(shape.centre, shape.radius, shape.radius), shape.low, shape.high)]
+    if isinstance(shape, Sphere):
+        z = np.linspace(-shape.radius, shape.radius, SLABS + 1)  # of which the middle one is 0
+        wide = np.sqrt(np.maximum(shape.radius**2 - z**2, 0.0))
+        (x, y, middle), most, least = shape.centre, np.maximum(wide[1:], wide[:-1]), np.minimum(wide[1:], wide[:-1])
+        slabs = zip(most.tolist(), least.tolist(), (middle + z).tolist(), (middle + z[1:]).tolist(), strict=False)
+        return [(*_about((x, y), r, inner), low, high) for r, inner, low, high in slabs]
+    full = np.pad(shape.occupied, [(0, 0), (0, 0), (1, 1)])
+    begins, ends = (np.argwhere(full[:, :, 1:] & ~full[:, :, :-1]), np.argwhere(~full[:, :, 1:] & full[:, :, :-1]))
+    (x, y, z0), (dx, dy, dz) = shape.origin, shape.step
+    found = []
+    for low, high in np.unique(np.column_stack([begins[:, 2], ends[:, 2]]), axis=0).tolist():
+        i, j = begins[(begins[:, 2] == low) & (ends[:, 2] == high), :2].T
+        together = shapely.union_all(shapely.box(x + dx * i, y + dy * j, x + dx * (i + 1), y + dy * (j + 1)))
+        found += [(part, part, z0 + dz * low, z0 + dz * high) for part in shapely.get_parts(together)]
+    return found
+
+
+def _about(centre: tuple[float, float], radius: float, inner: float) -> tuple[shapely.Geometry, shapely.Geometry]:
+    """Return the polygon about a circle, and one in a smaller circle about the same centre."""
+    angle = 2 * np.pi * np.arange(ROUND) / ROUND
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    around = shapely.polygons(np.array(centre) + radius / np.cos(np.pi / ROUND) * circle)
+    return around, shapely.polygons(np.array(centre) + inner * circle)
+
+
+def blockers_of(solids: Sequence[Solid], facets: Sequence[Facet]) -> Blockers:
+    """Return the walls of solids, and facets."""
+    rings, top = [], []
+    for solid in solids:
+        polygon = shapely.reverse(shapely.normalize(solid.polygon))  # with the solid to the left of every edge
+        rings += [shapely.get_coordinates(ring) for ring in shapely.get_rings(polygon)]
+        top += [solid.high] * shapely.get_num_interior_rings(solid.polygon) + [solid.high]
+    count = [len(ring) - 1 for ring in rings]
+    a = np.concatenate([ring[:-1] for ring in rings]) if rings else np.zeros((0, 2))
+    b = np.concatenate([ring[1:] for ring in rings]) if rings else np.zeros((0, 2))
+    high = np.repeat(np.array(top, dtype=np.float64), count)
+    way = (b - a) / np.maximum(np.hypot(*(b - a).T), 1e-12)[:, None]
+    none = np.zeros(len(a))
+    up = np.tile([0.0, 0.0, 1.0], (len(a), 1))
+    left, right = np.column_stack([a, high]), np.column_stack([b, high])
+    back = np.column_stack([-way, none])
+    corners = np.array(facets, dtype=np.float64).reshape(-1, 3, 3)
+    sides = np.roll(corners, -1, axis=1) - corners
+    sides /= np.linalg.norm(sides, axis=2, keepdims=True)
+    across = np.cross(sides[:, 0], sides[:, 1])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    return Blockers(
+        np.concatenate([np.minimum(a, b), corners[:, :, :2].min(axis=1)]),
+        np.concatenate([np.maximum(a, b), corners[:, :, :2].max(axis=1)]),
+        np.concatenate([high, corners[:, :, 2].max(axis=1)]),
+        np.concatenate([np.column_stack([way[:, 1], -way[:, 0], none]), across]),
+        np.concatenate([left, corners[:, 0]]),
+        np.concatenate([np.stack([right, right, left], axis=1), corners]),
+        np.concatenate([np.stack([up, back, -up], axis=1), sides]),
+        np.arange(len(a) + len(corners)) < len(a),
+    )

@@ -1,0 +1,190 @@
+"""Judges what the photos of a survey show: the share of it that is certain to be seen, how finely, and overlaps."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats
+from skyverse.model.coverage import Coverage, CoverageGap
+from skyverse.model.photos import Photos
+from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import counted
+from skyverse.model.survey import Survey
+from skyverse.model.uav import TrackingError
+from skyverse.model.verdict import Verdict
+from skyverse.referee.blockers import Solid, blockers_of, solids_of
+from skyverse.referee.gaps import Sight, outlines_of, runs, spots
+from skyverse.referee.ground_cells import CellGrid, area_of, grid_of, joined
+from skyverse.referee.photo_overlaps import SHORT, Overlaps, overlaps_of
+from skyverse.referee.photo_views import views_of
+from skyverse.referee.relief import relief_of
+from skyverse.referee.shown import Viewers
+from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS
+from skyverse.referee.tracking_error import EXACT
+
+HALVINGS = 3
+"""How often cells that are not certain to be seen are cut in four."""
+MOST_HALVED = 50_000
+"""Pieces that are cut in four at once, at most."""
+MOST_COUNTED = 10
+"""Photos of a place that are counted, at most."""
+MOST_WITNESSES = 60
+"""Outlines of gaps in which it is looked for a place that is certainly not seen, at most."""
+ACROSS = 9
+"""Places along x and along y at which it is looked whether a solid stands on the ground."""
+MOST_SHARE = 0.95
+"""The share of the area of which sentences tell by how many photos it is seen, and how finely."""
+
+
+class Seen(NamedTuple):
+    """What is seen of parts: their areas, square metres, by how many photos, and their depths in the best, metres."""
+
+    area: Floats
+    count: Floats
+    depth: Floats
+
+
+def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequence[TrackingError]) -> Coverage:
+    """Judge what photos show of a survey, wherever within their errors the UAVs are and the cameras are turned.
+
+    Parameters
+    ----------
+    scenario
+        What was given.
+    number
+        The index of the survey.
+    photos
+        All photos of the survey.
+    errors
+        The tracking error of each UAV; the last one is that of photos of no UAV.
+    """
+    survey = scenario.surveys[number]
+    camera, most = survey.camera, math.inf if survey.gsd is None else survey.gsd / survey.camera.pixel
+    asked = area_of(survey)
+    solids = _near(solids_of(scenario.obstacles), asked, photos)
+    stands = np.array([_stands(scenario, solid) for solid in solids], dtype=bool)
+    polygons = np.array([solid.polygon for solid in solids], dtype=object)
+    asked = shapely.difference(asked, shapely.union_all(polygons[stands]))
+    below = shapely.intersection(asked, shapely.union_all(polygons[~stands]))
+    grid = grid_of(scenario, survey, shapely.difference(asked, below))
+    beyond = shapely.difference(asked, shapely.box(grid.x[0], grid.y[0], grid.x[-1], grid.y[-1]))
+    views = views_of(photos, camera, [errors[uav] for uav in photos.uav.tolist()], camera.attitude_error)
+    relief = None if scenario.terrain is None else relief_of(scenario.terrain)
+    viewers = Viewers(views, relief, blockers_of(solids, ()), most)
+    seen, missed = _look(viewers, grid)
+    exact = views_of(photos, camera, [EXACT] * len(photos), 0.0)
+    lost = np.concatenate([missed, [part for part in (below, beyond) if shapely.area(part) > 0]])
+    gaps, certain = _gaps(Sight(scenario, views, exact, viewers.most, solids), number, lost, grid)
+    overlaps = overlaps_of(photos, camera, grid)
+    figures = _Figures(float(shapely.area(asked)), seen, camera.pixel, viewers.deepest, overlaps)
+    return figures.judged(survey, number, len(photos), gaps, certain)
+
+
+def _near(solids: list[Solid], asked: shapely.Geometry, photos: Photos) -> list[Solid]:
+    """Return the solids that are between photos and what they are of, or near."""
+    ends = shapely.union(asked, shapely.multipoints(photos.position[:, :2]))
+    box = shapely.box(*shapely.bounds(ends))
+    return [solid for solid in solids if shapely.intersects(box, shapely.envelope(solid.polygon))]
+
+
+def _stands(scenario: Scenario, solid: Solid) -> bool:
+    """Tell whether a solid touches the ground somewhere, so that there is none to be seen below it."""
+    if scenario.terrain is None:
+        return solid.low <= scenario.bounds.min[2]
+    west, south, east, north = shapely.bounds(solid.polygon)
+    x, y = np.meshgrid(np.linspace(west, east, ACROSS), np.linspace(south, north, ACROSS))
+    return bool((scenario.terrain.height(np.stack([x, y], axis=-1)) >= solid.low).any())
+
+
+def _look(viewers: Viewers, grid: CellGrid) -> tuple[Seen, NDArray[np.object_]]:
+    """Return what is seen of the cells of a grid, and outlines of what is not certain to be."""
+    shown = viewers.show_grid(grid)
+    seen = grid.whole & (shown.count > 0)
+    rows = [(np.full(int(seen.sum()), grid.size), shown.count[seen], shown.depth[seen])]
+    again = grid.whole & ~seen & shown.touched
+    missed = [runs(grid.whole & ~seen & ~again, grid.x, grid.y)]
+    pieces = joined(grid.pieces, grid.halved(grid.cells(again)))
+    for left in range(HALVINGS, -1, -1):
+        shown = viewers.show_pieces(pieces)
+        once = shown.count > 0
+        rows.append((pieces.area[once], shown.count[once], shown.depth[once]))
+        unsure = ~once & shown.touched & (left > 0)
+        if unsure.sum() > MOST_HALVED:
+            unsure[:] = False
+        missed.append(pieces.outline[~once & ~unsure])
+        pieces = grid.halved(pieces.of(unsure))
+        if not len(pieces.area):
+            break
+    return Seen(*(np.concatenate(column) for column in zip(*rows, strict=True))), np.concatenate(missed)
+
+
+def _gaps(
+    sight: Sight, number: int, lost: NDArray[np.object_], grid: CellGrid
+) -> tuple[tuple[CoverageGap, ...], bool]:
+    """Return the gaps of a survey, and whether some of them are certainly not seen."""
+    found, certain = [], False
+    for k, (polygon, area) in enumerate(outlines_of(lost, math.sqrt(grid.size))):
+        places = spots(polygon) if k < MOST_WITNESSES else spots(polygon)[:1]
+        terrain = sight.scenario.terrain
+        z = np.full(len(places), sight.scenario.bounds.min[2]) if terrain is None else terrain.height(places)
+        reasons = sight.reasons(np.column_stack([places, z]))
+        certain |= any(reason.certain for reason in reasons)
+        outline = tuple((x, y) for x, y in shapely.get_coordinates(shapely.get_exterior_ring(polygon))[:-1].tolist())
+        found.append(CoverageGap(number, outline, area, Counter(reason.why for reason in reasons).most_common(1)[0][0]))
+    return tuple(found), certain
+
+
+class _Figures(NamedTuple):
+    """What was found of a survey."""
+
+    area: float
+    seen: Seen
+    pixel: float
+    deepest: float
+    overlaps: Overlaps
+
+    def judged(
+        self, survey: Survey, number: int, photos: int, gaps: tuple[CoverageGap, ...], certain: bool
+    ) -> Coverage:
+        """Return what is proven of a survey."""
+        share = [float(self.seen.area[self.seen.count >= k].sum() / self.area) for k in range(1, MOST_COUNTED + 1)]
+        shares = tuple(one for k, one in enumerate(share) if k == 0 or one > 0)
+        order = np.argsort(self.seen.depth)
+        grown = np.cumsum(self.seen.area[order])
+        ranked = self.pixel * self.seen.depth[order]
+        worst = float(ranked[-1]) if len(ranked) else math.nan
+        mostly = float(ranked[np.searchsorted(grown, MOST_SHARE * grown[-1])]) if len(ranked) else math.nan
+        asked = np.array(survey.overlap)
+        least = tuple(float(pairs.min()) if len(pairs) else math.nan for pairs in self.overlaps)
+        short = sum(int((pairs < one - SHORT).sum()) for pairs, one in zip(self.overlaps, asked, strict=True))
+        coarsest = self.pixel * self.deepest
+        coarse = survey.gsd is not None and survey.gsd_of == "photo" and coarsest > survey.gsd * (1 + LIMIT_LET_PASS)
+        open_ = sum(gap.area for gap in gaps) > LET_PASS
+        refuted = (open_ and certain) or short > 0 or coarse
+        verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ else Verdict.PROVEN
+        pairs = sum(map(len, self.overlaps))
+        figures = (shares, worst, mostly, coarsest, least, pairs, short)
+        told = _sentence(self.area, figures, survey, gaps)
+        return Coverage(number, verdict, f"{told}: {verdict.value}.", photos, self.area, *figures, gaps)
+
+
+def _sentence(area: float, figures: tuple, survey: Survey, gaps: tuple[CoverageGap, ...]) -> str:
+    shares, worst, _, coarsest, (along, between), pairs, short = figures
+    whole = not gaps
+    size = f"{area / 1e4:,.3g} ha" if area >= 1e3 else f"{area:,.3g} m²"
+    percent = "100" if whole else f"{min(100 * shares[0], 99.99):.4g}"
+    often = sum(one >= MOST_SHARE for one in shares)
+    times = f", by at least {counted(often, 'photo')} on {100 * MOST_SHARE:g} %" if often > 1 else ""
+    fine = f"; worst {100 * worst:.3g} cm" if shares[0] > 0 else ""
+    if survey.gsd is not None and coarsest > survey.gsd * (1 + LIMIT_LET_PASS) and survey.gsd_of == "photo":
+        fine += f", but up to {100 * coarsest:.3g} cm in single photos, where {100 * survey.gsd:.3g} cm are asked"
+    shared = [f"{share:.1f} % {where}" for share, where in ((along, "along strips"), (between, "between")) if share == share]
+    told = f"; photos share at least {' and '.join(shared)}" if shared else ""
+    wrong = f", {short:,} of {counted(pairs, 'pair')} less than asked" if short else ""
+    gap = f"; {gaps[0].area:,.3g} m² about ({gaps[0].outline[0][0]:.1f}, {gaps[0].outline[0][1]:.1f}): {gaps[0].why}" if gaps else ""
+    return f"{percent} % of {size} is seen{times}{fine}{told}{wrong}{gap}"

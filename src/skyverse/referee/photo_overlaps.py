@@ -1,0 +1,133 @@
+"""Overlaps: what neighbouring photos share, one after the other on a strip, and from strip to strip.
+
+They are judged by the nominal poses. Two photos that are taken some way apart share what one shows of its width, or its
+height, less that way; the less the nearer the ground is, so that the highest ground that both show counts.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats, Indices
+from skyverse.model.camera import Camera
+from skyverse.model.photos import Photos
+from skyverse.referee.ground_cells import CellGrid
+from skyverse.referee.photo_views import PhotoView, frames_of, views_of
+from skyverse.referee.tracking_error import EXACT
+
+PARALLEL = 0.966
+"""The cosine of 15 degrees, by which strips, and the directions of cameras, may differ that are neighbours."""
+FACING = 0.75
+"""How far ahead a neighbour on another strip may be, as a share of the way to the next photo on its own."""
+APART = 0.05
+"""How far beside a neighbour on another strip is at least, as a share of the width that is shown."""
+MOST_NODES = 50
+"""Places along x and along y at which the ground is looked at that two photos share, about."""
+SHORT = 0.1
+"""Per cent by which an overlap may be less than asked: it depends on how finely the ground is looked at."""
+
+
+class Overlaps(NamedTuple):
+    """What neighbours share, per cent: of (n,) pairs along strips, and of (m,) pairs of strip and strip."""
+
+    along: Floats
+    between: Floats
+
+
+def overlaps_of(photos: Photos, camera: Camera, grid: CellGrid) -> Overlaps:
+    """Return what the photos of strips share of the ground, of which only whole cells count."""
+    if len(photos) < 2:
+        return Overlaps(np.zeros(0), np.zeros(0))
+    same = (photos.uav[1:] == photos.uav[:-1]) & (photos.strip[1:] == photos.strip[:-1]) & (photos.strip[1:] >= 0)
+    first = np.flatnonzero(same)
+    level = photos.position[:, :2]
+    steps = np.zeros((len(photos) + 1, 2))
+    steps[first + 1] = level[first + 1] - level[first]
+    course = steps[1:] + steps[:-1]
+    length = np.hypot(*course.T)
+    course = np.divide(course, length[:, None], out=course, where=length[:, None] > 0)
+    spacing = np.maximum(np.hypot(*steps[1:].T), np.hypot(*steps[:-1].T))
+    frames, views = frames_of(photos), views_of(photos, camera, [EXACT] * len(photos), 0.0)
+    centre, deep = _centres(photos.position, frames[:, 0], grid)
+    width = _width(np.column_stack([-course[:, 1], course[:, 0]]), frames, camera) * deep
+    beside = _neighbours(level, course, spacing, frames[:, 0], width)
+    middle = (centre[beside[:, 0]] + centre[beside[:, 1]]) / 2
+    beside = beside[_in_area(middle, grid)]
+    found = []
+    for pairs, across in ((np.column_stack([first, first + 1]), False), (beside, True)):
+        way = level[pairs[:, 1]] - level[pairs[:, 0]]
+        ahead = course[pairs[:, 0]]
+        direction = np.column_stack([-ahead[:, 1], ahead[:, 0]]) if across else ahead
+        apart = np.abs(np.einsum("ij,ij->i", way, direction))
+        nearest = np.array([_nearest(views[i], views[j], grid) for i, j in pairs])
+        shown = _width(direction, frames[pairs[:, 0]], camera) * nearest
+        share = 100.0 * (1.0 - apart / shown)
+        found.append(share[np.isfinite(nearest)] if len(pairs) else np.zeros(0))
+    return Overlaps(*found)
+
+
+def _width(direction: Floats, frames: Floats, camera: Camera) -> Floats:
+    """Return how wide pictures are, seen from above, along directions (n, 2), for each metre of depth."""
+    wide, high = camera.half_widths
+    right, top = (np.abs(np.einsum("ij,ij->i", direction, frames[:, k, :2])) for k in (1, 2))
+    share = np.maximum(right, top)
+    whole: Floats = 2.0 * np.where(right >= top, wide, high) / np.where(share > 0, share, 1.0)
+    return whole
+
+
+def _centres(position: Floats, axis: Floats, grid: CellGrid) -> tuple[Floats, Floats]:
+    """Return where the axes of cameras meet the ground, about, (n, 2) and at what depths (n,), metres."""
+    centre, deep = position[:, :2], np.zeros(len(position))
+    for _ in range(4):
+        i, j = (np.clip(np.searchsorted(line, centre[:, k]) - 1, 0, len(line) - 1) for k, line in enumerate((grid.x, grid.y)))
+        fall = np.maximum(-axis[:, 2], 0.05)
+        deep = np.maximum(position[:, 2] - grid.z[i, j], 0.0) / fall
+        centre = position[:, :2] + deep[:, None] * axis[:, :2]
+    return centre, deep
+
+
+def _in_area(places: Floats, grid: CellGrid) -> Indices:
+    """Return which places (n, 2) lie in whole cells of what is to be seen."""
+    i, j = (np.searchsorted(line, places[:, k]) - 1 for k, line in enumerate((grid.x, grid.y)))
+    n, m = grid.whole.shape
+    on = (i >= 0) & (i < n) & (j >= 0) & (j < m)
+    on[on] = grid.whole[i[on], j[on]]
+    return np.flatnonzero(on)
+
+
+def _neighbours(level: Floats, course: Floats, spacing: Floats, axis: Floats, width: Floats) -> Indices:
+    """Return pairs (m, 2) of photos on parallel strips, each with the nearest one on either side that it faces."""
+    order = np.argsort(level[:, 0], kind="stable")
+    sorted_x = level[order, 0]
+    most = float(width.max(initial=0.0)) + float(spacing.max(initial=0.0))
+    found = set()
+    for begin in range(0, len(level), 256):
+        rows = np.arange(begin, min(begin + 256, len(level)))
+        first, last = np.searchsorted(sorted_x, [level[rows, 0].min() - most, level[rows, 0].max() + most])
+        others = order[first:last]
+        way = level[others] - level[rows, None]
+        ahead, left = course[rows, None], np.stack([-course[rows, 1], course[rows, 0]], axis=1)[:, None]
+        along, aside = (way * ahead).sum(axis=2), (way * left).sum(axis=2)
+        reach = width[rows, None]
+        fits = (np.abs(aside) < reach) & (np.abs(aside) > APART * reach)
+        fits &= np.abs(along) <= FACING * np.maximum(spacing[rows, None], spacing[others])
+        fits &= (np.abs((course[others] * ahead).sum(axis=2)) > PARALLEL) & (np.einsum("jk,ik->ij", axis[others], axis[rows]) > PARALLEL)
+        for side in (aside, -aside):
+            far = np.where(fits & (side > 0), side + 1e-3 * np.abs(along), np.inf)
+            best = far.argmin(axis=1)
+            has = np.isfinite(far[np.arange(len(rows)), best])
+            found |= {(min(i, j), max(i, j)) for i, j in zip(rows[has].tolist(), others[best[has]].tolist(), strict=True)}
+    return np.array(sorted(found), dtype=np.intp).reshape(-1, 2)
+
+
+def _nearest(one: PhotoView, other: PhotoView, grid: CellGrid) -> float:
+    """Return the least depth of the ground that two photos share, metres; NaN where they share none of the area."""
+    a, b = (view.window(*grid.ends) for view in (one, other))
+    here = grid.between(np.array([np.maximum(a[0], b[0]), np.minimum(a[1], b[1])]))
+    if here is None:
+        return np.nan
+    i, j = (slice(s.start, s.stop, max((s.stop - s.start) // MOST_NODES, 1)) for s in here)
+    x, y, z = grid.x[i, None], grid.y[None, j], grid.z[i, j]
+    (margin, depth), (another, deeper) = one.look(x, y, z), other.look(x, y, z)
+    both = (margin >= 0) & (another >= 0) & grid.whole[i, j]
+    return float(np.minimum(depth, deeper).min(initial=np.inf, where=both)) if both.any() else np.nan
