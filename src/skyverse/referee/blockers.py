@@ -119,7 +119,9 @@ class Blockers:
             w = np.stack([a[:, :, i] * d[:, :, j] - a[:, :, j] * d[:, :, i] for i, j in ((1, 2), (2, 0), (0, 1))])
             turn = sum(w[k] * (view.position[k] - e[:, None, k]) for k in range(3))
             stray = level * np.hypot(w[0], w[1]) + upright * np.abs(w[2])
-            beside = (inward[some] & (turn + stray <= 0).all(axis=1)) | (outward[some] & (turn - stray >= 0).all(axis=1))
+            beside = (inward[some] & (turn + stray <= 0).all(axis=1)) | (
+                outward[some] & (turn - stray >= 0).all(axis=1)
+            )
             found[some[beside]] = False
         return found
 

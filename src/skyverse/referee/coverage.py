@@ -123,9 +123,7 @@ def _look(viewers: Viewers, grid: CellGrid) -> tuple[Seen, NDArray[np.object_]]:
     return Seen(*(np.concatenate(column) for column in zip(*rows, strict=True))), np.concatenate(missed)
 
 
-def _gaps(
-    sight: Sight, number: int, lost: NDArray[np.object_], grid: CellGrid
-) -> tuple[tuple[CoverageGap, ...], bool]:
+def _gaps(sight: Sight, number: int, lost: NDArray[np.object_], grid: CellGrid) -> tuple[tuple[CoverageGap, ...], bool]:
     """Return the gaps of a survey, and whether some of them are certainly not seen."""
     found, certain = [], False
     for k, (polygon, area) in enumerate(outlines_of(lost, math.sqrt(grid.size))):
@@ -183,8 +181,14 @@ def _sentence(area: float, figures: tuple, survey: Survey, gaps: tuple[CoverageG
     fine = f"; worst {100 * worst:.3g} cm" if shares[0] > 0 else ""
     if survey.gsd is not None and coarsest > survey.gsd * (1 + LIMIT_LET_PASS) and survey.gsd_of == "photo":
         fine += f", but up to {100 * coarsest:.3g} cm in single photos, where {100 * survey.gsd:.3g} cm are asked"
-    shared = [f"{share:.1f} % {where}" for share, where in ((along, "along strips"), (between, "between")) if share == share]
+    shared = [
+        f"{share:.1f} % {where}" for share, where in ((along, "along strips"), (between, "between")) if share == share
+    ]
     told = f"; photos share at least {' and '.join(shared)}" if shared else ""
     wrong = f", {short:,} of {counted(pairs, 'pair')} less than asked" if short else ""
-    gap = f"; {gaps[0].area:,.3g} m² about ({gaps[0].outline[0][0]:.1f}, {gaps[0].outline[0][1]:.1f}): {gaps[0].why}" if gaps else ""
+    gap = (
+        f"; {gaps[0].area:,.3g} m² about ({gaps[0].outline[0][0]:.1f}, {gaps[0].outline[0][1]:.1f}): {gaps[0].why}"
+        if gaps
+        else ""
+    )
     return f"{percent} % of {size} is seen{times}{fine}{told}{wrong}{gap}"

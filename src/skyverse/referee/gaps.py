@@ -18,7 +18,11 @@ MOST_GAPS = 200
 """Outlines at most: where there are more, those that are near each other are joined."""
 ON_RAY = 64
 """Places on the way from a gap to a camera at which the ground is looked at."""
-NOT_SHOWN, TOO_COARSE, NOT_CERTAIN = "no photo shows it", "no photo shows it finely enough", "no photo is certain to show it"
+NOT_SHOWN, TOO_COARSE, NOT_CERTAIN = (
+    "no photo shows it",
+    "no photo shows it finely enough",
+    "no photo is certain to show it",
+)
 
 
 class Reason(NamedTuple):
@@ -102,7 +106,9 @@ def outlines_of(polygons: NDArray[np.object_], size: float) -> list[tuple[shapel
     together = shapely.union_all(polygons)
     parts, reach = shapely.get_parts(together), size
     while len(parts) > MOST_GAPS:
-        parts = shapely.get_parts(shapely.union_all(shapely.buffer(parts, reach, quad_segs=1, cap_style="square", join_style="mitre")))
+        parts = shapely.get_parts(
+            shapely.union_all(shapely.buffer(parts, reach, quad_segs=1, cap_style="square", join_style="mitre"))
+        )
         reach *= 2
     held = shapely.area(parts) if reach == size else shapely.area(shapely.intersection(parts, together))
     order = np.argsort(-held, kind="stable")

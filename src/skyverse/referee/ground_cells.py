@@ -60,7 +60,9 @@ NO_PIECES = Pieces(np.zeros(0, dtype=object), np.zeros((0, 4, 3)), np.zeros(0), 
 def joined(one: Pieces, other: Pieces) -> Pieces:
     """Return two lots of pieces as one."""
     most = max(one.corners.shape[1], other.corners.shape[1])
-    corners = [np.pad(lot.corners, [(0, 0), (0, most - lot.corners.shape[1]), (0, 0)], mode="edge") for lot in (one, other)]
+    corners = [
+        np.pad(lot.corners, [(0, 0), (0, most - lot.corners.shape[1]), (0, 0)], mode="edge") for lot in (one, other)
+    ]
     rest = ((a, b) for name, a, b in zip(one._fields, one, other, strict=True) if name != "corners")
     outline, slack, area = (np.concatenate(pair) for pair in rest)
     return Pieces(outline, np.concatenate(corners), slack, area)
@@ -181,8 +183,10 @@ def convex_parts(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
         )
         inward = np.where(shapely.is_empty(inward), shapely.centroid(polygons[bent]), inward)
         at = np.array([shapely.get_coordinates(points)[0] for points in inward])
-        sides = [(*np.minimum(at, end).T, *np.maximum(at, end).T) for end in (
-            low, high, np.column_stack([low[:, 0], high[:, 1]]), np.column_stack([high[:, 0], low[:, 1]]))]
+        sides = [
+            (*np.minimum(at, end).T, *np.maximum(at, end).T)
+            for end in (low, high, np.column_stack([low[:, 0], high[:, 1]]), np.column_stack([high[:, 0], low[:, 1]]))
+        ]
         cut = _polygons(np.concatenate([shapely.intersection(polygons[bent], shapely.box(*side)) for side in sides]))
         polygons = np.concatenate([np.delete(polygons, bent), cut])
     return polygons

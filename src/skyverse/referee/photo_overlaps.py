@@ -79,7 +79,10 @@ def _centres(position: Floats, axis: Floats, grid: CellGrid) -> tuple[Floats, Fl
     """Return where the axes of cameras meet the ground, about, (n, 2) and at what depths (n,), metres."""
     centre, deep = position[:, :2], np.zeros(len(position))
     for _ in range(4):
-        i, j = (np.clip(np.searchsorted(line, centre[:, k]) - 1, 0, len(line) - 1) for k, line in enumerate((grid.x, grid.y)))
+        i, j = (
+            np.clip(np.searchsorted(line, centre[:, k]) - 1, 0, len(line) - 1)
+            for k, line in enumerate((grid.x, grid.y))
+        )
         fall = np.maximum(-axis[:, 2], 0.05)
         deep = np.maximum(position[:, 2] - grid.z[i, j], 0.0) / fall
         centre = position[:, :2] + deep[:, None] * axis[:, :2]
@@ -111,12 +114,16 @@ def _neighbours(level: Floats, course: Floats, spacing: Floats, axis: Floats, wi
         reach = width[rows, None]
         fits = (np.abs(aside) < reach) & (np.abs(aside) > APART * reach)
         fits &= np.abs(along) <= FACING * np.maximum(spacing[rows, None], spacing[others])
-        fits &= (np.abs((course[others] * ahead).sum(axis=2)) > PARALLEL) & (np.einsum("jk,ik->ij", axis[others], axis[rows]) > PARALLEL)
+        fits &= (np.abs((course[others] * ahead).sum(axis=2)) > PARALLEL) & (
+            np.einsum("jk,ik->ij", axis[others], axis[rows]) > PARALLEL
+        )
         for side in (aside, -aside):
             far = np.where(fits & (side > 0), side + 1e-3 * np.abs(along), np.inf)
             best = far.argmin(axis=1)
             has = np.isfinite(far[np.arange(len(rows)), best])
-            found |= {(min(i, j), max(i, j)) for i, j in zip(rows[has].tolist(), others[best[has]].tolist(), strict=True)}
+            found |= {
+                (min(i, j), max(i, j)) for i, j in zip(rows[has].tolist(), others[best[has]].tolist(), strict=True)
+            }
     return np.array(sorted(found), dtype=np.intp).reshape(-1, 2)
 
 

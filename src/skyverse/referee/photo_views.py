@@ -100,7 +100,9 @@ def views_of(photos: Photos, camera: Camera, errors: list[TrackingError], attitu
     signs = ((-1, -1), (-1, 1), (1, 1), (1, -1))
     views = []
     for position, (axis, right, top), error in zip(photos.position, frames_of(photos), errors, strict=True):
-        sides = np.stack([(t * axis + s * d) / math.hypot(t, 1) for t, d in ((wide, right), (high, top)) for s in (1, -1)])
+        sides = np.stack(
+            [(t * axis + s * d) / math.hypot(t, 1) for t, d in ((wide, right), (high, top)) for s in (1, -1)]
+        )
         corners = np.stack([axis + s * wide * right + t * high * top for s, t in signs])
         stray = sine * math.hypot(error.horizontal, error.vertical)
         shrink = error.horizontal * np.hypot(sides[:, 0], sides[:, 1]) + error.vertical * np.abs(sides[:, 2]) + stray

@@ -121,7 +121,9 @@ def relief_of(terrain: Terrain) -> Relief:
     h, step = terrain.heights, np.array(terrain.step)
     east, north = np.diff(h, axis=0) / step[0], np.diff(h, axis=1) / step[1]
     highest = np.maximum(np.maximum(h[:-1, :-1], h[1:, :-1]), np.maximum(h[:-1, 1:], h[1:, 1:]))
-    steepest = [np.maximum(s * a, s * b) for a, b in ((east[:, :-1], east[:, 1:]), (north[:-1], north[1:])) for s in (1, -1)]
+    steepest = [
+        np.maximum(s * a, s * b) for a, b in ((east[:, :-1], east[:, 1:]), (north[:-1], north[1:])) for s in (1, -1)
+    ]
     cells = np.stack([highest, *steepest], axis=2)
     levels = [np.nextafter(cells.astype(np.float32), np.float32(np.inf))]
     while max(levels[-1].shape[:2]) > 1:

@@ -140,10 +140,7 @@ class Viewers:
                 return
         inside &= ~undecided
 
-
-    def _hide_by_walls(
-        self, view: PhotoView, inside: Bools, grid: CellGrid, here: tuple[slice, slice]
-    ) -> None:
+    def _hide_by_walls(self, view: PhotoView, inside: Bools, grid: CellGrid, here: tuple[slice, slice]) -> None:
         """Take out of cells what walls and facets may hide."""
         if not len(self.blockers.top) or not inside.any():
             return
@@ -161,7 +158,10 @@ class Viewers:
         m, n = begin[0][of] + rank // np.maximum(long[of], 1), begin[1][of] + rank % np.maximum(long[of], 1)
         met = inside[m, n]
         m, n, of = m[met], n[met], of[met]
-        corners = np.stack([np.stack([x[m + a], y[n + b], z[m + a, n + b]], axis=1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
+        corners = np.stack(
+            [np.stack([x[m + a], y[n + b], z[m + a, n + b]], axis=1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))],
+            axis=1,
+        )
         hidden = self.blockers.hide(_thick(corners, slack[m, n]), parts[of], view)
         inside[m[hidden], n[hidden]] = False
 
@@ -179,7 +179,9 @@ class Viewers:
         begin, end = np.searchsorted(low[order, 0], least[:, 0] - wide), np.searchsorted(low[order, 0], most[:, 0])
         of = np.repeat(np.arange(len(parts)), end - begin)
         piece = order[np.arange(len(of)) - np.repeat(np.cumsum(end - begin) - end, end - begin)]
-        met = (high[piece] >= np.column_stack([least, np.full(len(parts), -np.inf)])[of]).all(axis=1) & (low[piece, 1] <= most[of, 1])
+        met = (high[piece] >= np.column_stack([least, np.full(len(parts), -np.inf)])[of]).all(axis=1) & (
+            low[piece, 1] <= most[of, 1]
+        )
         hidden = self.blockers.hide(corners[piece[met]], parts[of[met]], view)
         inside[near[piece[met][hidden]]] = False
 
