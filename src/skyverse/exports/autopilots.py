@@ -226,6 +226,18 @@ def takeoff_cut(name: AutopilotName, radius: float) -> float:
     return corner_acceptance(AUTOPILOTS[name], radius).altitude if name == "px4" else 0.0
 
 
+def trigger_lead(name: AutopilotName, radius: float, slope: float) -> float:
+    """Return how many metres behind a photo a waypoint lies at which an autopilot switches a camera on in flight.
+
+    PX4 does what comes after a waypoint when it is near: within its level radius, and on a leg that rises or falls by
+    `slope` near in altitude, too. ArduPilot does it between its radius and the waypoint, DJI's at the waypoint.
+    """
+    if name == "dji":
+        return 0.0
+    near = corner_acceptance(AUTOPILOTS[name], radius)
+    return min(near.radius, near.altitude / slope if slope else math.inf) if name == "px4" else radius / 2
+
+
 def stop_acceptance(autopilot: Autopilot, rates: AutopilotRates, radius: float, speed: float) -> float:
     """Return the level acceptance radius, metres, of a waypoint at which a UAV stops after a leg with a speed, m/s.
 

@@ -80,8 +80,14 @@ class FlightPlan:
     def parts(self) -> list[range]:
         """The waypoints of each file: all in one, or as many as one takes, each beginning where the last one ended."""
         count, most = len(self.waypoints), self.autopilot.max_waypoints
-        starts = range(0, max(count - 1, 1), most - 1)
-        return [range(start, min(start + most, count)) for start in starts]
+        found, start = list[range](), 0
+        while start < max(count - 1, 1):
+            end = min(start + most, count)
+            cut = [k for k in range(end, start + 1, -1) if not any(run.on < k - 1 < run.off for run in self.route.runs)]
+            end = end if end == count else (cut or [end])[0]  # photos of one run stay in one file
+            found.append(range(start, end))
+            start = max(end - 1, start + 1)
+        return found
 
     @property
     def breaks(self) -> set[int]:
@@ -93,7 +99,8 @@ class FlightPlan:
         """(m + 1,) 1 where the UAV is at rest at a waypoint, else 0."""
         stops = np.array(self.route.waypoint_holds > 0, dtype=np.float64)
         if self.autopilot.stops:
-            stops[:] = 1.0
+            stops[self.route.waypoint_radii <= 0] = 1.0
+            stops[[*self.breaks]] = 1.0
         stops[[0, -1]] = 1.0
         return stops
 
@@ -261,13 +268,15 @@ def _speeds(plan: FlightPlan) -> Floats:
     seconds = np.maximum(np.diff(route.waypoint_times) - route.waypoint_holds[:-1], MIN_LEG_DURATION)
     ends = stops[:-1] + stops[1:]
     acceleration = plan.rates.acceleration
-    speeds: list[float] = []
-    for length, time, stopped in zip(lengths, seconds, ends, strict=True):
+    limits, speeds = np.full(len(lengths), plan.top_speed), list[float]()
+    for run in route.runs:  # also on the run-in
+        limits[max(run.on - 1, 0) : run.off] = np.minimum(limits[max(run.on - 1, 0) : run.off], run.fastest)
+    for length, time, stopped, limit in zip(lengths, seconds, ends, limits.tolist(), strict=True):
         wanted = length / time
         if stopped:  # solve time = length / speed + stopped * speed / (2 * acceleration), the slower solution
             root = max(time**2 - 2 * stopped * length / acceleration, 0.0)
             wanted = (time - np.sqrt(root)) * acceleration / stopped
-        speed = round(float(np.clip(wanted, MIN_SPEED, plan.top_speed)), 3)
-        kept = speeds and speeds[-1] / SPEED_CHANGE <= speed <= speeds[-1] * SPEED_CHANGE
+        speed = round(float(np.clip(wanted, MIN_SPEED, max(limit, MIN_SPEED))), 3)
+        kept = speeds and speeds[-1] / SPEED_CHANGE <= speed <= speeds[-1] * SPEED_CHANGE and speeds[-1] <= limit
         speeds.append(speeds[-1] if kept else speed)
     return np.array(speeds)

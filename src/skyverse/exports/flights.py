@@ -9,7 +9,7 @@ import numpy as np
 
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
-from skyverse.model.sortie import Sortie, Visit
+from skyverse.model.sortie import Sortie, Strip, Visit
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import SAME_PLACE
 
@@ -49,6 +49,8 @@ class ExportedFlight:
         Which of the sorties of the UAV it is, counted from 1; 0 where there is only one.
     to_home
         Whether it ends where it begins.
+    strips
+        Along which it takes photos, each with its number among all of the UAV's.
     """
 
     uav: int
@@ -58,6 +60,7 @@ class ExportedFlight:
     stays: tuple[Stay, ...] = ()
     sortie: int = 0
     to_home: bool = False
+    strips: tuple[tuple[int, Strip], ...] = ()
 
 
 def flights_of(mission: Mission) -> Iterator[ExportedFlight]:
@@ -73,7 +76,9 @@ def flights_of(mission: Mission) -> Iterator[ExportedFlight]:
             stays = _joined(mission.scenario, [_stay(trajectory, visit, sortie) for visit in sortie.visits])
             to_home = number < len(sorties) or mission.scenario.uavs[uav].end == "home"
             end = sortie.end if to_home or not stays else stays[-1].arrival
-            yield ExportedFlight(uav, trajectory, sortie.begin, end, stays, number if len(sorties) > 1 else 0, to_home)
+            of = number if len(sorties) > 1 else 0
+            strips = tuple(enumerate(sortie.strips, sum(len(one.strips) for one in sorties[: number - 1])))
+            yield ExportedFlight(uav, trajectory, sortie.begin, end, stays, of, to_home, strips)
 
 
 def _joined(scenario: Scenario, stays: Sequence[Stay]) -> tuple[Stay, ...]:

@@ -11,11 +11,13 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw import footprint
-from skyverse.errors import require_libraries
+from skyverse.errors import InputError, require_libraries
 from skyverse.exports.autopilots import End, corner_acceptance, stop_acceptance
+from skyverse.exports.camera_items import CameraOrders, camera_off
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.leg_geometry import leg_deviation
+from skyverse.exports.photo_strips import photo_heading
 from skyverse.exports.way_home import WayHome
 from skyverse.model.altitude import AboveHome, AboveSea
 from skyverse.model.arrays import arctan2
@@ -84,11 +86,15 @@ def mission_items(file: FlightFile) -> list[StoredItem]:
             add(Command.REGION_OF_INTEREST, frame, ROI_LOCATION, 0.0, 0.0, 0.0, *place)
         else:
             add(Command.LOOK_AT, frame, 0.0, 0.0, 0.0, 0.0, *place)
+    made += camera_off(plan)
+    camera = CameraOrders(plan)
     if plan.hover > 0:
         stop = corner_acceptance(plan.autopilot, route.radius).radius
         add(Command.WAYPOINT, frame, plan.hover, stop, 0.0, wanted_heading(scenario, plan, 0), *where[0])
+    made += camera.after(0)
     said, radius = 0.0, route.radius if wing is not None else corner_acceptance(plan.autopilot, route.radius).radius
     for k, speed in enumerate(plan.speeds.tolist(), 1):
+        made += camera.before(k)
         if speed != said:
             kind = 0.0 if wing is not None else 1.0  # airspeed for an aeroplane, ground speed otherwise
             add(Command.SPEED, MISSION_FRAME, kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0)
@@ -102,6 +108,12 @@ def mission_items(file: FlightFile) -> list[StoredItem]:
                 add(Command.SPEED, MISSION_FRAME, 1.0, speed, -1.0, 0.0, 0.0, 0.0, 0.0)
             add(Command.YAW, MISSION_FRAME, aim, vehicle.max_yaw_rate, 0.0, 0.0, 0.0, 0.0, 0.0)
         add(Command.WAYPOINT, frame, hold, near, 0.0, aim, *where[k])
+        made += camera.after(k)
+    if route.runs and len(made) + 1 > plan.autopilot.max_waypoints:
+        raise InputError(
+            f"{route.name(scenario)}: its photos take {len(made) + 1} items, and {plan.autopilot.title} takes "
+            f"{plan.autopilot.max_waypoints}; plan with smaller batteries or more UAVs, for more sorties"
+        )
     if end == "land":
         (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home", plan.home).rows
         add(Command.LAND, frame_of(AboveHome), 0.0, 0.0, 0.0, yaw, *below)
@@ -116,11 +128,13 @@ def mission_items(file: FlightFile) -> list[StoredItem]:
 
 
 def wanted_heading(scenario: Scenario, plan: FlightPlan, k: int) -> float | None:
-    """Return where the target at waypoint k wants the nose, degrees clockwise from north; ``None`` if it asks not."""
+    """Return where target or photos at waypoint k want the nose, degrees clockwise from north; ``None`` if neither."""
     visited = int(plan.route.waypoint_targets[k])
     target = scenario.targets[visited] if visited >= 0 else None
-    if target is None or target.look_at is None:
-        return None if target is None else target.heading
+    if target is None:
+        return photo_heading(plan.route.runs, k)
+    if target.look_at is None:
+        return target.heading
     east, north = np.subtract(target.look_at, target.position)[:2]
     return float(np.degrees(arctan2(east, north)) % 360.0)
 

@@ -1,6 +1,7 @@
 """The waypoints of one UAV: few, and proven clear when an autopilot flies straight between them."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -8,11 +9,26 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices
 from skyverse.errors import InputError
-from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, takeoff_cut
+from skyverse.exports.autopilots import AUTOPILOTS, MIN_ACCEPTANCE_RADIUS, AutopilotName, rates_of, takeoff_cut
 from skyverse.exports.flights import ExportedFlight
 from skyverse.exports.leg_geometry import ground_allowance
 from skyverse.exports.legs import LegChecker, Polyline
-from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
+from skyverse.exports.photo_strips import (
+    LEAST_GAP,
+    MOST_RADIUS,
+    Approach,
+    PhotoRun,
+    Station,
+    StripWay,
+    strip_ways,
+)
+from skyverse.exports.waypoint_placement import (
+    MAX_WAYPOINTS,
+    FixedPlaces,
+    Obstruction,
+    WaypointPlacement,
+    distances_to_segment,
+)
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
@@ -80,6 +96,8 @@ class Route:
         (n,) the index of the target that the UAV visits at each waypoint; -1 where it visits none.
     sortie, to_home
         As those of its `ExportedFlight`.
+    runs
+        The photos that it takes, whose waypoints are numbered as in `waypoints`.
     """
 
     uav: int
@@ -96,6 +114,7 @@ class Route:
     targets: Indices
     sortie: int = 0
     to_home: bool = False
+    runs: tuple[PhotoRun, ...] = ()
 
     @property
     def radius(self) -> float:
@@ -152,7 +171,9 @@ class Route:
             return "no corners"
         if not self.radius:
             return "stopping at each"
-        held = int(((self.holds > 0) & (self.targets < 0))[:-1].sum())
+        photographed = [one.on for one in self.runs if one.on == one.off]
+        stops = ((self.waypoint_holds > 0) | (self.waypoint_radii <= 0)) & (self.waypoint_targets < 0)
+        held = int(stops[: len(stops) - 1].sum() - stops[photographed].sum())
         return f"corners cut within {self.radius:.3g} m" + (f" but at {held}, where it stops" if held else "")
 
     def proof(self, scenario: Scenario) -> str:
@@ -204,9 +225,64 @@ def route(legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: T
     InputError
         If no radius gives a clear route, or it has more waypoints than autopilots accept.
     """
-    scenario, uav = legs.scenario, flight.uav
+    if flight.strips:
+        return _route_of_photos(legs, flight, radius=radius, takeoff=takeoff, stops=stops)
+    sizes = _sizes(radius, not stops and legs.scenario.uavs[flight.uav].fixed_wing is None)
+    found = _searched(legs, flight, _Curve(*_samples(flight)), sizes, takeoff, stops=stops)
+    if isinstance(found, Route):
+        return found
+    raise _unproven(legs, flight, radius, found)
+
+
+class _Curve(NamedTuple):
+    """Samples of a flight, (n,) seconds and (n, 3) metres, and the stations and runs of each of its strips."""
+
+    instants: Floats
+    places: Floats
+    strips: tuple[tuple[Sequence[Station], Sequence[PhotoRun]], ...] = ()
+
+
+class _NoRoute(NamedTuple):
+    """Why no waypoints are proven, and the instants of those beside which the last attempt failed."""
+
+    said: str | Obstruction
+    blocked: tuple[float, ...] = ()
+
+
+def _route_of_photos(
+    legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: Takeoff, stops: bool
+) -> Route:
+    """Return the waypoints of a flight with strips: it stops at the ends of those to which no run-in is proven."""
+    vehicle, autopilot = legs.scenario.uavs[flight.uav], AUTOPILOTS[takeoff.autopilot]
+    wing = vehicle.fixed_wing is not None
+    radius = radius if wing else min(radius, MOST_RADIUS)
+    busy = [flight.begin, flight.end, *(t for stay in flight.stays for t in (stay.arrival, stay.departure))]
+    ways = strip_ways(legs.scenario, flight.uav, flight.trajectory, flight.strips, busy)
+    halts = [[gap < LEAST_GAP for gap in way.room] for way in ways]
+    found = _NoRoute("")
+    for size, may_stop in _sizes(radius, not stops and not wing):
+        how, more = Approach(autopilot.name, rates_of(vehicle, autopilot), size, wing), True
+        while more:
+            laid = tuple(way.laid(how, (first, last)) for way, (first, last) in zip(ways, halts, strict=True))
+            made = _searched(legs, flight, _with_strips(flight, laid), [(size, may_stop)], takeoff, stops=stops)
+            if isinstance(made, Route):
+                return made
+            found, more = made, _halted(ways, halts, made.blocked)
+    raise _unproven(legs, flight, radius, found)
+
+
+def _searched(
+    legs: LegChecker,
+    flight: ExportedFlight,
+    given: _Curve,
+    sizes: Sequence[tuple[float, bool]],
+    takeoff: Takeoff,
+    *,
+    stops: bool,
+) -> Route | _NoRoute:
+    """Return the waypoints of a flight that is given as a curve, with one of some radii; see `route`."""
     said: str | Obstruction = ""
-    instants, flown = _samples(flight)
+    radius, instants, flown = sizes[0][0], given.instants, given.places
     curve = legs.below_ceiling(flown)
     lowered = float((flown - curve)[:, 2].max())
     stood = []
@@ -229,39 +305,94 @@ def route(legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: T
         stop_at |= {len(curve) - 2}
     visits = dict.fromkeys(stop_at | {_sample_at(instants, t) for t in stood}, False)
     visits |= {_sample_at(instants, stay.arrival): True for stay in flight.stays}
+    fixed = _fixed(given, instants, visits, stops=stops)
+    passed = fixed.only_passes or not stops
     height = float(curve[0, 2] - base[2]) if risen else 0.0
     more = max(takeoff.climb - height, radius if risen else 0.0)  # the corner above a pad may be cut
     more = 0.0 if 0 in visits else more  # it is at a target already
     climbs = [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]
-    early = takeoff.early(0.0, 0.0 if stops else radius)
+    early, blocked = takeoff.early(0.0, 0.0 if stops else radius), tuple[float, ...]()
     for climb in [*climbs, height + early] if early else climbs:  # the last leaves nothing below the start to prove
         lifted = base + np.array([0.0, 0.0, climb])
         if climb > height and legs.leg(base, lifted).fault is not None:
             continue
-        for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
+        for size, may_stop in sizes:
             early = 0.0 if stops else takeoff.early(climb, size)
             lead = (base - np.array([0.0, 0.0, early]))[None] if climb or early else curve[:0]
-            given = (legs, np.concatenate([lead, lifted[None]]), curve, 0.0 if stops else size, size, may_stop, visits)
-            search = WaypointPlacement(*given)
+            asked = (legs, np.concatenate([lead, lifted[None]]), curve, size if passed else 0.0, size, may_stop, fixed)
+            search = WaypointPlacement(*asked)
             found = search.run()
             if isinstance(found, Obstruction):
-                search = WaypointPlacement(*given, by_curve=True)
+                search = WaypointPlacement(*asked, by_curve=True)
                 found = search.run()
             if isinstance(found, Obstruction):
-                said = found
+                said, blocked = found, tuple(instants[[*search.blocked]].tolist())
             elif len(found) <= MAX_WAYPOINTS:
-                return _made(flight, search, instants, found, base, climb, lowered)
+                made = _made(flight, search, instants, found, base, climb, lowered)
+                return replace(made, runs=_runs(given, made, instants[[k for k, _ in found]]))
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
-    name = scenario.uavs[uav].name
+    return _NoRoute(said, blocked)
+
+
+def _unproven(legs: LegChecker, flight: ExportedFlight, radius: float, found: _NoRoute) -> InputError:
+    said = found.said
     if isinstance(said, Obstruction):
         said = f"{said.where}: {legs.space.sentence(said.fault)}"
-    raise InputError(
-        f"{name}: straight legs between waypoints could not be proven with an acceptance radius from {radius:g} m down "
-        f"to {MIN_ACCEPTANCE_RADIUS:g} m: {said}; fly it as a trajectory (.csv, .trajectory.json), or plan with a "
-        "larger clearance"
+    return InputError(
+        f"{legs.scenario.uavs[flight.uav].name}: straight legs between waypoints could not be proven with an "
+        f"acceptance radius from {radius:g} m down to {MIN_ACCEPTANCE_RADIUS:g} m: {said}; fly it as a trajectory "
+        "(.csv, .trajectory.json), or plan with a larger clearance"
     )
+
+
+def _halted(ways: Sequence[StripWay], halts: list[list[bool]], blocked: Sequence[float]) -> bool:
+    """Let a UAV stop at the ends of strips beside which no waypoints are proven; return whether any are new."""
+    new = False
+    for way, own in zip(ways, halts, strict=True):
+        begin, end = way.strip.begin, way.strip.end
+        for side, low, high in ((0, begin - way.room[0], begin), (1, end, end + way.room[1])):
+            if not own[side] and any(low < t < high for t in blocked):
+                own[side] = new = True
+    return new
+
+
+def _with_strips(flight: ExportedFlight, laid: tuple[tuple[list[Station], list[PhotoRun]], ...]) -> _Curve:
+    """Return samples of a flight in which stations take the place of those that are between them."""
+    instants, places = _samples(flight)
+    for stations, _ in laid:
+        first, last = stations[0].instant, stations[-1].instant
+        before, after = int(np.sum(instants < first - SAME_PLACE)), int(np.sum(instants <= last + SAME_PLACE))
+        instants = np.r_[instants[:before], [one.instant for one in stations], instants[after:]]
+        places = np.concatenate([places[:before], np.stack([one.place for one in stations]), places[after:]])
+    return _Curve(instants, places, laid)
+
+
+def _fixed(given: _Curve, instants: Floats, visits: dict[int, bool], *, stops: bool) -> FixedPlaces:
+    """Return where a flight must have waypoints; an autopilot that stops at all others passes those of strips."""
+    stopped, passes, places = dict(visits), set[int](), set[int]()
+    for stations, runs in given.strips:
+        alone = {run.on for run in runs if run.on == run.off}
+        for k, station in enumerate(stations):
+            at = _sample_at(instants, station.instant)
+            if k in alone or (station.stops and not stops):
+                stopped[at] = True
+            elif station.stops:
+                places.add(at)
+            else:
+                passes.add(at)
+    passes -= set(stopped)
+    return FixedPlaces(stopped, frozenset(passes), frozenset(places), stops and bool(given.strips))
+
+
+def _runs(given: _Curve, made: Route, instants: Floats) -> tuple[PhotoRun, ...]:
+    """Return the runs of all strips by the numbers of waypoints, of which those that are placed come at instants."""
+    found, first = [], len(made.waypoints) - len(instants)
+    for stations, runs in given.strips:
+        at = [first + _sample_at(instants, one.instant) for one in stations]
+        found += [replace(run, on=at[run.on], off=at[run.off]) for run in runs]
+    return tuple(found)
 
 
 def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
@@ -292,8 +423,9 @@ def _made(
         k = [index for index, _ in found].index(_sample_at(instants, stay.arrival))
         stood[k], targets[k] = stay.departure - stay.arrival, stay.target
         holds[k] = max(stood[k], stay.least + (stop_seconds(radius) if radius else 0.0))
+    radii = np.array([radius * (k in search.passes or not search.only_passes) for k, _ in found])
     flown = np.concatenate([curve[:1], points[1:]])  # the takeoff does not count as a deviation
-    deviations = legs.deviations(flown, radius, holds)
+    deviations = legs.deviations(flown, radii, holds)
     away = [
         distances_to_segment(curve[a : b + 1], *ends).max()
         for (a, b), ends in zip(pairwise([k for k, _ in found]), pairwise(flown), strict=True)
@@ -302,10 +434,9 @@ def _made(
     times = times + np.cumsum(np.r_[0.0, (holds - stood)[:-1]])
     if climb:
         holds, targets = np.r_[0.0, holds], np.r_[-1, targets]
-        points = np.concatenate([base[None], points])
+        points, radii = np.concatenate([base[None], points]), np.r_[radii[:1], radii]
         times = np.concatenate([times[:1], times])
-    deviations = legs.deviations(points, radius, holds)[1 if climb else 0 :]
-    radii = np.full(len(points), radius)
+    deviations = legs.deviations(points, radii, holds)[1 if climb else 0 :]
     told = points, times, radii, climb, search.lead, off, holds, deviations, legs.lifts, deviations * np.nan, targets
     return Route(flight.uav, *told, sortie=flight.sortie, to_home=flight.to_home)
 

@@ -89,6 +89,7 @@ def _with_waypoints(route: Route, trajectory: Trajectory, places: Sequence[float
         deviations=np.insert(route.deviations, legs, route.deviations[legs]),
         over_ground=np.insert(route.over_ground, legs, route.over_ground[legs]),
         targets=np.insert(route.targets, at, -1),
+        runs=tuple(run.moved(at - first) for run in route.runs),
     )
 
 

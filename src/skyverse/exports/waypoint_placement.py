@@ -29,6 +29,25 @@ class Obstruction(NamedTuple):
     fault: Breach | Segments
 
 
+class FixedPlaces(NamedTuple):
+    """Samples of a curve at which there must be waypoints.
+
+    Attributes
+    ----------
+    stops
+        Those at which the UAV stops in any case, and for each whether it is one that it has to visit.
+    passes, places
+        Those that it passes, and those that it has to visit in the way that is usual for its autopilot.
+    only_passes
+        Whether it stops at all others.
+    """
+
+    stops: Mapping[int, bool]
+    passes: frozenset[int] = frozenset()
+    places: frozenset[int] = frozenset()
+    only_passes: bool = False
+
+
 class WaypointPlacement:
     """A search that places waypoints on a curve, and moves them outwards where legs come too near to obstacles.
 
@@ -44,8 +63,8 @@ class WaypointPlacement:
         The acceptance radius, and how far legs may be off the curve, metres.
     may_stop
         Whether the UAV may stop where it cannot cut a corner.
-    stop_at
-        The samples at which it stops in any case, and for each whether it is one that it has to visit.
+    fixed
+        Where there must be waypoints.
     by_curve
         Whether the bend, to the outside of which a waypoint is moved, is that of the curve. Else it is that of the
         waypoints, neighbours that were moved included: where bends are close together, the way between two of them may
@@ -60,15 +79,17 @@ class WaypointPlacement:
         radius: float,
         reach: float,
         may_stop: bool,
-        stop_at: Mapping[int, bool],
+        fixed: FixedPlaces,
         *,
         by_curve: bool = False,
     ) -> None:
         self.legs, self.lead, self.curve, self.may_stop = legs, climb[:-1], curve, may_stop
         self.radius, self.reach = radius, reach
-        self.stopped, self.fixed = set(stop_at), frozenset(stop_at)
-        self.visited = frozenset(k for k, visited in stop_at.items() if visited)
-        between = [k for k in sorted(stop_at) if 0 < k < len(curve) - 1]
+        self.stopped, self.passes, self.only_passes = set(fixed.stops), fixed.passes, fixed.only_passes
+        self.fixed = frozenset(fixed.stops) | fixed.passes | fixed.places
+        self.visited = frozenset(k for k in self.fixed if fixed.stops.get(k, True))
+        self.blocked: tuple[int, ...] = ()
+        between = [k for k in sorted(self.fixed) if 0 < k < len(curve) - 1]
         self.nodes: list[tuple[int, Floats]] = [(0, climb[-1]), *((k, curve[k]) for k in between)]
         self.nodes.append((len(curve) - 1, curve[-1]))
         self.pushed: dict[int, float] = {}
@@ -85,6 +106,7 @@ class WaypointPlacement:
                 return self.nodes
             where, fault = found
             obstruction = Obstruction(_named(points, where), fault)
+            self.blocked = self._beside(where, len(points))
             if len(self.nodes) > 2 * MAX_WAYPOINTS or not self._repair(where):
                 break
         return obstruction
@@ -93,7 +115,14 @@ class WaypointPlacement:
         return np.concatenate([self.lead, np.array([point for _, point in self.nodes])])
 
     def _stops(self, nodes: list[tuple[int, Floats]]) -> Floats:
-        return np.array([*(0.0 for _ in self.lead), *(float(k in self.stopped) for k, _ in nodes)])
+        stops = [k in self.stopped or (self.only_passes and k not in self.passes) for k, _ in nodes]
+        return np.array([*(0.0 for _ in self.lead), *map(float, stops)])
+
+    def _beside(self, where: int, count: int) -> tuple[int, ...]:
+        """Return the samples at the ends of a leg, or around a corner, as `LegChecker.trouble` counts them."""
+        k = where % count - len(self.lead)
+        around = range(k - 1, k + 2) if where >= count else range(k, k + 2)
+        return tuple(self.nodes[j][0] for j in around if 0 <= j < len(self.nodes))
 
     def _follow(self) -> None:
         """Add waypoints until no leg is farther from the curve than half the reach (Ramer, Douglas and Peucker)."""
@@ -169,7 +198,7 @@ class WaypointPlacement:
 
     def _stop(self, k: int) -> bool:
         """Let the UAV stop at a waypoint on the curve, whose corner cannot be cut; return whether it may."""
-        if not (self.may_stop and 0 < k < len(self.nodes) - 1) or self.nodes[k][0] in self.stopped:
+        if not (self.may_stop and 0 < k < len(self.nodes) - 1) or self.nodes[k][0] in self.stopped | self.passes:
             return False
         index, _ = self.nodes[k]
         self.stopped.add(index)
