@@ -38,7 +38,8 @@ class CameraOrders:
     """What the camera of a flight is told before and after each of its waypoints, asked for in their order."""
 
     def __init__(self, plan: FlightPlan) -> None:
-        self.plan, self.pitch = plan, None
+        self.plan = plan
+        self.pitch: float | None = None
 
     def before(self, k: int) -> Iterator[StoredItem]:
         """Yield what is told before the leg to waypoint k: where the camera looks there."""

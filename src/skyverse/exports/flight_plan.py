@@ -279,4 +279,7 @@ def _speeds(plan: FlightPlan) -> Floats:
         speed = round(float(np.clip(wanted, MIN_SPEED, max(limit, MIN_SPEED))), 3)
         kept = speeds and speeds[-1] / SPEED_CHANGE <= speed <= speeds[-1] * SPEED_CHANGE and speeds[-1] <= limit
         speeds.append(speeds[-1] if kept else speed)
+    for run in route.runs:
+        if 0 < run.on < run.off and not stops[run.on - 1 : run.on + 1].any():  # its speed is that of its run-in
+            speeds[run.on - 1] = speeds[run.on]
     return np.array(speeds)

@@ -254,9 +254,9 @@ class StripWay:
 
     def _run(self, stations: Sequence[Station], on: float, off: float, count: int) -> PhotoRun:
         where, strip = [station.along for station in stations], self.strip
-        at = (where.index(on), where.index(off))
-        rest = (self.trigger, strip.pitch, strip.heading, self.fastest)
-        return PhotoRun(self.number, strip.survey, *at, count, 0.0 if self.alone else strip.every, *rest)
+        every = 0.0 if self.alone else strip.every
+        at = where.index(on), where.index(off), count, every
+        return PhotoRun(self.number, strip.survey, *at, self.trigger, strip.pitch, strip.heading, self.fastest)
 
     def _run_in(self, rates: AutopilotRates) -> float:
         """Return the way in which a UAV comes from rest to its speed, metres."""

@@ -35,6 +35,8 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 
 PLACES_PER_PIECE = 16
 """The number of samples on each piece of a trajectory at which a waypoint can be placed."""
+BENT = 40.0
+"""Metres of the ways to strips and from them, at most, that are bent towards a run-in, where no other strip is near."""
 MIN_RADIUS_SHARE = 0.25
 """The share of the first radius down to which it is halved before the UAV may stop at corners instead."""
 
@@ -264,9 +266,10 @@ def _route_of_photos(
         how, more = Approach(autopilot.name, rates_of(vehicle, autopilot), size, wing), True
         while more:
             laid = tuple(way.laid(how, (first, last)) for way, (first, last) in zip(ways, halts, strict=True))
-            made = _searched(legs, flight, _with_strips(flight, laid), [(size, may_stop)], takeoff, stops=stops)
+            made = _searched(legs, flight, _with_strips(flight, ways, laid), [(size, may_stop)], takeoff, stops=stops)
             if isinstance(made, Route):
-                return made
+                beyond = [max(-s[0].along, s[-1].along - way.length) for way, (s, _) in zip(ways, laid, strict=True)]
+                return replace(made, off=max(made.off, *beyond))
             found, more = made, _halted(ways, halts, made.blocked)
     raise _unproven(legs, flight, radius, found)
 
@@ -329,7 +332,8 @@ def _searched(
                 said, blocked = found, tuple(instants[[*search.blocked]].tolist())
             elif len(found) <= MAX_WAYPOINTS:
                 made = _made(flight, search, instants, found, base, climb, lowered)
-                return replace(made, runs=_runs(given, made, instants[[k for k, _ in found]]))
+                runs = _runs(given, made, instants[[k for k, _ in found]])
+                return replace(made, runs=runs)
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
@@ -358,9 +362,29 @@ def _halted(ways: Sequence[StripWay], halts: list[list[bool]], blocked: Sequence
     return new
 
 
-def _with_strips(flight: ExportedFlight, laid: tuple[tuple[list[Station], list[PhotoRun]], ...]) -> _Curve:
-    """Return samples of a flight in which stations take the place of those that are between them."""
+def _with_strips(
+    flight: ExportedFlight, ways: Sequence[StripWay], laid: tuple[tuple[list[Station], list[PhotoRun]], ...]
+) -> _Curve:
+    """Return samples of a flight in which stations take the place of those that are between them.
+
+    The ways before and after them are bent so that they lead to the first station and from the last one.
+    """
     instants, places = _samples(flight)
+    ends = [t for way in ways for t in (way.strip.begin, way.strip.end)]
+    flown = places.copy()
+    for way, (stations, _) in zip(ways, laid, strict=True):
+        begin, end = way.strip.begin, way.strip.end
+        for t, left, station in ((begin, begin - way.room[0], stations[0]), (end, end + way.room[1], stations[-1])):
+            some = np.flatnonzero((instants >= min(t, left)) & (instants <= max(t, left)))
+            if len(some) < 2:
+                continue
+            lengths = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(flown[some], axis=0), axis=1))]
+            away = lengths if t <= left else lengths[-1] - lengths
+            to_strip = min(abs(one - left) for one in ends) <= SAME_PLACE
+            bent = lengths[-1] if to_strip else min(lengths[-1] / 2, BENT)
+            at = way.place(0.0 if t == begin else way.length)
+            if bent > SAME_PLACE:
+                places[some] += np.maximum(1.0 - away / bent, 0.0)[:, None] * (station.place - at)
     for stations, _ in laid:
         first, last = stations[0].instant, stations[-1].instant
         before, after = int(np.sum(instants < first - SAME_PLACE)), int(np.sum(instants <= last + SAME_PLACE))
