@@ -143,6 +143,9 @@ SAME_NEARNESS = 1e-7
 LEG_END = 1e-7
 """Metres by which a computed leg of an aeroplane may miss its end."""
 
+TUBE_ROUNDING = 1e-7
+"""Metres by which a line may leave a tube of altitudes whose limits are rounded."""
+
 PROOF_TIGHTNESS = 1e-7
 """Relative: how closely a proof encloses the peak of a limited quantity before it is undecided."""
 

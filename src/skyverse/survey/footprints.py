@@ -1,0 +1,270 @@
+"""What photos show of the ground: how high a camera may be for it, and how deep below two cameras what both show is.
+
+A camera looks ahead and down. What it shows of ground so many metres ahead, beside and below it is told by the depth of
+that ground along the optical axis, and by where that is in the picture.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Bools, Floats
+from skyverse.numerics.kernel import by_reference, inner_query, kernel
+from skyverse.survey.ground import BLOCK, GroundCells
+
+
+@by_reference
+class GroundView(NamedTuple):
+    """How a camera looks at the ground.
+
+    Attributes
+    ----------
+    depth
+        Metres along the optical axis at which what it shows is as coarse as it may be.
+    across, along
+        Half of what it shows in either direction, for each metre of depth.
+    level, down
+        The cosine and the sine of the angle at which it looks below the horizon.
+    whole
+        Whether all of the ground that a photo shows limits its height, or only what is in a rectangle.
+    beside, before, behind
+        Metres: half of the rectangle's width, and how far it reaches ahead and back; if `whole`, of what is in view of
+        a camera over level ground.
+    """
+
+    depth: float
+    across: float
+    along: float
+    level: float
+    down: float
+    whole: bool
+    beside: float
+    before: float
+    behind: float
+
+    @property
+    def drop(self) -> float:
+        """Metres from the camera down to level ground, all of which is shown finely enough."""
+        return (
+            self.depth * (self.down - self.along * self.level)
+            if self.whole
+            else (self.depth - self.before * self.level) / self.down
+        )
+
+
+@inner_query
+def _least_drop(view: GroundView, beside: float, near: float, far: float) -> float:
+    """Return how far at least a camera is above ground that it shows too coarsely: infinite where it does not.
+
+    The ground is from `near` to `far` metres ahead, and at least `beside` metres beside.
+    """
+    c, s, w = view.level, view.down, view.along
+    if not view.whole:
+        inside = beside <= view.beside and near <= view.before and far >= -view.behind
+        return (view.depth - far * c) / s if inside else math.inf
+    drop = max(view.depth - far * c, beside / view.across - far * c) / s
+    if near > 0.0:
+        drop = max(drop, near * (s - w * c) / (c + w * s))
+    if far < 0.0:
+        drop = max(drop, -far * (s + w * c) / (w * s - c)) if w * s > c else math.inf
+    return drop
+
+
+@inner_query
+def _blocks(cells: GroundCells, x: float, y: float, reach: tuple[float, float]) -> tuple[int, int, int, int]:
+    """Return from which and before which block, along x and along y, blocks meet a rectangle about a place."""
+    sx, sy = cells.step[0] * BLOCK, cells.step[1] * BLOCK
+    mx, my = cells.block_low.shape
+    x, y = x - cells.origin[0], y - cells.origin[1]
+    return (
+        min(max(int(math.floor((x - reach[0]) / sx)), 0), mx),
+        max(min(int(math.floor((x + reach[0]) / sx)) + 1, mx), 0),
+        min(max(int(math.floor((y - reach[1]) / sy)), 0), my),
+        max(min(int(math.floor((y + reach[1]) / sy)) + 1, my), 0),
+    )
+
+
+@kernel
+def height_limits(cells: GroundCells, view: GroundView, places: Floats, ahead: Floats, half: float) -> Floats:
+    """Return the greatest z (n,) from which none of the ground to be seen is shown too coarsely.
+
+    It is infinite where no such ground is shown. The ground that is near is looked at first, and then what is farther,
+    which is in view where the ground falls steeply. Blocks whose lowest ground is no limit are passed over.
+
+    Parameters
+    ----------
+    cells
+        The ground.
+    view
+        What a photo shows of it.
+    places, ahead
+        (n, 2) metres: x, y, and the unit vectors in which the camera looks.
+    half
+        Metres: the limits hold as far before and behind each place.
+    """
+    limits = np.empty(len(places))
+    lowest = np.min(cells.block_low)
+    level_drop = view.depth * (view.down - view.along * view.level)
+    nx, ny = cells.low.shape
+    for k in range(len(places)):
+        x, y, ex, ey = places[k, 0], places[k, 1], ahead[k, 0], ahead[k, 1]
+        wide, deep = cells.step[0], cells.step[1]
+        ra, rb = 0.5 * (abs(ex) * wide + abs(ey) * deep) + half, 0.5 * (abs(ey) * wide + abs(ex) * deep)
+        block_a, block_b = (ra - half) * BLOCK + half, rb * BLOCK
+        limit, scale = math.inf, 1.0
+        done = (0, 0, 0, 0)
+        for turn in range(2):
+            reach = max(view.before, view.behind) * scale + half
+            side = view.beside * scale
+            these = _blocks(cells, x, y, (abs(ex) * reach + abs(ey) * side, abs(ey) * reach + abs(ex) * side))
+            for bi in range(these[0], these[1]):
+                for bj in range(these[2], these[3]):
+                    if turn == 1 and done[0] <= bi < done[1] and done[2] <= bj < done[3]:
+                        continue
+                    u = cells.origin[0] + (bi + 0.5) * BLOCK * wide - x
+                    v = cells.origin[1] + (bj + 0.5) * BLOCK * deep - y
+                    a, b = u * ex + v * ey, max(abs(u * ey - v * ex) - block_b, 0.0)
+                    if cells.block_low[bi, bj] + _least_drop(view, b, a - block_a, a + block_a) >= limit:
+                        continue
+                    for i in range(bi * BLOCK, min((bi + 1) * BLOCK, nx)):
+                        for j in range(bj * BLOCK, min((bj + 1) * BLOCK, ny)):
+                            ground = cells.low[i, j]
+                            if ground < limit:
+                                u = cells.origin[0] + (i + 0.5) * wide - x
+                                v = cells.origin[1] + (j + 0.5) * deep - y
+                                a, b = u * ex + v * ey, max(abs(u * ey - v * ex) - rb, 0.0)
+                                limit = min(limit, ground + _least_drop(view, b, a - ra, a + ra))
+            done = these
+            scale = (limit - lowest) / level_drop
+            if not (view.whole and 1.0 < scale < math.inf):
+                break
+        limits[k] = limit
+    return limits
+
+
+@inner_query
+def _shows(view: GroundView, a: float, b: float, drop: float, ra: float, rb: float) -> bool:
+    """Tell whether a photo shows some of what is within ra along and rb across of a place ahead, beside and below."""
+    c, s, w = view.level, view.down, view.along
+    near, far = drop * (c - w * s) / (s + w * c), drop * (c + w * s) / (s - w * c)
+    return near - ra <= a <= far + ra and abs(b) <= view.across * ((a + ra) * c + drop * s) + rb
+
+
+@kernel
+def shared_depths(cells: GroundCells, view: GroundView, first: Floats, other: Floats, ahead: Floats) -> Floats:
+    """Return the least depth (n,) below either of two cameras of ground to be seen that both show.
+
+    It is infinite where they show none.
+
+    Parameters
+    ----------
+    cells
+        The ground.
+    view
+        What photos show of it.
+    first, other
+        (n, 3) metres: where the cameras are.
+    ahead
+        (n, 2) the unit vectors in which both look.
+    """
+    depths = np.empty(len(first))
+    nx, ny = cells.high.shape
+    c, s, w = view.level, view.down, view.along
+    lowest = np.min(cells.block_low)
+    for k in range(len(first)):
+        x, y, ex, ey = first[k, 0], first[k, 1], ahead[k, 0], ahead[k, 1]
+        z, up = min(first[k, 2], other[k, 2]), other[k, 2] - first[k, 2]
+        u, v = other[k, 0] - x, other[k, 1] - y
+        da, db = u * ex + v * ey, u * ey - v * ex
+        wide, deep = cells.step[0], cells.step[1]
+        ra, rb = 0.5 * (abs(ex) * wide + abs(ey) * deep), 0.5 * (abs(ey) * wide + abs(ex) * deep)
+        drop = max(max(first[k, 2], other[k, 2]) - lowest, 0.0)
+        scale = min(drop / (view.depth * (s - w * c)), 2.0)
+        reach = max(view.before, view.behind) * scale
+        side = view.beside * scale
+        these = _blocks(cells, x, y, (abs(ex) * reach + abs(ey) * side, abs(ey) * reach + abs(ex) * side))
+        least = math.inf
+        for bi in range(these[0], these[1]):
+            for bj in range(these[2], these[3]):
+                u = cells.origin[0] + (bi + 0.5) * BLOCK * wide - x
+                v = cells.origin[1] + (bj + 0.5) * BLOCK * deep - y
+                a = u * ex + v * ey - max(da, 0.0) - ra * BLOCK
+                if a * c + (z - cells.block_high[bi, bj]) * s >= least:
+                    continue
+                for i in range(bi * BLOCK, min((bi + 1) * BLOCK, nx)):
+                    for j in range(bj * BLOCK, min((bj + 1) * BLOCK, ny)):
+                        ground = cells.high[i, j]
+                        u = cells.origin[0] + (i + 0.5) * wide - x
+                        v = cells.origin[1] + (j + 0.5) * deep - y
+                        a, b = u * ex + v * ey, u * ey - v * ex
+                        here = (a - max(da, 0.0)) * c + (z - ground) * s
+                        if here < least:
+                            drop = first[k, 2] - ground
+                            if _shows(view, a, b, drop, ra, rb) and _shows(view, a - da, b - db, drop + up, ra, rb):
+                                least = here
+        depths[k] = least
+    return depths
+
+
+@by_reference
+class Unsteady(NamedTuple):
+    """By how much a camera may be off.
+
+    Attributes
+    ----------
+    sine
+        Of the angle by which it may be turned.
+    aside, up
+        Metres: how far it may be from its place seen from above, and in altitude.
+    """
+
+    sine: float
+    aside: float
+    up: float
+
+
+@kernel
+def mark_seen(cells: GroundCells, view: GroundView, off: Unsteady, photos: Floats, ahead: Floats, seen: Bools) -> None:
+    """Mark the cells whose middles photos are certain to show, however the camera is off.
+
+    Parameters
+    ----------
+    cells
+        The ground.
+    view
+        What photos show of it.
+    off
+        By how much the camera may be off.
+    photos
+        (n, 3) metres.
+    ahead
+        (n, 2) the unit vectors in which the cameras look.
+    seen
+        (nx, ny) of the cells; those that are seen become true.
+    """
+    nx, ny = cells.middle.shape
+    c, s = view.level, view.down
+    lowest, reach = np.min(cells.middle), max(max(view.before, view.behind), view.beside)
+    off_axis = math.sqrt(off.aside * off.aside + off.up * off.up) * off.sine
+    for k in range(len(photos)):
+        x, y, z, ex, ey = photos[k, 0], photos[k, 1], photos[k, 2], ahead[k, 0], ahead[k, 1]
+        radius = 1.42 * reach * min(max((z - lowest) / (view.depth * (s - view.along * c)), 1.0), 2.0)
+        these = _blocks(cells, x, y, (radius, radius))
+        for i in range(these[0] * BLOCK, min(these[1] * BLOCK, nx)):
+            for j in range(these[2] * BLOCK, min(these[3] * BLOCK, ny)):
+                if seen[i, j]:
+                    continue
+                u = cells.origin[0] + (i + 0.5) * cells.step[0] - x
+                v = cells.origin[1] + (j + 0.5) * cells.step[1] - y
+                a, b, drop = u * ex + v * ey, u * ey - v * ex, z - cells.middle[i, j]
+                far = math.sqrt(a * a + b * b + drop * drop) * off.sine + off_axis
+                depth, high = a * c + drop * s, a * s - drop * c
+                shown = True
+                for half, at, turn in ((view.across, abs(b), 0.0), (view.along, high, 1.0), (view.along, -high, -1.0)):
+                    # how far the inward normal of the side of the view, of length `long`, is level and upright
+                    long = math.sqrt(1.0 + half * half)
+                    level = abs(half * c - turn * s) if turn != 0.0 else math.sqrt(half * half * c * c + 1.0)
+                    steep = abs(half * s + turn * c)
+                    shown &= half * depth - at >= long * far + level * off.aside + steep * off.up
+                seen[i, j] = shown
