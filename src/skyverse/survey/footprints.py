@@ -78,10 +78,10 @@ def _blocks(cells: GroundCells, x: float, y: float, reach: tuple[float, float]) 
     mx, my = cells.block_low.shape
     x, y = x - cells.origin[0], y - cells.origin[1]
     return (
-        min(max(int(math.floor((x - reach[0]) / sx)), 0), mx),
-        max(min(int(math.floor((x + reach[0]) / sx)) + 1, mx), 0),
-        min(max(int(math.floor((y - reach[1]) / sy)), 0), my),
-        max(min(int(math.floor((y + reach[1]) / sy)) + 1, my), 0),
+        min(max(math.floor((x - reach[0]) / sx), 0), mx),
+        max(min(math.floor((x + reach[0]) / sx) + 1, mx), 0),
+        min(max(math.floor((y - reach[1]) / sy), 0), my),
+        max(min(math.floor((y + reach[1]) / sy) + 1, my), 0),
     )
 
 

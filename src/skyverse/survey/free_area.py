@@ -104,8 +104,10 @@ def _flown(cells: GroundCells, view: GroundView, part: Any) -> tuple[float, floa
     """Return the least z at which lines over a place can be asked to be, and the greatest, metres."""
     reach = max(view.before, view.behind, view.beside)
     x0, y0, x1, y1 = part.bounds
-    near = [np.floor((np.array(corner) - cells.origin) / cells.step).astype(int) for corner in (
-        (x0 - reach, y0 - reach), (x1 + reach, y1 + reach))]
+    near = [
+        np.floor((np.array(corner) - cells.origin) / cells.step).astype(int)
+        for corner in ((x0 - reach, y0 - reach), (x1 + reach, y1 + reach))
+    ]
     (i0, j0), (i1, j1) = np.clip(near, 0, np.array(cells.low.shape) - 1)
     ground = cells.low[i0 : i1 + 1, j0 : j1 + 1], cells.high[i0 : i1 + 1, j0 : j1 + 1]
     return float(ground[0].min()) + view.drop, float(ground[1].max()) + view.drop

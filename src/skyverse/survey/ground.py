@@ -5,6 +5,7 @@ is asked of turned rectangles counts every cell that touches them.
 """
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -100,9 +101,9 @@ def ground_cells(scenario: Scenario, wanted: MultiPolygon, cell: float, reach: f
     middle = 0.5 * (low + high)
     seen = _touched(wanted, np.array(begin), np.array(size), low.shape)
     below, above = np.where(seen, low, np.inf), np.where(seen, high, -np.inf)
-    blocks = [_merged(_padded(one, fill), (BLOCK, BLOCK), pick) for one, fill, pick in (
-        (below, np.inf, np.minimum), (above, -np.inf, np.maximum))]
-    return GroundCells(below, above, middle, high, *blocks, np.array(begin), np.array(size))
+    block_low = _merged(_padded(below, np.inf), (BLOCK, BLOCK), np.minimum)
+    block_high = _merged(_padded(above, -np.inf), (BLOCK, BLOCK), np.maximum)
+    return GroundCells(below, above, middle, high, block_low, block_high, np.array(begin), np.array(size))
 
 
 def _interpolated(heights: Floats, at: Floats) -> Floats:
@@ -136,7 +137,7 @@ def _touched(wanted: MultiPolygon, origin: Floats, step: Floats, shape: tuple[in
     grown = wanted.buffer(0.51 * math.hypot(*step), quad_segs=2)
     for ring in shapely.get_rings(grown):
         at = (shapely.get_coordinates(ring) - origin) / step - 0.5
-        for (ax, ay), (bx, by) in zip(at[:-1], at[1:], strict=True):
+        for (ax, ay), (bx, by) in pairwise(at):
             low, high = min(ay, by), max(ay, by)
             rows = np.arange(max(math.ceil(low), 0), min(math.ceil(high), shape[1]))
             if len(rows):

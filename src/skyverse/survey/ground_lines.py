@@ -150,10 +150,14 @@ class GroundSurvey:
             2.0 * (least * (half - lost) - off.aside - off.up * half)
             for half, lost in zip((along, across), reversed(shrink), strict=True)
         ]
-        steps = [min(2.0 * half * least * (1.0 - share), sure) for half, share, sure in zip(
-            (along, across), overlap, certain, strict=True)]
+        steps = [
+            min(2.0 * half * least * (1.0 - share), sure)
+            for half, share, sure in zip((along, across), overlap, certain, strict=True)
+        ]
         if min(steps) <= 0.0:
-            raise InputError("expected photos that show more ground than UAVs stray, and than gimbals turn", field="gsd")
+            raise InputError(
+                "expected photos that show more ground than UAVs stray, and than gimbals turn", field="gsd"
+            )
         limit = photo
         if not whole:
             middle = drop * c / s
@@ -243,17 +247,23 @@ def _lines_along(task: GroundSurvey, sight: GroundSight, one: Pass, strip: Float
         low = gentle(nodes, _at_nodes(floor[first:stop], np.maximum), sight.steepest, -1.0)
         high = gentle(nodes, _at_nodes(most[first:stop], np.minimum), sight.steepest, 1.0)
         if np.all(low <= high):
-            yield from _clear(task, sight, one, (strip[0], way), nodes, np.minimum(low, high), high)
+            yield from _clear(task, sight, one, (strip[0], way), nodes, (low, high))
 
 
 def _at_nodes(limits: Floats, pick: np.ufunc) -> Floats:
     return pick(np.r_[limits[0], limits], np.r_[limits, limits[-1]])
 
 
-def _clear(task, sight, one, frame, at, floor, most) -> Iterator[PhotoLine]:
+def _clear(
+    task: GroundSurvey,
+    sight: GroundSight,
+    one: Pass,
+    frame: tuple[Floats, Floats],
+    at: Floats,
+    limits: tuple[Floats, Floats],
+) -> Iterator[PhotoLine]:
     """Yield a line between heights, or the clear parts of one."""
-    survey = task.survey
-    begin, way = frame
+    survey, (begin, way), (floor, most) = task.survey, frame, limits
     ahead = np.tile(way, (len(at), 1))
     cameras = np.column_stack([begin + at[:, None] * way, most])
     step = sight.steps[0]
@@ -285,7 +295,11 @@ def _clear(task, sight, one, frame, at, floor, most) -> Iterator[PhotoLine]:
     speed = min(max(uav.max_speed for uav in task.uavs), every / survey.camera.min_interval if every else math.inf)
     heading = None if one.pitch == -90.0 else math.degrees(math.atan2(way[0], way[1])) % 360.0
     line = PhotoLine(task.number, points, every, speed, one.pitch, heading)
-    if bool(sight.world.segments_free(points[:-1] if len(points) > 1 else points, points[1:] if len(points) > 1 else points).all()):
+    if bool(
+        sight.world.segments_free(
+            points[:-1] if len(points) > 1 else points, points[1:] if len(points) > 1 else points
+        ).all()
+    ):
         yield line
 
 
@@ -326,7 +340,12 @@ def _unseen(task: GroundSurvey, free: FreeArea, seen: Any) -> tuple[CoverageGap,
     boxes = shapely.box(corners[:, 0], corners[:, 1], *(corners + cells.step).T)
     parts = shapely.get_parts(shapely.union_all(boxes).intersection(task.wanted))
     return tuple(
-        CoverageGap(task.number, tuple(map(tuple, shapely.get_coordinates(part.exterior)[:-1].tolist())), part.area, free.why(part))
+        CoverageGap(
+            task.number,
+            tuple(map(tuple, shapely.get_coordinates(part.exterior)[:-1].tolist())),
+            part.area,
+            free.why(part),
+        )
         for part in parts
         if part.geom_type == "Polygon"
     )

@@ -68,8 +68,8 @@ def fewest_points(at: Floats, low: Floats, high: Floats, steepest: float) -> Flo
 
     Each link is a line through as many places as possible. Where no line goes on, all that is beyond is seen from the
     last part of the line that comes nearest to going on: from where it last touches the far side of the tube to where
-    it leaves the tube. The next link begins there, wherever on that part suits it. So no polyline has fewer points; this
-    is the greedy algorithm of Imai and Iri (1987), with all lines kept as a convex polygon of slopes and heights.
+    it leaves the tube. The next link begins there, wherever on that part suits it. So no polyline has fewer points:
+    the greedy algorithm of Imai and Iri (1987), with all lines kept as a convex polygon of slopes and heights.
 
     Parameters
     ----------

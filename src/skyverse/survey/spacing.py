@@ -8,7 +8,6 @@ import shapely
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import kernel
 from skyverse.space.ground import height
 from skyverse.space.obstacles import Space
@@ -123,7 +122,9 @@ class ReliefOffsets:
             Too many strips are needed.
         """
         ux, uy = way
-        turned = shapely.transform(area, lambda p: np.stack([p[:, 0] * uy - p[:, 1] * ux, p[:, 0] * ux + p[:, 1] * uy], 1))
+        turned = shapely.transform(
+            area, lambda p: np.stack([p[:, 0] * uy - p[:, 1] * ux, p[:, 0] * ux + p[:, 1] * uy], 1)
+        )
         widest = self.sight.steps[1]
         if (high - low) / widest > MOST_STRIPS:
             said = f"needs {(high - low) / widest:,.0f} strips, but {MOST_STRIPS:,} are the most; take a larger area"
