@@ -36,18 +36,23 @@ class CrossSections(NamedTuple):
     high: Ints
 
 
-def turned(edges: Floats, direction: Floats) -> Floats:
+@kernel
+def turned(edges: Floats, ux: float, uy: float) -> Floats:
     """Return edges (n, 4) in the frame whose y runs along a direction, ordered by x0 < x1; upright ones are left out.
 
     x is across to the right of the direction.
     """
-    ux, uy = direction
-    x0, y0 = edges[:, 0] * uy - edges[:, 1] * ux, edges[:, 0] * ux + edges[:, 1] * uy
-    x1, y1 = edges[:, 2] * uy - edges[:, 3] * ux, edges[:, 2] * ux + edges[:, 3] * uy
-    swap = x0 > x1
-    out = np.stack([np.where(swap, x1, x0), np.where(swap, y1, y0), np.where(swap, x0, x1), np.where(swap, y0, y1)], 1)
-    out = out[out[:, 2] - out[:, 0] > SWEEP_CONTACT]
-    return np.ascontiguousarray(out[np.argsort(out[:, 0], kind="stable")])
+    out = np.empty_like(edges)
+    count = 0
+    for e in range(len(edges)):
+        x0, y0 = edges[e, 0] * uy - edges[e, 1] * ux, edges[e, 0] * ux + edges[e, 1] * uy
+        x1, y1 = edges[e, 2] * uy - edges[e, 3] * ux, edges[e, 2] * ux + edges[e, 3] * uy
+        if abs(x1 - x0) > SWEEP_CONTACT:
+            swap = x0 > x1
+            out[count, 0], out[count, 1] = (x1, y1) if swap else (x0, y0)
+            out[count, 2], out[count, 3] = (x0, y0) if swap else (x1, y1)
+            count += 1
+    return out[np.argsort(out[:count, 0].copy())]
 
 
 def turned_back(points: Floats, direction: Floats) -> Floats:
@@ -56,11 +61,19 @@ def turned_back(points: Floats, direction: Floats) -> Floats:
     return np.stack([points[..., 0] * uy + points[..., 1] * ux, points[..., 1] * uy - points[..., 0] * ux], -1)
 
 
+@kernel
 def cross_sections(edges: Floats) -> CrossSections:
     """Cut the area that turned edges enclose (even-odd) into slabs between its corners."""
-    x = np.unique(edges[:, [0, 2]])
-    x = x[np.r_[True, np.diff(x) > SWEEP_CONTACT]] if len(x) else np.zeros(1)
-    return CrossSections(edges, x, *_sections(edges, x))
+    corners = np.sort(edges[:, ::2].copy().ravel())
+    x = np.zeros(max(len(corners), 1))
+    count = 0
+    for corner in corners:
+        if count == 0 or corner - x[count - 1] > SWEEP_CONTACT:
+            x[count] = corner
+            count += 1
+    x = x[: max(count, 1)].copy()
+    first, low, high = _sections(edges, x)
+    return CrossSections(edges, x, first, low, high)
 
 
 def lines_at(edges: Floats, x: Floats) -> Floats:
@@ -70,11 +83,11 @@ def lines_at(edges: Floats, x: Floats) -> Floats:
     slope = (edges[:, 3] - edges[:, 1]) / (edges[:, 2] - edges[:, 0])
     y = np.sort(np.where(crossed, edges[:, 1] + (x[:, None] - edges[:, 0]) * slope, np.inf), axis=1)
     y = y[:, : 2 * (int(crossed.sum(axis=1).max(initial=0)) // 2)].reshape(len(x), -1, 2)
-    at, piece = np.nonzero(np.isfinite(y[..., 1]) & (y[..., 1] - y[..., 0] > SWEEP_CONTACT))
+    at, piece = np.nonzero(np.isfinite(y[..., 1]) & (y[..., 1] > y[..., 0] + SWEEP_CONTACT))
     return np.column_stack([x[at], y[at, piece]])
 
 
-@kernel
+@inner
 def _sections(edges: Floats, x: Floats) -> tuple[Ints, Ints, Ints]:
     """Return the first cross-section of each slab, and the edges below and above each."""
     n, slabs = len(edges), len(x) - 1
@@ -138,8 +151,9 @@ def _shared(edges: Floats, low: Ints, high: Ints, i: int, j: int, x: float) -> f
 
 
 @kernel
-def number_cells(edges: Floats, x: Floats, first: Ints, low: Ints, high: Ints) -> Ints:
+def number_cells(sections: CrossSections) -> Ints:
     """Return the boustrophedon cell of each cross-section: one goes on for as long as nothing splits or meets."""
+    edges, x, first, low, high = sections
     cell = np.full(len(low), -1, dtype=np.int64)
     cells = 0
     for k in range(len(x) - 1):
@@ -162,18 +176,58 @@ def number_cells(edges: Floats, x: Floats, first: Ints, low: Ints, high: Ints) -
 
 
 @kernel
-def cover_lines(
-    edges: Floats, x: Floats, first: Ints, low: Ints, high: Ints, half: float, terms: tuple[float, float]
-) -> Floats:
+def cover_lines(sections: CrossSections, half: float, terms: tuple[float, float, float]) -> Floats:
     """Return few lines (k, 3) as x, y0, y1 whose swaths of half a width to both sides cover an area.
 
     Along each chain of cross-sections a line is placed as late as what lies behind lets it. Where a chain splits, ends
-    or meets another, a line may stand at that very corner instead, if that saves time: a line of length l costs
-    ``terms[0] * l + terms[1]`` seconds, and a metre that is covered later what its lines cost on average.
+    or meets another, a line may stand at that very corner instead, if that saves time: a metre that is covered later
+    costs what its lines cost on average. A line of length l costs ``terms[0] * l + terms[1]`` seconds, and a hop of
+    ``terms[2]`` seconds to the next one.
     """
-    slope, fixed = terms
+    return _cover(sections, half, terms)[:, :3].copy()
+
+
+@kernel
+def price_lines(
+    outline: Floats, direction: tuple[float, float], half: float, terms: tuple[float, float, float], least: float
+) -> float:
+    """Return about how many seconds it takes to cover an outline by lines along a direction.
+
+    That includes strips along borders that lines meet at such a slant that they leave more than `least` m2 open.
+    """
+    sections = cross_sections(turned(outline, direction[0], direction[1]))
+    lines = _cover(sections, half, terms)
+    edges = sections.edges
+    from_x, to_x = np.full(len(edges), np.inf), np.full(len(edges), -np.inf)
+    seconds = 0.0
+    for i in range(len(lines)):
+        seconds += _seconds(lines[i, 2] - lines[i, 1], terms)
+        for side in range(3, 5):
+            e = int(lines[i, side])
+            from_x[e], to_x[e] = min(from_x[e], lines[i, 0]), max(to_x[e], lines[i, 0])
+    for e in range(len(edges)):
+        dx, dy = edges[e, 2] - edges[e, 0], abs(edges[e, 3] - edges[e, 1])
+        if to_x[e] > -np.inf and 0.5 * dy / dx * min(half, dx) ** 2 > least:
+            reach = min(edges[e, 2], to_x[e] + half) - max(edges[e, 0], from_x[e] - half)
+            seconds += _seconds(reach * np.hypot(dx, dy) / dx, terms)
+    return seconds
+
+
+@inner
+def _seconds(length: float, terms: tuple[float, float, float]) -> float:
+    slope, ramp, hop = terms
+    if length * slope < ramp:
+        return 2.0 * np.sqrt(length * slope * ramp) + hop
+    return length * slope + ramp + hop
+
+
+@inner
+def _cover(sections: CrossSections, half: float, terms: tuple[float, float, float]) -> Floats:
+    """Return what `cover_lines` does, and the edges below and above each line, as rows (k, 5)."""
+    edges, x, first, low, high = sections
+    slope, fixed = terms[0], terms[1] + terms[2]
     open_from = np.empty(len(low))
-    out = np.empty((64, 3))
+    out = np.empty((64, 5))
     count = 0
     for k in range(len(x) - 1):
         begin, end = x[k], x[k + 1]
@@ -245,8 +299,9 @@ def _length(edges: Floats, low: int, high: int, x: float) -> float:
 @inner
 def _put(out: Floats, count: int, edges: Floats, low: int, high: int, x: float) -> tuple[Floats, int]:
     if count == len(out):
-        longer = np.empty((2 * count, 3))
+        longer = np.empty((2 * count, 5))
         longer[:count] = out
         out = longer
     out[count, 0], out[count, 1], out[count, 2] = x, _y_at(edges, low, x), _y_at(edges, high, x)
+    out[count, 3], out[count, 4] = low, high
     return out, count + 1

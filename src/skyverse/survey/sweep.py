@@ -1,6 +1,6 @@
 """Straight strips from which all of an area is seen, in the directions that make the whole route short."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -10,52 +10,29 @@ import shapely
 from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError
 from skyverse.numerics.tolerances import SWEEP_CONTACT
-from skyverse.survey.cells import cover_lines, cross_sections, lines_at, turned, turned_back
+from skyverse.survey.cell_directions import cells_of, choose_directions
+from skyverse.survey.cells import cover_lines, cross_sections, lines_at, price_lines, turned, turned_back
+from skyverse.survey.leg_time import LegTime
+from skyverse.survey.lower_bound import SweepBound, any_strips_bound, these_strips_bound
 from skyverse.survey.strip_order import StripOrder, order_strips
 from skyverse.survey.visibility import outline, shortest_ways
 
 Offsets = Callable[[Floats, Any, float, float], Floats]
-_TRIED = 6
-"""Directions whose routes are really planned; the others are worse by a quick estimate."""
+_LAID_OUT, _ROUTED = 20, 6
+"""Plans whose strips are laid out, and of those the ones whose routes are planned, by estimates."""
+_MOST_LINES = 2000
+_BASES = 2
+"""Directions by whose cells several directions are tried."""
+_CHOICES = 4
+"""Directions that are tried for each cell."""
+_CHANGES = (3.0, 8.0)
+"""Seconds that each further group of cells with a direction of its own is taken to cost."""
 _ROUNDS = (300, 2000)
 """Kicks when routes are compared, and for the route that is kept."""
 _SPARED = 0.4
 """Of half a width squared: no part left open is larger than that, where borders are met at a slant."""
 _OVERRUN = 3.0
 """Half widths by which a strip goes on at most so that its swath reaches over a slanted border."""
-
-
-@dataclass(frozen=True)
-class LegTime:
-    """What straight legs cost: from rest to rest, in seconds.
-
-    Attributes
-    ----------
-    speed
-        m/s, the fastest one.
-    acceleration
-        m/s2, speeding up and braking.
-    turn
-        Seconds that each leg takes besides.
-    ground_speed
-        Gives for unit vectors (..., 2) the speed over ground in m/s, where that differs by direction (wind); None:
-        `speed` everywhere.
-    """
-
-    speed: float
-    acceleration: float
-    turn: float = 0.0
-    ground_speed: Callable[[Floats], Floats] | None = None
-
-    def __call__(self, legs: Floats) -> Floats:
-        """Return the seconds that legs (..., 2), in metres, take: l / v + v / a, or 2 sqrt(l / a) if they are short."""
-        length = np.hypot(legs[..., 0], legs[..., 1])
-        speed: Any = self.speed
-        if self.ground_speed is not None:
-            speed = self.ground_speed(legs / np.maximum(length, SWEEP_CONTACT)[..., None])
-        short = length < speed**2 / self.acceleration
-        ramps = np.where(short, 2 * np.sqrt(length / self.acceleration), length / speed + speed / self.acceleration)
-        return np.where(length > 0.0, ramps + self.turn, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +44,16 @@ class StripPlan:
     strips
         Their ends (m, 2, 2), metres.
     cell
-        The cell that each strip belongs to (m,).
+        The cell that each strip belongs to (m,); -1 where it runs along a border or a gap.
     directions
         The unit vector along the strips of each cell (c, 2).
     unreached
-        shapely Polygon or MultiPolygon: what of the area is farther than half a width from every strip.
+        shapely Polygon or MultiPolygon: what of the area is farther than half a width from every strip; empty where the
+        width was given by a function, which alone knows how far strips see.
     route
         The order and direction of the strips in one route, and its seconds, from where it was said to start and back.
+    bound
+        What no route is faster than.
     """
 
     strips: Floats
@@ -81,6 +61,7 @@ class StripPlan:
     directions: Floats
     unreached: Any
     route: StripOrder
+    bound: SweepBound
 
 
 @dataclass(frozen=True)
@@ -94,10 +75,16 @@ class _Task:
     ends: Literal["line", "swath"]
     start: Floats | None
     flown: Any = field(init=False)
+    terms: dict[tuple[float, float], tuple[float, float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         flown = self.wanted if self.free is None else self.wanted.intersection(self.free)
         object.__setattr__(self, "flown", _polygons(flown))
+
+    @property
+    def step(self) -> float:
+        """A usual distance from line to line, metres."""
+        return float(np.sqrt(self.flown.area)) / 30 if callable(self.width) else self.width
 
 
 def sweep(
@@ -141,18 +128,65 @@ def sweep(
     task = _Task(_polygons(wanted), None if free is None else _polygons(free), width, cost, ends, start)
     if task.flown.is_empty:
         raise InputError("Nothing of the area that is to be seen may be flown over.", field="free")
-    edges = outline(task.flown)
+    across = 2 * float(shapely.minimum_bounding_radius(task.flown)) / task.step
+    if across > _MOST_LINES:
+        raise InputError(
+            f"Strips {width} m apart would be about {across:.0f} side by side; the most is {_MOST_LINES}.",
+            field="width",
+        )
     tried = candidate_directions(task.flown) if directions is None else _units(np.asarray(directions, dtype=float))
-    tried = np.concatenate([tried, -tried])
-    found = [(_lines(task, edges, way), way) for way in tried]
-    order = np.argsort([_estimate(task, lines, way) for lines, way in found], kind="stable")[: 2 * _TRIED]
-    routed = []
-    for i in order[:_TRIED]:
-        strips = _strips(task, *found[i])
-        routed.append((_route(task, strips, _ROUNDS[0]), strips, found[i][1]))
-    _, strips, way = min(routed, key=lambda candidate: candidate[0].cost)
-    cell = np.zeros(len(strips), dtype=np.int64)
-    return StripPlan(strips, cell, way[None], _unreached(task, strips), _route(task, strips, _ROUNDS[1]))
+    edges = outline(task.flown)
+    order = [int(i) for i in np.argsort([_price(task, edges, way) for way in tried], kind="stable")]
+    plans = [[(edges, tried[i])] for i in order[:_LAID_OUT]]
+    if not callable(width):
+        for i in order[:_BASES]:
+            plans += _several_directions(task, tried, i)
+    laid = [(plan, *_plan_strips(task, plan)) for plan in plans]
+    laid.sort(key=lambda one: float(_flown(task, one[1])))
+    prices = [_prices(task, strips) for _, strips, _ in laid[:_ROUTED]]
+    best = int(np.argmin([_route(price, _ROUNDS[0]).cost for price in prices]))
+    plan, strips, cell = laid[best]
+    used = np.array([way for _, way in plan])
+    pairs = np.arange(2 * len(strips)).reshape(-1, 2)
+    unreached = _unreached(task, strips)
+    seen = 0.0 if callable(width) else float(task.flown.difference(unreached).area) / width
+    bound = SweepBound(
+        any_strips_bound(seen, float(shapely.minimum_bounding_radius(task.flown)) * 2, cost),
+        these_strips_bound(prices[best], pairs, 2 * len(strips), 2 * len(strips)),
+    )
+    return StripPlan(strips, cell, used, unreached, _route(prices[best], _ROUNDS[1]), bound)
+
+
+def _flown(task: _Task, strips: Floats) -> float:
+    """Return the seconds that strips take, with a hop of the usual length from each to the next one."""
+    legs = strips[:, 1] - strips[:, 0]
+    across = np.stack([legs[:, 1], -legs[:, 0]], 1) / np.hypot(legs[:, 0], legs[:, 1])[:, None]
+    return float(task.cost(legs).sum() + task.cost(across * task.step).sum())
+
+
+def _several_directions(task: _Task, tried: Floats, base: int) -> Iterator[list[tuple[Floats, Floats]]]:
+    """Yield the outlines of groups of cells and their directions, chosen for several prices of changing groups."""
+    cells = cells_of(task.flown, tried[base])
+    if len(cells.bounds) < 2:
+        return
+    choices = []
+    for i in range(len(cells.bounds)):
+        edges = cells.outline(frozenset([i]))
+        choices.append([int(j) for j in np.argsort([_price(task, edges, way) for way in tried])[:_CHOICES]])
+    seen = []
+    for change in _CHANGES:
+
+        def price(edges: Floats, i: int, change: float = change) -> float:
+            return _price(task, edges, tried[i]) + change
+
+        chosen = choose_directions(cells, base, choices, price)
+        if len(set(chosen)) > 1 and chosen not in seen:
+            seen.append(chosen)
+            yield [
+                (cells.outline(group), tried[i])
+                for i in sorted(set(chosen))
+                for group in cells.groups(frozenset(j for j, other in enumerate(chosen) if other == i))
+            ]
 
 
 def candidate_directions(area: Any) -> Floats:
@@ -185,46 +219,82 @@ def _polygons(area: Any) -> Any:
     return shapely.union_all([part for part in parts if part.geom_type == "Polygon" and part.area > SWEEP_CONTACT])
 
 
+def _terms(task: _Task, way: Floats) -> tuple[float, float, float]:
+    """Return seconds per metre of a line along a direction, of its ramps, and of a hop to the next line."""
+    key = (float(way[0]), float(way[1]))
+    if key in task.terms:
+        return task.terms[key]
+    ramp = task.cost.speed**2 / task.cost.acceleration
+    one, two, hop = task.cost(np.array([way * ramp, 2 * way * ramp, [way[1] * task.step, -way[0] * task.step]]))
+    slope = float(two - one) / ramp
+    task.terms[key] = slope, float(one) - slope * ramp, float(hop)
+    return task.terms[key]
+
+
 def _lines(task: _Task, edges: Floats, way: Floats) -> Floats:
     """Return lines (k, 3) in the frame turned along a direction: x, y0, y1."""
-    sections = cross_sections(turned(edges, way))
+    sections = cross_sections(turned(edges, *way))
     if callable(task.width):
         return lines_at(sections.edges, task.width(way, task.flown, float(sections.x[0]), float(sections.x[-1])))
-    ramp = task.cost(np.stack([way, 2 * way]) * task.cost.speed**2 / task.cost.acceleration)
-    hop = float(task.cost(np.array([way[1], -way[0]]) * task.width))
-    slope = float(ramp[1] - ramp[0]) * task.cost.acceleration / task.cost.speed**2
-    fixed = float(ramp[0]) - slope * task.cost.speed**2 / task.cost.acceleration
-    return cover_lines(*sections, 0.5 * task.width, (slope, fixed + hop))
+    return cover_lines(sections, 0.5 * task.width, _terms(task, way))
 
 
-def _estimate(task: _Task, lines: Floats, way: Floats) -> float:
-    """Return about how many seconds lines take, with a hop to the next one each."""
-    spacing = np.median(np.diff(np.unique(lines[:, 0]))) if len(lines) > 1 else 0.0
-    hop = task.cost(np.array([way[1], -way[0]]) * spacing)
-    return float(task.cost((lines[:, 2] - lines[:, 1])[:, None] * way).sum() + len(lines) * hop)
-
-
-def _strips(task: _Task, lines: Floats, way: Floats) -> Floats:
-    """Return strips (m, 2, 2) along lines; with ends by swath they go on over slanted borders."""
-    if task.ends == "swath" and len(lines):
-        lines = _overrun(task, lines, way)
-    lines = lines[lines[:, 2] - lines[:, 1] > SWEEP_CONTACT]
-    strips = turned_back(_upright(lines), way)
-    return np.concatenate([strips, _border_strips(task, strips)])
-
-
-def _border_strips(task: _Task, strips: Floats) -> Floats:
-    """Return strips (b, 2, 2) along borders that lines meet at a slant, where they leave too much open."""
+def _price(task: _Task, edges: Floats, way: Floats) -> float:
+    """Return about how many seconds the lines of an outline take."""
     if callable(task.width):
-        return np.empty((0, 2, 2))
+        lines = _lines(task, edges, way)
+        hops = len(lines) * task.cost(np.array([way[1], -way[0]]) * task.step)
+        return float(task.cost((lines[:, 2] - lines[:, 1])[:, None] * way).sum() + hops)
+    half, direction = 0.5 * task.width, (float(way[0]), float(way[1]))
+    return float(price_lines(edges, direction, half, _terms(task, way), _SPARED * half**2))
+
+
+def _plan_strips(task: _Task, plan: list[tuple[Floats, Floats]]) -> tuple[Floats, Ints]:
+    """Return the strips (m, 2, 2) of outlines with a direction each, and the number of the outline of each strip."""
+    strips, cell = [np.empty((0, 2, 2))], [np.empty(0, dtype=np.int64)]
+    for i, (edges, way) in enumerate(plan):
+        both = [(_lines(task, edges, sign * way), sign * way) for sign in (1.0, -1.0)]
+        lines, sense = min(both, key=lambda one: (len(one[0]), (one[0][:, 2] - one[0][:, 1]).sum()))
+        if task.ends == "swath" and len(lines):
+            lines = _overrun(task, lines, sense)
+        lines = lines[lines[:, 2] - lines[:, 1] > SWEEP_CONTACT]
+        strips.append(turned_back(_upright(lines), sense))
+        cell.append(np.full(len(lines), i))
+    laid = np.concatenate(strips)
+    laid = np.concatenate([laid, _border_strips(task, laid, np.concatenate([edges for edges, _ in plan]))])
+    laid = np.concatenate([laid, _gap_strips(task, laid)])
+    which = np.concatenate([*cell, np.full(len(laid) - sum(map(len, cell)), -1)])
+    return laid, which
+
+
+def _missing(task: _Task, strips: Floats) -> Any:
+    """Return the parts of what may be flown over that strips leave open and that are not small."""
+    if callable(task.width):
+        return np.empty(0, dtype=object)
     half = 0.5 * task.width
     caps: Any = "flat" if task.ends == "line" else "round"
-    seen = shapely.union_all(shapely.buffer(shapely.linestrings(strips), half, cap_style=caps))
+    seen = shapely.union_all(shapely.buffer(shapely.linestrings(strips), half, cap_style=caps), grid_size=SWEEP_CONTACT)
     missing = shapely.get_parts(task.flown.difference(seen))
-    missing = missing[shapely.area(missing) > _SPARED * half**2]
+    return missing[shapely.area(missing) > _SPARED * half**2]
+
+
+def _gap_strips(task: _Task, strips: Floats) -> Floats:
+    """Return strips (g, 2, 2) along gaps wherever they are."""
+    out = [np.empty((0, 2, 2))]
+    for part in _missing(task, strips):
+        box = outline(part.minimum_rotated_rectangle)
+        sides = box[:, 2:] - box[:, :2]
+        way = _units(sides[np.argmax(np.hypot(sides[:, 0], sides[:, 1]))][None])[0]
+        lines = _lines(task, outline(part), way)
+        out.append(turned_back(_upright(lines[lines[:, 2] - lines[:, 1] > SWEEP_CONTACT]), way))
+    return np.concatenate(out)
+
+
+def _border_strips(task: _Task, strips: Floats, edges: Floats) -> Floats:
+    """Return strips (b, 2, 2) along borders that lines meet at a slant, where they leave too much open."""
+    missing = _missing(task, strips)
     if not len(missing):
         return np.empty((0, 2, 2))
-    edges = outline(task.flown)
     tree = shapely.STRtree(shapely.linestrings(edges.reshape(-1, 2, 2)))
     which, edge = tree.query(missing, predicate="dwithin", distance=SWEEP_CONTACT)
     near = shapely.intersection(shapely.buffer(missing[which], SWEEP_CONTACT), tree.geometries[edge])
@@ -244,7 +314,7 @@ def _border_strips(task: _Task, strips: Floats) -> Floats:
         inside = np.argsort(low)
         begin, end = low[inside[0]], high[inside[0]]
         for i in inside[1:]:
-            if low[i] - end > 3 * task.width:
+            if low[i] - end > 3 * task.step:
                 out.append([origin + begin * along, origin + end * along])
                 begin = low[i]
             end = max(end, high[i])
@@ -294,18 +364,22 @@ def _turned_area(area: Any, way: Floats) -> Any:
     return shapely.transform(area, lambda p: np.stack([p[:, 0] * uy - p[:, 1] * ux, p[:, 0] * ux + p[:, 1] * uy], 1))
 
 
-def _route(task: _Task, strips: Floats, rounds: int) -> StripOrder:
-    """Order the strips for one route by the cheapest ways among what is not free."""
+def _prices(task: _Task, strips: Floats) -> Floats:
+    """Return the seconds (2 m + 1, 2 m + 1) from end to end of strips, and to where the route starts and ends."""
     places = strips.reshape(-1, 2)
     if task.start is not None:
         places = np.concatenate([places, np.asarray(task.start, dtype=float)[None]])
     price = shortest_ways(task.free, places, task.cost).price
-    if task.start is None:
-        price = np.pad(price, (0, 1))
-    m = len(strips)
-    return order_strips(price, np.arange(2 * m).reshape(-1, 2), 2 * m, 2 * m, rounds=rounds)
+    return np.pad(price, (0, 1)) if task.start is None else price
+
+
+def _route(prices: Floats, rounds: int) -> StripOrder:
+    m = len(prices) // 2
+    return order_strips(prices, np.arange(2 * m).reshape(-1, 2), 2 * m, 2 * m, rounds=rounds)
 
 
 def _unreached(task: _Task, strips: Floats) -> Any:
-    half = 0.5 * task.width if not callable(task.width) else 0.0
-    return task.wanted.difference(shapely.union_all(shapely.buffer(shapely.linestrings(strips), half)))
+    if callable(task.width):
+        return shapely.Polygon()
+    seen = shapely.buffer(shapely.linestrings(strips), 0.5 * task.width)
+    return task.wanted.difference(shapely.union_all(seen, grid_size=SWEEP_CONTACT))

@@ -1,0 +1,33 @@
+"""Surveys beside truth: ``python benchmarks/survey.py PART ...``, each part with what it takes.
+
+- ``ac_eth FOLDER COSTS``, ``ac_agarwal FOLDER COSTS``: strips of AC maps beside published costs. The folder is AC300 of
+  https://github.com/UNCCharlotte-CS-Robotics/AreaCoverage-dataset, the costs a table of the published ones.
+- ``bound FOLDER COSTS``: gaps to our lower bounds on the maps with 15 holes.
+- ``zones_planar [RUNS]``: random areas with up to 20 zones, judged by shapely.
+"""
+
+import importlib
+import sys
+from pathlib import Path
+
+from machine import describe
+
+PARTS = {
+    "ac_eth": "survey_ac",
+    "ac_agarwal": "survey_ac",
+    "bound": "survey_ac",
+    "zones_planar": "survey_zones",
+}
+
+
+def main() -> None:
+    if len(sys.argv) < 2 or sys.argv[1] not in PARTS:
+        sys.exit(__doc__)
+    part = getattr(importlib.import_module(PARTS[sys.argv[1]]), sys.argv[1])
+    given = [int(text) if text.isdigit() else Path(text) for text in sys.argv[2:]]
+    print(describe())
+    part(*given)
+
+
+if __name__ == "__main__":
+    main()
