@@ -46,9 +46,7 @@ def maps(folder: Path, costs: Path, holes: set[int] | None = None) -> list[Map]:
             blocks = (place / "holes").read_text(encoding="utf-8").strip().split("\n\n")
             rings = [np.array(block.split(), float).reshape(-1, 2) for block in blocks]
             area = shapely.Polygon(np.loadtxt(place / "outer_polygon"), rings)
-            route = np.loadtxt(
-                place / "mem_inf" / "mem_inf_route_data0"
-            )  # x, y, and whether the leg from here is a strip
+            route = np.loadtxt(place / "mem_inf" / "mem_inf_route_data0")  # x, y, is it a strip
             strips, start = np.stack([route[:-1, :2], route[1:, :2]], 1)[route[:-1, 2] == 1], route[0, :2]
         terms = float(row["eth_our_bcd_s"]), float(row["agarwal_inf_cost_s"])
         found.append(Map(row["map"], int(row["holes"]), area, *terms, strips, start))
@@ -94,10 +92,9 @@ def compare(folder: Path, costs: Path, eth: bool) -> None:
         part = np.array(part)
         ratios += part[:, 0].tolist()
         times += part[:, 1].tolist()
-        rows.append(
-            [str(holes), f"{np.median(part[:, 0]):.3f}", f"{part[:, 0].max():.3f}", f"{part[:, 1].mean():.2f}"]
-            + [f"{part[:, 2].mean():.4f}", f"{part[:, 3].mean():.4f}"]
-        )
+        ratio = f"{np.median(part[:, 0]):.3f}", f"{part[:, 0].max():.3f}"
+        share = f"{part[:, 2].mean():.4f}", f"{part[:, 3].mean():.4f}"
+        rows.append([str(holes), *ratio, f"{part[:, 1].mean():.2f}", *share])
     table(["holes", "ratio, median", "most", "s", "covered", "by Agarwal"], rows)
     print(f"all {len(ratios)}: median {np.median(ratios):.4f}, most {max(ratios):.4f}; ", end="")
     print(f"{np.mean(times):.2f} s in the mean, {max(times):.2f} s at most")

@@ -23,9 +23,8 @@ def zones_planar(runs: int = 1000) -> None:
     for seed in range(runs):
         rng = np.random.default_rng(seed)
         wanted = blob(rng, np.zeros(2), rng.uniform(60, 200), int(rng.integers(5, 20)))
-        zones = [
-            blob(rng, rng.uniform(-150, 150, 2), rng.uniform(3, 50), int(rng.integers(3, 9))) for _ in range(seed % 21)
-        ]
+        places = rng.uniform(-150, 150, (seed % 21, 2))
+        zones = [blob(rng, place, rng.uniform(3, 50), int(rng.integers(3, 9))) for place in places]
         free = shapely.box(-250, -250, 250, 250).difference(shapely.union_all(zones))
         width = rng.uniform(5, 25)
         if wanted.intersection(free).area < width**2:
@@ -45,8 +44,6 @@ def zones_planar(runs: int = 1000) -> None:
         off = shapely.distance(points, shapely.multilinestrings(list(plan.strips)))
         unseen += int((~shapely.dwithin(points, plan.unreached, 1e-5) & (off > width / 2 + 1e-5)).sum())
         open_free.append(plan.unreached.intersection(free).area / wanted.intersection(free).area)
-    print(
-        f"{planned} areas: {strips_out} strips and {ways_out} ways leave free space; {unseen} places neither seen nor told;",
-        end="",
-    )
-    print(f" of free ground {np.mean(open_free):.3%} is told as open in the mean, {max(open_free):.2%} at most")
+    print(f"{planned} areas: {strips_out} strips and {ways_out} ways leave free space; ", end="")
+    print(f"{unseen} places are neither seen nor told; of free ground ", end="")
+    print(f"{np.mean(open_free):.3%} is told as open in the mean, {max(open_free):.2%} at most")

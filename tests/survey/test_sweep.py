@@ -116,13 +116,13 @@ def test_wind_along_strips_makes_lines_across_it_faster():
 def test_widths_that_cannot_be_are_refused(width, free, field):
     with pytest.raises(InputError) as refused:
         sweep(SQUARE, free, width, cost=COST)
-    assert refused.value.args[0].field == field
+    assert refused.value.sentence.field == field
 
 
 def test_an_area_inside_a_zone_is_refused():
     with pytest.raises(InputError) as refused:
         sweep(SQUARE, shapely.box(200, 0, 300, 100), 3.0, cost=COST)
-    assert refused.value.args[0].field == "free"
+    assert refused.value.sentence.field == "free"
 
 
 @settings(max_examples=30, deadline=None)
