@@ -20,7 +20,7 @@ Price = Callable[[Floats, int], float]
 """What the lines of a group cost, from its outline (n, 4) and the number of its direction."""
 
 
-class Cells(NamedTuple):
+class SweepCells(NamedTuple):
     """The cells of an area.
 
     Attributes
@@ -53,7 +53,7 @@ class Cells(NamedTuple):
             yield frozenset(group)
 
 
-def cells_of(area: Any, way: Floats) -> Cells:
+def cells_of(area: Any, way: Floats) -> SweepCells:
     """Cut an area along a direction wherever its cross-sections split or meet."""
     sections = cross_sections(turned(outline(area), *way))
     cuts = shapely.linestrings(turned_back(_cuts(sections), way))
@@ -75,7 +75,7 @@ def cells_of(area: Any, way: Floats) -> Cells:
         which[i, bounds[i]] = True
         places[bounds[i]] = edges
     beside = np.einsum("is,js->ij", which.astype(int), which.astype(int)) > 0
-    return Cells(places, which, beside)
+    return SweepCells(places, which, beside)
 
 
 def _cuts(sections: CrossSections) -> Floats:
@@ -96,7 +96,7 @@ def _cuts(sections: CrossSections) -> Floats:
     return np.stack([np.stack([where, bottom], 1), np.stack([where, top], 1)], axis=1)
 
 
-def choose_directions(cells: Cells, base: int, choices: list[list[int]], price: Price) -> list[int]:
+def choose_directions(cells: SweepCells, base: int, choices: list[list[int]], price: Price) -> list[int]:
     """Return the number of each cell's direction.
 
     Parameters
