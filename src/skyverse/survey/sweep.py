@@ -319,7 +319,7 @@ def _border_strips(task: _Task, strips: Floats, edges: Floats) -> Floats:
                 begin = low[i]
             end = max(end, high[i])
         out.append([origin + begin * along, origin + end * along])
-    return np.array(out)
+    return np.array(out).reshape(-1, 2, 2)
 
 
 def _overrun(task: _Task, lines: Floats, way: Floats) -> Floats:
