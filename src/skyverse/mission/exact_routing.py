@@ -56,17 +56,24 @@ class _Tours(NamedTuple):
 
 
 def exact_tours(
-    vehicles: Sequence[TourVehicle], work: Work, criterion: Criterion, order: Sequence[int] | None
+    vehicles: Sequence[TourVehicle],
+    work: Work,
+    criterion: Criterion,
+    order: Sequence[int] | None,
+    groups: Sequence[int] | None = None,
 ) -> tuple[Tour, ...]:
-    """Return the best tour of each vehicle; see `route`. Time and memory grow exponentially with the targets."""
+    """Return the best tour of each vehicle; see `route`. Time and memory grow exponentially with the targets.
+
+    With `groups`, of targets that have the same number, from 0 on, one is visited; such targets have the same demand.
+    """
     known: dict[object, _Fleet] = {}
     for vehicle in vehicles:
         if (kind := vehicle.alike()) not in known:
-            known[kind] = _Fleet(vehicle, work, criterion, order)
+            known[kind] = _Fleet(vehicle, work, criterion, order, groups)
     fleets, cap = [known[vehicle.alike()] for vehicle in vehicles], math.inf
     if criterion == "min-max":
-        _, cap = _shared(fleets, work.targets, cap, largest=True)
-    chosen, _ = _shared(fleets, work.targets, cap, largest=False)
+        _, cap = _shared(fleets, cap, largest=True)
+    chosen, _ = _shared(fleets, cap, largest=False)
     return tuple(fleet.tour(entry) for fleet, entry in zip(fleets, chosen, strict=True))
 
 
@@ -79,7 +86,14 @@ class _Fleet:
         One entry for each tour; tours of the same set have the same, least, number of swaps.
     """
 
-    def __init__(self, vehicle: TourVehicle, work: Work, criterion: Criterion, order: Sequence[int] | None) -> None:
+    def __init__(
+        self,
+        vehicle: TourVehicle,
+        work: Work,
+        criterion: Criterion,
+        order: Sequence[int] | None,
+        groups: Sequence[int] | None,
+    ) -> None:
         n = work.targets
         self._vehicle, self._work, self._legs, self._ordered = (
             vehicle,
@@ -88,8 +102,8 @@ class _Fleet:
             order is not None,
         )
         bits = np.empty(n, dtype=np.int64)
-        bits[np.arange(n) if order is None else list(order)] = 1 << np.arange(n)
-        self._bits = bits
+        bits[np.arange(n) if order is None else list(order)] = 1 << np.array(range(n) if groups is None else groups)
+        self._bits, self._sets = bits, 2 * int(bits.max())
         self._timed = criterion == "min-max" or work.windows
         self._segments = work.windows and (vehicle.most_sorties > 1 or vehicle.waiting > 0)
         first = later = self._grown(n)
@@ -101,8 +115,8 @@ class _Fleet:
         self._final = self._between if vehicle.returns else [self._ended(grown, home=False) for grown in (first, later)]
         self._going = [_Tours(*(np.zeros(1, dtype=kind) for kind in (np.int64, float, float, np.intp, np.intp)))]
         self._done, new = list(self._going), np.zeros(1, dtype=np.intp)
-        found, self._rows = np.arange(1 << n) == 0, [np.zeros(1, dtype=np.intp)]
-        everything = int(bits[vehicle.allowed].sum())
+        found, self._rows = np.arange(self._sets) == 0, [np.zeros(1, dtype=np.intp)]
+        everything = int(np.bitwise_or.reduce(bits[vehicle.allowed]))
         while len(self._done) <= min(vehicle.most_sorties, n) and len(self._going[-1].sets) and not found[everything]:
             k = len(self._done)
             self._done.append(self._joined(self._going[-1], self._final[k > 1], k))
@@ -154,11 +168,11 @@ class _Fleet:
         return _Grown(columns[0], every, columns[1], columns[2])
 
     def _light(self) -> np.ndarray:
-        """Return which sets one sortie can carry, (2**n,)."""
-        n = self._work.targets
+        """Return which sets one sortie can carry."""
         if self._vehicle.capacity == math.inf or not self._work.demand.any():
-            return np.ones(1 << n, dtype=bool)
-        members = [np.flatnonzero(self._bits & held).tolist() for held in range(1 << n)]
+            return np.ones(self._sets, dtype=bool)
+        one = np.unique(self._bits, return_index=True)[1]
+        members = [one[self._bits[one] & held > 0].tolist() for held in range(self._sets)]
         return np.array([carried(self._work, held) <= self._vehicle.capacity for held in members])
 
     def _ended(self, grown: _Grown, home: bool) -> _Sorties:
@@ -200,7 +214,7 @@ class _Fleet:
 
     def _reachable(self, sorties: _Sorties, before: Ints, ready: Floats) -> _Sorties:
         """Return the sorties that no other surpasses at any time at which tours without their targets are ready."""
-        everything = (1 << self._work.targets) - 1
+        everything = self._sets - 1
         times = np.full((2, everything + 1), np.inf)  # the first time, and less the last one, for all subsets of a set
         np.minimum.at(times[0], before, ready)
         np.minimum.at(times[1], before, -ready)
@@ -243,7 +257,7 @@ def _front(key: Ints, *respects: Floats) -> Indices:
     return np.concatenate(kept)
 
 
-def _shared(fleets: Sequence[_Fleet], targets: int, cap: float, largest: bool) -> tuple[list[int], float]:
+def _shared(fleets: Sequence[_Fleet], cap: float, largest: bool) -> tuple[list[int], float]:
     """Return which entry each vehicle gets, and the largest finish, or the sum of the prices.
 
     Most targets come first, then fewest swaps, then that value, among tours that finish by `cap`.

@@ -14,7 +14,7 @@ from skyverse.stop import Stop
 
 Tour = tuple[tuple[int, ...], ...]
 Reason = Literal["nobody may", "no way", "capacity", "window", "battery", "left over"]
-Bound = Literal["exact", "assignment"]
+Bound = Literal["exact", "assignment", "subtours"]
 
 
 @dataclass(frozen=True, eq=False)

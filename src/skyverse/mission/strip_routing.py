@@ -1,0 +1,169 @@
+"""Routes along strips: who flies which strips, in which order and direction, and in which sorties.
+
+A strip is flown in one direction or the other. Each way of flying it is a target of its own here, with the flight
+along the strip in every leg that leads there, and of the two exactly one is visited (a generalised routing problem;
+Noon and Bean 1993, INFOR 31(1), 39-44).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse._typing import Floats, Ints
+from skyverse.errors import InputError, require_choice, shown
+from skyverse.mission.assignment import Criterion
+from skyverse.mission.exact_routing import exact_tours
+from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
+from skyverse.mission.strip_bound import strip_bound
+from skyverse.mission.strip_search import StripSearch
+from skyverse.numerics.tolerances import LENGTH_ROUNDING
+from skyverse.stop import require_stop
+
+MOST_EXACT = 8
+"""How many strips and targets are routed exactly."""
+_SEARCH = RouteSearch()
+
+
+def route_strips(
+    vehicles: Sequence[TourVehicle],
+    strips: ArrayLike,
+    work: Work,
+    criterion: Criterion = "min-sum",
+    search: RouteSearch = _SEARCH,
+) -> Routes:
+    """Decide who flies which strips in which order and direction.
+
+    As few strips as possible stay unflown; among such routes the batteries are swapped as seldom as possible; among
+    those the price is the least. With up to eight strips and targets the routes are the best there are.
+
+    Parameters
+    ----------
+    vehicles, work
+        The UAVs, and what is to be done at the places. The legs between the ends of a strip are flights along it, and
+        infinite in a direction in which it must not be flown.
+    strips
+        (m, 2) the places at the ends of each strip; twice the same for a target. Other places are not visited.
+    criterion
+        ``"min-sum"`` minimises the sum of the prices; ``"min-max"`` the time at which the last vehicle is done.
+    search
+        How they are sought; its `order` must be free.
+
+    Returns
+    -------
+    Routes
+        With sorties of places: both ends of each strip in the order in which they are passed, one place of a target.
+
+    Raises
+    ------
+    InputError
+        If the numbers do not fit together, strips share a place, or the end of a strip has a window.
+    """
+    require_choice(criterion, get_args(Criterion), "criterion")
+    require_stop(search.stop)
+    ends = _require_strips(strips, work)
+    if search.order is not None:
+        raise InputError(f"expected strips in free order, found {shown(search.order)}", field="order")
+    nodes = StripNodes.along(ends)
+    whole, seen = [nodes.vehicle(v, work) for v in vehicles], nodes.work(work)
+    tours: list[Tour] = [()] * len(vehicles)
+    optimal, interrupted = len(ends) <= MOST_EXACT, False
+    for share in (1.0, 1.0 - LENGTH_ROUNDING) if len(ends) and vehicles else ():
+        fleet = [replace(v, usable=v.usable * share) for v in whole]  # sums of legs may be rounded otherwise
+        if optimal:
+            found = exact_tours(fleet, seen, criterion, None, groups=nodes.strip.tolist())
+        else:
+            found, interrupted = StripSearch(fleet, seen, nodes.strip, criterion, search).tours()
+        tours = [tuple(nodes.passed(sortie) for sortie in tour) for tour in found]
+        if all(timed(v, work, tour) is not None for v, tour in zip(vehicles, tours, strict=True)):
+            break
+    routes = replace(_told(vehicles, work, tours, nodes, criterion), optimal=optimal, interrupted=interrupted)
+    value = routes.price if criterion == "min-sum" else routes.finish
+    if optimal:
+        return replace(routes, lower_bound=value)
+    flown = np.isin(nodes.enter, [place for tour in tours for sortie in tour for place in sortie])
+    bound, kind = strip_bound(whole, seen, np.where(flown, nodes.strip, -1), criterion)
+    return replace(routes, lower_bound=min(bound, value), bound=kind)
+
+
+class StripNodes(NamedTuple):
+    """The ways of flying strips: where each enters, where it leaves, and of which strip it is one, (n,)."""
+
+    enter: Ints
+    leave: Ints
+    strip: Ints
+
+    @classmethod
+    def along(cls, ends: Ints) -> "StripNodes":
+        """Return both ways of flying each strip, and one of visiting each target."""
+        both = np.flatnonzero(ends[:, 0] != ends[:, 1])
+        ways = np.concatenate([ends, ends[both, ::-1]])
+        return cls(ways[:, 0], ways[:, 1], np.concatenate([np.arange(len(ends)), both]))
+
+    def vehicle(self, vehicle: TourVehicle, work: Work) -> TourVehicle:
+        """Return the numbers of a vehicle among these nodes."""
+        home = np.array((work.targets, work.targets + 1))
+        if len(vehicle.allowed) != work.targets:
+            said = f"expected vehicles of {work.targets} places, found one of {len(vehicle.allowed)}"
+            raise InputError(said, field="vehicles")
+
+        def legs(matrix: Floats) -> Floats:
+            among = matrix[np.ix_(np.append(self.leave, home), np.append(self.enter, home))]
+            among[:, : len(self.strip)] += np.where(self.enter == self.leave, 0.0, matrix[self.enter, self.leave])
+            return among
+
+        return replace(
+            vehicle,
+            price=legs(vehicle.price),
+            seconds=legs(vehicle.seconds),
+            joules=legs(vehicle.joules),
+            visit_joules=self._both(vehicle.visit_joules),
+            allowed=vehicle.allowed[self.enter] & vehicle.allowed[self.leave],
+        )
+
+    def work(self, work: Work) -> Work:
+        """Return what is to be done at these nodes."""
+        return Work(self._both(work.stay), work.window[self.enter], self._both(work.demand))
+
+    def passed(self, nodes: Sequence[int]) -> tuple[int, ...]:
+        """Return the places that nodes lead over."""
+        ends = [sorted({int(self.enter[x]), int(self.leave[x])}, key=int(self.enter[x]).__ne__) for x in nodes]
+        return tuple(place for pair in ends for place in pair)
+
+    def _both(self, values: Floats) -> Floats:
+        return values[self.enter] + np.where(self.enter == self.leave, 0.0, values[self.leave])
+
+
+def _require_strips(strips: ArrayLike, work: Work) -> Ints:
+    ends = np.array(strips, dtype=np.int64).reshape(-1, 2)
+    if ends.size and not 0 <= ends.min() <= ends.max() < work.targets:
+        raise InputError(f"expected places from 0 to {work.targets - 1}, found {shown(ends.tolist())}", field="strips")
+    both = ends[ends[:, 0] != ends[:, 1]]
+    places = np.concatenate([both.ravel(), ends[ends[:, 0] == ends[:, 1], 0]])
+    if len(np.unique(places)) < len(places):
+        raise InputError("expected strips that share no place with another", field="strips")
+    if np.any(work.window[both] != (0.0, math.inf)):
+        raise InputError("expected no windows at the ends of strips, only at targets", field="window")
+    return ends
+
+
+def _told(
+    vehicles: Sequence[TourVehicle], work: Work, tours: Sequence[Tour], nodes: StripNodes, criterion: Criterion
+) -> Routes:
+    """Return routes with their times, their price, and why strips are left out."""
+    times = [timed(vehicle, work, tour) for vehicle, tour in zip(vehicles, tours, strict=True)]
+    sound = [t for t in times if t is not None]
+    if len(sound) < len(times):
+        raise AssertionError("a search's tour breaks a window, a battery or a capacity")
+    starts, finishes = tuple(t.starts for t in sound), tuple(t.finishes for t in sound)
+    flown = np.isin(nodes.enter, [place for tour in tours for sortie in tour for place in sortie])
+    whole, seen = [nodes.vehicle(v, work) for v in vehicles], nodes.work(work)
+    unvisited: dict[int, Reason] = {}
+    for node, reason in why_unvisited(whole, seen, np.flatnonzero(flown).tolist()).items():
+        for place in (int(nodes.enter[node]), int(nodes.leave[node])):
+            unvisited[place] = max(unvisited.get(place, reason), reason, key=get_args(Reason).index)
+    price = math.fsum(t.price for t in sound)
+    return Routes(tuple(tours), starts, finishes, dict(sorted(unvisited.items())), price)
