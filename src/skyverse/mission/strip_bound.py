@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +18,7 @@ _LEVELS = 0.01, 0.25, 0.5, 0.75, 0.95  # of the flows that join strips where tou
 _VIOLATED = 1e-3  # how much of a flow is missing where a cut is worth it
 
 
-def strip_bound(
-    vehicles: Sequence[TourVehicle], work: Work, strip: Ints, criterion: Criterion
-) -> tuple[float, Bound]:
+def strip_bound(vehicles: Sequence[TourVehicle], work: Work, strip: Ints, criterion: Criterion) -> tuple[float, Bound]:
     """Return what no routes along some strips go below, and where that comes from.
 
     Parameters
@@ -38,9 +36,10 @@ def strip_bound(
     _, groups = np.unique(strip[held], return_inverse=True)
     timed, fleet = criterion == "min-max", len(vehicles)
     legs = _least(vehicles, [v.seconds if timed else v.price for v in vehicles], held)
-    joules = _least(vehicles, [v.joules for v in vehicles], held)[:, :-1].min(axis=0) + np.min(
-        [v.visit_joules for v in vehicles], axis=0
-    )[held]
+    joules = (
+        _least(vehicles, [v.joules for v in vehicles], held)[:, :-1].min(axis=0)
+        + np.min([v.visit_joules for v in vehicles], axis=0)[held]
+    )
     legs[:, :-1] += work.stay[held] if timed else 0.0
     usable = max(v.usable for v in vehicles)
     need = max(1, math.ceil(_by_group(np.minimum, joules, groups).sum() * (1.0 - PROOF_ROUNDING) / usable))
@@ -127,10 +126,10 @@ class _Programme:
         rows = np.concatenate([self._groups[head[into]], m + head[into], m + tail[out]])
         columns = np.concatenate([each[into], each[into], each[out]])
         values = np.concatenate([np.ones(into.sum()), np.ones(into.sum()), -np.ones(out.sum())])
-        equal = csr_array((values, (rows, columns)), shape=(m + n, count))
+        equal: Any = csr_array((values, (rows, columns)), shape=(m + n, count))
         inside = np.pad(self._cuts, ((0, 0), (0, 1)))
         crossing = inside[:, tail] & ~inside[:, head]
-        least = vstack([csr_array(-crossing.astype(float)), csr_array(-(tail == n).astype(float)[None])])
+        least: Any = vstack([csr_array(-crossing.astype(float)), csr_array(-(tail == n).astype(float)[None])])
         right = np.append(-np.ones(len(inside)), -float(degree))
         found = linprog(
             legs, least, right, equal, np.append(np.ones(m), np.zeros(n)), bounds=(0.0, None), method="highs"

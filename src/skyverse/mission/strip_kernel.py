@@ -262,7 +262,7 @@ def _timed(fleet: StripFleet, sorties: StripSorties, i: int) -> float:
 @inner
 def ruin(fleet: StripFleet, sorties: StripSorties, rng: Generator) -> None:
     """Take strings of strips out of sorties, all near one strip."""
-    most, strips = len(sorties.size) // len(sorties.used), len(sorties.row)
+    strips = len(sorties.row)
     mean, count = 0.0, 0
     for row in range(len(sorties.size)):
         mean += sorties.size[row]

@@ -74,7 +74,7 @@ def route_strips(
     for share in (1.0, 1.0 - LENGTH_ROUNDING) if len(ends) and vehicles else ():
         fleet = [replace(v, usable=v.usable * share) for v in whole]  # sums of legs may be rounded otherwise
         if optimal:
-            found = exact_tours(fleet, seen, criterion, None, groups=nodes.strip.tolist())
+            found = list(exact_tours(fleet, seen, criterion, None, groups=nodes.strip.tolist()))
         else:
             found, interrupted = StripSearch(fleet, seen, nodes.strip, criterion, search).tours()
         tours = [tuple(nodes.passed(sortie) for sortie in tour) for tour in found]

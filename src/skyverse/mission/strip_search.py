@@ -87,9 +87,7 @@ class StripSearch:
         return self._search.stop is not None and self._search.stop.met(progress) is not None
 
 
-def _numbers(
-    vehicles: Sequence[TourVehicle], work: Work, able: Ints, strip: Ints, criterion: Criterion
-) -> StripFleet:
+def _numbers(vehicles: Sequence[TourVehicle], work: Work, able: Ints, strip: Ints, criterion: Criterion) -> StripFleet:
     """Return the numbers of a search among the nodes that are able to be flown."""
     kinds, timed = {vehicle.alike(): vehicle for vehicle in vehicles}, criterion == "min-max"
     places, names = np.append(able, (work.targets, work.targets + 1)), list(kinds)
@@ -109,8 +107,9 @@ def _numbers(
     cost, joules, seconds = (np.array(of_kinds) for of_kinds in zip(*matrices, strict=True))
     _, strip = np.unique(strip, return_inverse=True)
     order = np.argsort(strip, kind="stable")
-    nodes = order[np.stack([np.searchsorted(strip[order], np.unique(strip), side) for side in ("left", "right")], 1)
-    - (0, 1)]
+    nodes = order[
+        np.stack([np.searchsorted(strip[order], np.unique(strip), side) for side in ("left", "right")], 1) - (0, 1)
+    ]
     least = cost.min(axis=0)
     own = least[:, :-3].min(axis=0)
     among = (least[:-3, :-3] - own)[nodes[:, :, None, None], nodes].min(axis=(1, 3))
