@@ -61,7 +61,9 @@ def read_area(path: str | Path, origin: Origin, *, crs: str | None = None) -> tu
     parts = []
     for polygon, where in read_shapes(path, crs, Polygon):
         whole = shapely.segmentize(in_one_piece(polygon, where, beside=origin.longitude), LONGEST_EDGE)
-        rings = [_local(shapely.get_coordinates(ring), origin, where) for ring in (whole.exterior, *whole.interiors)]
+        rings = [
+            local_places(shapely.get_coordinates(ring), origin, where) for ring in (whole.exterior, *whole.interiors)
+        ]
         parts += _without_holes(rings, origin, where)
     return tuple(_region(part) for part in pieces(shapely.union_all(parts)))
 
@@ -74,7 +76,7 @@ def read_lines(
     found = []
     for line, where in read_shapes(path, crs, LineString):
         whole = shapely.segmentize(LineString(unwrapped(shapely.get_coordinates(line), where)), LONGEST_EDGE)
-        local = LineString(_local(shapely.get_coordinates(whole), origin, where))
+        local = LineString(local_places(shapely.get_coordinates(whole), origin, where))
         places = shapely.get_coordinates(shapely.remove_repeated_points(local, SAME_PLACE))
         if local.length <= HAIRLINE:
             raise InputError(f"{where}: expected a line, found one of {local.length:.2g} m")
@@ -138,7 +140,7 @@ def _simple(geometry: BaseGeometry) -> Iterator[BaseGeometry]:
         yield geometry
 
 
-def _local(places: Floats, origin: Origin, where: str) -> Floats:
+def local_places(places: Floats, origin: Origin, where: str) -> Floats:
     """Return longitudes and latitudes (n, 2) as x, y, and refuse what is too far away for a scenario."""
 
     def on_map(latitude: Floats, longitude: Floats) -> Floats:
@@ -150,7 +152,7 @@ def _local(places: Floats, origin: Origin, where: str) -> Floats:
     near = np.abs(places[:, 0]).max() <= 90 and np.abs(on_map(places[:, 0], places[:, 1])).max() <= MAX_FAR
     farthest = int(np.abs(local).max(axis=1).argmax())
     raise InputError(
-        f"{where}: expected corners within {MAX_FAR / 1000:g} km of the scenario's origin, found one at latitude "
+        f"{where}: expected places within {MAX_FAR / 1000:g} km of the scenario's origin, found one at latitude "
         f"{places[farthest, 1]:.5f}, longitude {places[farthest, 0]:.5f}{SWAPPED if near else ''}"
     )
 

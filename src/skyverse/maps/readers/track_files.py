@@ -123,7 +123,7 @@ def table_fixes(path: Path, vehicle: str | None) -> Fixes:
     InputError
         If the file is no such table, or a number in it is none; or if it has several vehicles and none is named.
     """
-    names, rows = _table(path)
+    names, rows = named_table(path)
     return fixes_of_rows(path, names, rows, vehicle, "line")
 
 
@@ -154,7 +154,7 @@ def fixes_of_rows(path: Path, names: list[str], rows: dict[int, list[str]], vehi
     )
 
 
-def _table(path: Path) -> tuple[list[str], dict[int, list[str]]]:
+def named_table(path: Path) -> tuple[list[str], dict[int, list[str]]]:
     """Return the names of columns, in small letters, and the rows by the numbers of their lines."""
     try:
         with unreadable(path, "is no table", csv.Error), path.open(encoding="utf-8-sig", newline="") as stream:
