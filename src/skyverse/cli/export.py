@@ -64,6 +64,8 @@ class WaypointOptions:
         .plan is for px4 and .waypoints for ardupilot.
     apart_in_space
         Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
+    survey_item
+        In .plan, show the photos of an area as QGroundControl's own survey item; editing it there loses the proof.
     """
 
     radius: float = 2.0
@@ -72,6 +74,7 @@ class WaypointOptions:
     return_altitude: float | None = None
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None
     apart_in_space: Annotated[bool, FLAG] = False
+    survey_item: Annotated[bool, FLAG] = False
 
 
 _PLACE, _WAYPOINTS = PlaceOptions(), WaypointOptions()

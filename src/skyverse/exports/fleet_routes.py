@@ -44,6 +44,7 @@ def routes(
     takeoff: float = 3.0,
     stops: bool = False,
     autopilot: AutopilotName = "px4",
+    through: bool = True,
 ) -> list[Route]:
     """Return the waypoints of every flight, proven as an autopilot flies them; see `export`.
 
@@ -57,6 +58,8 @@ def routes(
         Whether the UAV stops at every waypoint, and so cuts no corner.
     autopilot
         What flies them, ``"px4"``, ``"ardupilot"`` or ``"dji"``: PX4 turns to the first leg before its take-off ends.
+    through
+        Whether it may fly through the ends and bends of strips along which photos are taken, or stops there.
 
     Raises
     ------
@@ -83,7 +86,7 @@ def routes(
 
     def search(k: int) -> Route:
         flight = flights[k]
-        found = route(checkers[flight.uav], flight, radius=radius, takeoff=rises[k], stops=stops)
+        found = route(checkers[flight.uav], flight, radius=radius, takeoff=rises[k], stops=stops, through=through)
         if altitude == "agl":
             return found
         rates = rates_of(scenario.uavs[flight.uav], AUTOPILOTS[flying])

@@ -12,6 +12,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.exports.camera_items import interval
+from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.mavlink_formats import FlightFile, wanted_heading
 from skyverse.exports.report import MAX_TOLD, ExportedFleet
@@ -23,8 +25,8 @@ from skyverse.model.uav import UAV
 from skyverse.orders.litchi_files import MOST_ACTIONS
 from skyverse.orders.places import written
 
-NO_ACTION, STAY = ("-1", "0"), "0"
-"""No action with its parameter; and the action that stays for some milliseconds."""
+NO_ACTION, STAY, TAKE_PHOTO = ("-1", "0"), "0", "1"
+"""No action with its parameter; the action that stays for some milliseconds; and that which takes a photo."""
 LONGEST_STAY = 32.0
 """Seconds of one action."""
 ALTITUDES = (-200.0, 500.0)
@@ -32,7 +34,7 @@ ALTITUDES = (-200.0, 500.0)
 LEGS = (0.5, 2000.0)
 """Metres between two waypoints."""
 ALTITUDE_MODES = {"home": "0", "agl": "1"}
-GIMBAL_OFF, GIMBAL_AT_PLACE = "0", "1"
+GIMBAL_OFF, GIMBAL_AT_PLACE, GIMBAL_HELD = "0", "1", "2"
 FINISH_ACTIONS = {"loiter": "None", "land": "Land", "rtl": "RTH"}
 HEADER = ",".join(
     (
@@ -59,8 +61,10 @@ def litchi_text(file: FlightFile) -> str:
     headings = [one if told is None else told for one, told in zip(usual, wanted, strict=True)]
     for k, (where, heading, speed) in enumerate(zip(at.rows, headings, part_speeds(file), strict=True)):
         numbers = ",".join(written(one, 9) for one in (*where, heading))
-        acts = ",".join(_stays(plan.route.name(scenario), stay_at(file, k)))
-        rows.append(f"{numbers},0,0,{gimbal},0,{acts},{mode},{written(speed, 9)},{place},{mode},-1,-1")
+        acts = ",".join(_acts(plan.route.name(scenario), stay_at(file, k), _photo_at(plan, file.part[k])))
+        pitch, apart = _camera(plan, file.part[k])
+        looks = f"{gimbal},0" if pitch is None else f"{GIMBAL_HELD},{written(pitch, 3)}"
+        rows.append(f"{numbers},0,0,{looks},{acts},{mode},{written(speed, 9)},{place},{mode},{apart}")
     return "\n".join(rows) + "\n"
 
 
@@ -83,16 +87,36 @@ def _headings(points: Floats, vehicle: UAV) -> list[float]:
     return headings
 
 
-def _stays(name: str, seconds: float) -> list[str]:
-    """Return the actions of a waypoint at which a UAV stays for some seconds: kinds and parameters, in turn."""
-    count = math.ceil(seconds / LONGEST_STAY)
-    if count > MOST_ACTIONS:
+def _photo_at(plan: FlightPlan, k: int) -> bool:
+    """Return whether a UAV stands at waypoint k for a photo."""
+    return any(run.on == k == run.off for run in plan.route.runs)
+
+
+def _camera(plan: FlightPlan, k: int) -> tuple[float | None, str]:
+    """Return where the camera looks at waypoint k, if that is told, and the columns of the photos on the leg after it.
+
+    An interval holds from its waypoint to the next one.
+    """
+    own = [run for run in plan.route.runs if run.on - 1 <= k <= run.off]
+    pitch = next((run.pitch for run in own if run.on <= k), own[0].pitch if own else None)
+    taken = next((run for run in own if run.on <= k < run.off), None)
+    if taken is None:
+        return pitch, "-1,-1"
+    if taken.trigger == "time":
+        return pitch, f"{written(interval(plan, taken), 3)},-1"
+    return pitch, f"-1,{written(taken.spacing, 3)}"
+
+
+def _acts(name: str, seconds: float, photo: bool) -> list[str]:
+    """Return the actions of a waypoint where a UAV stays for some seconds, then photographs: kinds and parameters."""
+    count, last = math.ceil(seconds / LONGEST_STAY), [TAKE_PHOTO, "0"] * photo
+    if count + photo > MOST_ACTIONS:
         raise InputError(
             f"{name}: Litchi lets it wait {MOST_ACTIONS * LONGEST_STAY:g} s at most at a waypoint, and it is to depart "
             f"after {seconds:.4g} s"
         )
     stay = [STAY, str(round(1000.0 * seconds / count))] if count else []
-    return stay * count + [*NO_ACTION] * (MOST_ACTIONS - count)
+    return stay * count + last + [*NO_ACTION] * (MOST_ACTIONS - count - photo)
 
 
 def litchi_settings(fleet: ExportedFleet) -> str:

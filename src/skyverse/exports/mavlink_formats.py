@@ -18,6 +18,7 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.leg_geometry import leg_deviation
 from skyverse.exports.photo_strips import photo_heading
+from skyverse.exports.survey_item import items_with_survey
 from skyverse.exports.way_home import WayHome
 from skyverse.model.altitude import AboveHome, AboveSea
 from skyverse.model.arrays import arctan2
@@ -46,6 +47,8 @@ class FlightFile(NamedTuple):
         Its way home, ``None`` for an aeroplane.
     fence
         The geofence of the scenario.
+    survey_item
+        Whether a ``.plan`` has its photos in QGroundControl's own survey item.
     """
 
     scenario: Scenario
@@ -55,6 +58,7 @@ class FlightFile(NamedTuple):
     end: End
     back: WayHome | None
     fence: dict[str, object]
+    survey_item: bool = False
 
 
 def mission_items(file: FlightFile) -> list[StoredItem]:
@@ -154,12 +158,15 @@ def plan_text(file: FlightFile) -> str:
     position = home_on_globe(scenario, route.uav)
     wing = vehicle.fixed_wing
     speed = wing.speed if wing is not None else float(np.median(flight.speeds))
+    items = [plan_item(item, k) for k, item in enumerate(mission_items(file), 1)]
+    if file.survey_item and route.runs:
+        items = items_with_survey(mission_items(file), scenario, flight, reference)
     mission = {
         "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
         "firmwareType": next(number for number, name in FIRMWARES.items() if name == flight.autopilot.name),
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
-        "items": [plan_item(item, k) for k, item in enumerate(mission_items(file), 1)],
+        "items": items,
         "plannedHomePosition": position,
         "vehicleType": 2 if wing is None else 1,
         "version": 2,

@@ -122,12 +122,15 @@ class Approach(NamedTuple):
         The acceptance radius, metres.
     wing
         Whether it is an aeroplane, whose trajectory leads on to each strip.
+    through
+        Whether it may pass bends of a strip without a stop.
     """
 
     autopilot: AutopilotName
     rates: AutopilotRates
     radius: float
     wing: bool
+    through: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,6 +226,7 @@ class StripWay:
             return stations, [self._run(stations, along, along, 1) for along in stops]
         halts = halts[0] and not how.wing, halts[1] and not how.wing
         sharp = how.radius * np.sin(np.minimum(self.bends, math.pi / 2)) > MOST_ASIDE
+        sharp |= not how.through
         if self.trigger == "time" and (any(halts) or sharp.any()):
             raise InputError(
                 f"{self.name}: photos by time need a steady speed, and there is no room for a run-in to strip "

@@ -16,6 +16,7 @@ from skyverse.exports.autopilots import End
 from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
 from skyverse.exports.landing import slow_touch_down, starts_in_the_air, why_not_level
+from skyverse.exports.photo_strips import LATE
 from skyverse.exports.requirements import ExportOptions
 from skyverse.exports.separation import Apart, FleetApart, circle_reach, few, fleet_apart, named_pairs
 from skyverse.exports.speed_limits import may_return_too_fast, zones_of
@@ -26,7 +27,7 @@ from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.power import JOULES_OF_WATT_HOUR
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import told_seconds
+from skyverse.model.short_lines import counted, told_seconds
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.space.pads import fleet_pads, pads_sentence
@@ -39,6 +40,10 @@ MAX_GAPS = 2
 """Times without a way home that a line of the table tells; of more it says only how many."""
 MAX_OTHERS = 3
 """Names of other UAVs in a cell of the table; of more it says only how many."""
+LAUNCH = 1.0
+"""Metres by which the place of a launch may be off, level and in height."""
+LOOKS = {"px4": 0.05, "ardupilot": 0.02, "dji": 0.0}
+"""Seconds between two looks of an autopilot at the distance: `CameraTrigger::Run`, `AP_Camera_Backend::update`."""
 HIGH = 120.0
 """Metres above home: most rules allow no more above ground."""
 HEADS = ("UAV", "legs", "at its end", "way home, m above home", "apart in flight")
@@ -347,6 +352,7 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
                 f"{fleet.name(plan)}: its take-off ends {rise:.4g} m above where it stands, as there is no room to "
                 f"rise by {options.takeoff:g} m."
             )
+        yield from _of_photos(fleet, plan)
         yield from _of_battery(fleet, plan)
         yield from _of_way_home(fleet, plan, back)
     if pads := pads_sentence(scenario, fleet_pads(mission)):
@@ -402,6 +408,40 @@ def _of_battery(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
         f"{fleet.name(plan)}: it takes {energy:.1f} Wh in {told_seconds(taken.time)} and leaves {taken.left:.1%} of "
         f"its battery; {reserve:.0%} is its reserve."
     )
+
+
+def _of_photos(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
+    """Yield how a flight takes its photos, from where, and what of it is not proven."""
+    runs, name = plan.route.runs, fleet.name(plan)
+    if not runs:
+        return
+    stops, (latitude, longitude, ground) = plan.full_stops, fleet.place(plan.home)
+    alone, spans = sum(run.on == run.off for run in runs), [run for run in runs if run.on < run.off]
+    photos = counted(sum(run.count for run in runs), "photo")
+    through = sum(not stops[run.on] and not stops[run.off] for run in spans)
+    parts = [f"{through} of {counted(len(spans), 'run')} flown through"] if spans else []
+    parts += [f"{alone} taken standing"] if alone else []
+    yield (
+        f"{name}: {photos} in {told_seconds(float(plan.arrivals[-1]) - plan.begin)}, {', '.join(parts)}; launch it "
+        f"within {LAUNCH:g} m of {latitude:.6f}, {longitude:.6f} and {LAUNCH:g} m of {ground:z.1f} m above mean sea "
+        "level."
+    )
+    late = max((plan.speeds[run.on] * LOOKS[plan.autopilot.name] / 2 * (run.count - 1) for run in spans), default=0.0)
+    if late and all(run.trigger == "distance" for run in spans):
+        every = 1000 * LOOKS[plan.autopilot.name]
+        yield (
+            f"{name}: {plan.autopilot.title} looks at the distance every {every:.0f} ms: on its longest strip the last "
+            f"photo may be {max(late - LATE, 0.0):.2g} m late, {Caution.NOT} proven."
+        )
+    if plan.autopilot.name == "dji" and through:
+        yield f"{name}: how DJI's aircraft turn is not published: bends and run-ins of strips are {Caution.NOT} proven."
+    if any(run.trigger == "time" for run in spans):
+        yield f"{name}: photos by time are as far off their places as its speed is off: that is {Caution.NOT} proven."
+    if fleet.options.survey_item:
+        yield (
+            f"{name}: whoever edits its survey item in QGroundControl puts other waypoints in place of these, which "
+            f"are {Caution.NOT} proven."
+        )
 
 
 def _of_way_home(fleet: ExportedFleet, plan: FlightPlan, back: WayHome | None) -> Iterator[str]:

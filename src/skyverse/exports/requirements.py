@@ -89,6 +89,9 @@ class ExportOptions:
     allow_close
         Whether to export even if UAVs come closer than their separation, as planned or when autopilots fly their
         waypoints on schedule.
+    survey_item
+        Whether ``.plan`` files have the photos of a survey of an area in QGroundControl's own survey item, which shows
+        them as a survey; who edits it there puts other waypoints, which nobody has proven, in their place.
     """
 
     altitude: AltitudeReference = "amsl"
@@ -101,6 +104,7 @@ class ExportOptions:
     autopilot: AutopilotName | None = None
     apart_in_space: bool = False
     allow_close: bool = False
+    survey_item: bool = False
 
     def __post_init__(self) -> None:
         require_choice(self.altitude, get_args(AltitudeReference), "altitude")
@@ -117,6 +121,7 @@ class ExportOptions:
             require_number(self.return_altitude, "return_altitude", "metres above home", 0.0)
         require_flag(self.apart_in_space, "apart_in_space")
         require_flag(self.allow_close, "allow_close")
+        require_flag(self.survey_item, "survey_item")
 
 
 def export_suffix(path: Path) -> str:

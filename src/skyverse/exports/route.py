@@ -205,7 +205,15 @@ def _what_is_kept(scenario: Scenario) -> str:
     return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
 
 
-def route(legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: Takeoff, stops: bool) -> Route:
+def route(
+    legs: LegChecker,
+    flight: ExportedFlight,
+    *,
+    radius: float,
+    takeoff: Takeoff,
+    stops: bool,
+    through: bool = True,
+) -> Route:
     """Return a UAV's waypoints, which the referee has yet to prove.
 
     Parameters
@@ -221,6 +229,8 @@ def route(legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: T
         height is halved twice, then left out, where an obstacle is above the start.
     stops
         Whether the UAV stops at every waypoint and cuts no corner.
+    through
+        Whether even such a one flies through the ends and bends of strips along which photos are taken.
 
     Raises
     ------
@@ -228,7 +238,7 @@ def route(legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: T
         If no radius gives a clear route, or it has more waypoints than autopilots accept.
     """
     if flight.strips:
-        return _route_of_photos(legs, flight, radius=radius, takeoff=takeoff, stops=stops)
+        return _route_of_photos(legs, flight, radius=radius, takeoff=takeoff, stops=stops, through=through)
     sizes = _sizes(radius, not stops and legs.scenario.uavs[flight.uav].fixed_wing is None)
     found = _searched(legs, flight, _Curve(*_samples(flight)), sizes, takeoff, stops=stops)
     if isinstance(found, Route):
@@ -252,7 +262,7 @@ class _NoRoute(NamedTuple):
 
 
 def _route_of_photos(
-    legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: Takeoff, stops: bool
+    legs: LegChecker, flight: ExportedFlight, *, radius: float, takeoff: Takeoff, stops: bool, through: bool
 ) -> Route:
     """Return the waypoints of a flight with strips: it stops at the ends of those to which no run-in is proven."""
     vehicle, autopilot = legs.scenario.uavs[flight.uav], AUTOPILOTS[takeoff.autopilot]
@@ -260,10 +270,10 @@ def _route_of_photos(
     radius = radius if wing else min(radius, MOST_RADIUS)
     busy = [flight.begin, flight.end, *(t for stay in flight.stays for t in (stay.arrival, stay.departure))]
     ways = strip_ways(legs.scenario, flight.uav, flight.trajectory, flight.strips, busy)
-    halts = [[gap < LEAST_GAP for gap in way.room] for way in ways]
+    halts = [[not through or gap < LEAST_GAP for gap in way.room] for way in ways]
     found = _NoRoute("")
     for size, may_stop in _sizes(radius, not stops and not wing):
-        how, more = Approach(autopilot.name, rates_of(vehicle, autopilot), size, wing), True
+        how, more = Approach(autopilot.name, rates_of(vehicle, autopilot), size, wing, through), True
         while more:
             laid = tuple(way.laid(how, (first, last)) for way, (first, last) in zip(ways, halts, strict=True))
             made = _searched(legs, flight, _with_strips(flight, ways, laid), [(size, may_stop)], takeoff, stops=stops)

@@ -10,6 +10,8 @@ import numpy as np
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, autopilot_for, require_return_altitude
+from skyverse.exports.expected_photos import SUFFIXES as PHOTO_FILES
+from skyverse.exports.expected_photos import photo_files
 from skyverse.exports.fleet_routes import routes
 from skyverse.exports.flight_plan import FlightPlan, flight_plans, in_turn
 from skyverse.exports.landing import landing_places, require_landings, stands
@@ -86,7 +88,8 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     settings = [litchi_settings(told)] if suffix == ".litchi.csv" else []
     notes = [*cautions(told, planned=planned), *settings, *loading(told, rates), *details(told)]
     certificate = ExportCertificate(apart, tuple(returns), flight_verdicts(told))
-    return WaypointFiles(contents, [file for file in contents if file not in rates], certificate, notes)
+    files = [file for file in contents if file not in rates and not file.name.endswith(PHOTO_FILES)]
+    return WaypointFiles(contents, files, certificate, notes)
 
 
 def _require_returns(scenario: Scenario, backs: Sequence[tuple[FlightPlan, WayHome | None]]) -> None:
@@ -125,6 +128,7 @@ def _plans(mission: Mission, suffix: str, options: ExportOptions) -> list[Flight
             takeoff=options.takeoff if made.rises is None else made.rises[0],
             stops=made.stops,
             autopilot=made.name,
+            through=suffix != ".litchi.csv",
         )
         plans = flight_plans(scenario, flown, made, stands(scenario, [one.uav for one in flown]))
         _require_rises(scenario, plans)
@@ -202,8 +206,10 @@ def _contents(path: Path, suffix: str, fleet: ExportedFleet) -> tuple[Contents, 
     for own, plan, back in zip(file_for_each(path, suffix, names), fleet.plans, fleet.returns, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
-            flight = FlightFile(fleet.scenario, plan, part, fleet.options.altitude, plan.end, back, fence)
+            item = fleet.options.survey_item
+            flight = FlightFile(fleet.scenario, plan, part, fleet.options.altitude, plan.end, back, fence, item)
             contents[file] = FORMATS[suffix](flight)
+        contents |= photo_files(fleet.mission, plan, own, suffix)
         rates.append(parameter_file(own, suffix, plan))
         if rates[-1] is not None:
             contents[rates[-1]] = parameters_text(plan, fleet.scenario.uavs[plan.route.uav], back)

@@ -4,6 +4,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from skyverse.exports.camera_items import interval
 from skyverse.exports.global_positions import GlobalPositions, geoid_of, global_positions, origin_of
 from skyverse.exports.map_formats import KML, add_texts, document_text
 from skyverse.exports.mavlink_formats import FlightFile, wanted_heading
@@ -15,6 +16,17 @@ WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 FINISH_ACTIONS = {"loiter": "noAction", "land": "autoLand", "rtl": "goHome"}
+PASS = "toPointAndPassWithContinuityCurvature"
+Params = dict[str, str | float]
+GIMBAL: Params = {
+    "payloadPositionIndex": "0",
+    "gimbalHeadingYawBase": "aircraft",
+    "gimbalRotateMode": "absoluteAngle",
+    **{"gimbalRollRotateEnable": "0", "gimbalRollRotateAngle": "0"},
+    **{"gimbalYawRotateEnable": "0", "gimbalYawRotateAngle": "0"},
+    **{"gimbalRotateTimeEnable": "0", "gimbalRotateTime": "0"},
+}
+"""What a turn of the gimbal has beside its pitch."""
 DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
 """A Mavic 3E and its camera; DJI's app lets the pilot choose another drone."""
 
@@ -38,7 +50,8 @@ def stay_at(file: FlightFile, k: int) -> float:
     if of_plan == 0:
         return file.plan.hover
     route, begins = file.plan.route, k == 0  # a part begins where the one before has stayed
-    return 0.0 if begins or route.waypoint_targets[of_plan] < 0 else float(route.waypoint_holds[of_plan])
+    stays = route.waypoint_targets[of_plan] >= 0 or any(run.on == of_plan == run.off for run in route.runs)
+    return 0.0 if begins or not stays else float(route.waypoint_holds[of_plan])
 
 
 def part_positions(file: FlightFile) -> GlobalPositions:
@@ -88,7 +101,13 @@ def _template(file: FlightFile) -> str:
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, ellipsoidHeight=above_ellipsoid[k], height=at.altitude[k])
         _add(mark, useGlobalHeight="0", useGlobalSpeed="0", waypointSpeed=speed)
-        _add(mark, useGlobalHeadingParam="1", useGlobalTurnParam="1")
+        mode, damping = _turn(file, k)
+        _add(mark, useGlobalHeadingParam="1", useGlobalTurnParam=str(int(mode == STOP)))
+        if mode != STOP:
+            turn = ET.SubElement(mark, "wpml:waypointTurnParam")
+            _add(turn, waypointTurnMode=mode, waypointTurnDampingDist=damping)
+            _add(mark, useStraightLine="1")
+        _add_camera(mark, file, k)
     return document_text(root)
 
 
@@ -125,24 +144,71 @@ def _waylines(file: FlightFile) -> str:
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, executeHeight=heights[k], waypointSpeed=speed)
         _add_heading(mark, "waypointHeadingParam", file, wanted_heading(file.scenario, file.plan, file.part[k]))
-        turn = ET.SubElement(mark, "wpml:waypointTurnParam")
-        _add(turn, waypointTurnMode=STOP, waypointTurnDampingDist="0")
+        turn, (mode, damping) = ET.SubElement(mark, "wpml:waypointTurnParam"), _turn(file, k)
+        _add(turn, waypointTurnMode=mode, waypointTurnDampingDist=damping)
         _add(mark, useStraightLine="1")
         if stay := stay_at(file, k):
-            _hover(mark, k, stay)
+            _action(mark, k, (k, k), "hover", {"hoverTime": stay})
+        _add_camera(mark, file, k)
     return document_text(root)
 
 
-def _hover(mark: ET.Element, k: int, seconds: float) -> None:
-    """Add a hover at waypoint k of a file."""
+def _turn(file: FlightFile, k: int) -> tuple[str, str | float]:
+    """Return how waypoint k of a file is passed, and within which distance: strips at once, else with a stop.
+
+    How DJI's aircraft turn is not published: its turns are taken to stay within that distance, as other autopilots' do.
+    """
+    number, points = file.part[k], file.plan.waypoints
+    if file.plan.full_stops[number] or k in (0, len(file.part) - 1):
+        return STOP, "0"
+    inside = any(run.on <= number < run.off for run in file.plan.route.runs)
+    shortest = float(np.linalg.norm(np.diff(points[number - 1 : number + 2], axis=0), axis=1).min())
+    damping = min(float(file.plan.route.waypoint_radii[number]), 0.45 * shortest)
+    return PASS if inside else "coordinateTurn", damping
+
+
+def _add_camera(mark: ET.Element, file: FlightFile, k: int) -> None:
+    """Add what the camera does at waypoint k of a file: it turns before a run, and takes the photos of one."""
+    runs, part = file.plan.route.runs, file.part
+    first = len(part)  # numbers of groups after those of hovers
+    for n, run in enumerate(runs):
+        if run.on not in part or run.off not in part:
+            continue
+        on, off = run.on - part[0], run.off - part[0]
+        before = [one for one in runs[:n] if one.on in part and one.off in part]
+        turns = not before or before[-1].pitch != run.pitch
+        if turns and k == (max(on - 1, 0) if on < off else on):
+            angle: Params = {"gimbalPitchRotateEnable": "1", "gimbalPitchRotateAngle": run.pitch}
+            _action(mark, first + 2 * n, (k, k), "gimbalRotate", GIMBAL | angle)
+        if k == on:
+            trigger = None
+            if on < off:
+                by_time = run.trigger == "time"
+                step = interval(file.plan, run) if by_time else run.spacing
+                trigger = ("multipleTiming" if by_time else "multipleDistance", step)
+            photo: Params = {"payloadPositionIndex": "0", "useGlobalPayloadLensIndex": "0"}
+            _action(mark, first + 2 * n + 1, (on, off), "takePhoto", photo, trigger)
+
+
+def _action(
+    mark: ET.Element,
+    number: int,
+    span: tuple[int, int],
+    name: str,
+    params: Params,
+    trigger: tuple[str, float] | None = None,
+) -> None:
+    """Add a group with one action, between two waypoints of a file; without a trigger at the first of them."""
     group = ET.SubElement(mark, "wpml:actionGroup")
-    number = str(k)
-    _add(group, actionGroupId=number, actionGroupStartIndex=number, actionGroupEndIndex=number)
+    _add(group, actionGroupId=str(number), actionGroupStartIndex=str(span[0]), actionGroupEndIndex=str(span[1]))
     _add(group, actionGroupMode="sequence")
-    _add(ET.SubElement(group, "wpml:actionTrigger"), actionTriggerType="reachPoint")
+    kind = ET.SubElement(group, "wpml:actionTrigger")
+    _add(kind, actionTriggerType="reachPoint" if trigger is None else trigger[0])
+    if trigger is not None:
+        _add(kind, actionTriggerParam=trigger[1])
     action = ET.SubElement(group, "wpml:action")
-    _add(action, actionId="0", actionActuatorFunc="hover")
-    _add(ET.SubElement(action, "wpml:actionActuatorFuncParam"), hoverTime=seconds)
+    _add(action, actionId="0", actionActuatorFunc=name)
+    _add(ET.SubElement(action, "wpml:actionActuatorFuncParam"), **params)
 
 
 def _placemark(folder: ET.Element, longitude: float, latitude: float, index: int) -> ET.Element:
