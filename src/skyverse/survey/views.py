@@ -11,7 +11,7 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.kernel import inner_query, kernel
+from skyverse.numerics.kernel import inner, inner_query, kernel
 from skyverse.space.obstacles import Space, crosses
 from skyverse.space.world import World
 from skyverse.survey.facets import Facets
@@ -155,16 +155,37 @@ def _meets(triangle: Floats, a: Floats, b: Floats) -> bool:
     return s >= 0.0 and t >= 0.0 and s + t <= 1.0 and 0.0 <= share <= 1.0
 
 
+@inner
+def _near(triangles: Floats, starts: Floats, ends: Floats, found: Ints) -> int:
+    """Write which triangles meet the box around places (k, 3) and (l, 3), and return how many there are."""
+    count, low, high = 0, np.empty(3), np.empty(3)
+    for axis in range(3):
+        low[axis] = min(starts[:, axis].min(), ends[:, axis].min())
+        high[axis] = max(starts[:, axis].max(), ends[:, axis].max())
+    for j in range(len(triangles)):
+        meets = True
+        for axis in range(3):
+            a, b, c = triangles[j, 0, axis], triangles[j, 1, axis], triangles[j, 2, axis]
+            meets = meets and max(a, b, c) >= low[axis] and min(a, b, c) <= high[axis]
+        if meets:
+            found[count] = j
+            count += 1
+    return count
+
+
 @kernel
-def _clear(space: Space, triangles: Floats, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
-    """Tell for each pair of places (n, k, 3) and (n, l, 3) whether nothing is on all lines between them, (n,)."""
+def _clear(space: Space, triangles: Floats, starts: Floats, ends: Floats, which: Ints) -> NDArray[np.bool_]:
+    """Tell of places (n, k, 3) and of some of (m, l, 3), `which` (n,), whether all lines between them are free, (n,)."""
     clear = np.ones(len(starts), np.bool_)
+    near = np.empty(len(triangles), np.int64)
     for i in range(len(starts)):
-        for k in range(starts.shape[1] * ends.shape[1]):
-            a, b = starts[i, k % starts.shape[1]], ends[i, k // starts.shape[1]]
+        sights = ends[which[i]]
+        count = _near(triangles, starts[i], sights, near)
+        for k in range(starts.shape[1] * len(sights)):
+            a, b = starts[i, k % starts.shape[1]], sights[k // starts.shape[1]]
             clear[i] = not crosses(space, -space.clearance, a, b)
-            for j in range(len(triangles)):
-                clear[i] = clear[i] and not _meets(triangles[j], a, b)
+            for j in range(count):
+                clear[i] = clear[i] and not _meets(triangles[near[j]], a, b)
             if not clear[i]:
                 break
     return clear
@@ -210,4 +231,4 @@ class Sights:
         inward = facets.corners + OFF_WALL * (facets.centre[:, None] - facets.corners)
         ends = inward + OFF_WALL * facets.normal[:, None]
         starts = places[:, None] + self.strays
-        return _clear(self.world.space, self.triangles, starts, ends[which])
+        return _clear(self.world.space, self.triangles, starts, ends, which)
