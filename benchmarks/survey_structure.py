@@ -107,7 +107,7 @@ def least_photos(sets: np.ndarray, elements: np.ndarray) -> float:
 def structure(mesh: Path | None = None, seconds: float = SECONDS) -> None:
     """Print photos and tours of some structures beside their bounds."""
     print(describe("pyvrp", "scipy"), "\n", flush=True)
-    rows = []
+    rows, real = [], viewpoints.few_sets
     for name, given in cases(mesh):
         asked: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -115,7 +115,6 @@ def structure(mesh: Path | None = None, seconds: float = SECONDS) -> None:
             asked.append((sets, elements))
             return real(sets, elements)
 
-        real = viewpoints.few_sets
         structure_lines(given, 0)
         began = time.perf_counter()
         with patch.object(viewpoints, "few_sets", few_sets):

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.errors import InputError
+from skyverse.model.shapes import Terrain
 from skyverse.space.world import World
 from skyverse.survey.structure_lines import structure_lines
 
@@ -131,3 +133,86 @@ def test_all_lines_are_clear(pattern):
     for line in structure_lines(given, 0).lines:
         assert world.free(line.path).all()
         assert world.segments_free(line.path[:-1], line.path[1:]).all()
+
+
+def test_a_ball_and_a_mesh_are_seen():
+    given = scenario(BALL, pattern="viewpoints")
+    rng = np.random.default_rng(2)
+    normals = rng.normal(size=(1000, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    places = np.array(BALL.centre) + (BALL.radius + 0.01) * normals
+    found = structure_lines(given, 0)
+    gaps = np.array([np.mean(gap.outline, axis=0) for gap in found.unseen]).reshape(-1, 3)
+    near = np.linalg.norm(places[:, None] - gaps, axis=2).min(axis=1, initial=np.inf) < 3.0
+    assert (seen_by_all_errors(photos(found.lines), places, normals, given.surveys[0], ERROR, never) | near).all()
+    assert near.mean() < 0.35  # from below, where a gimbal looks up by 30 degrees at most
+    corners = [((0, 0, 5), (12, 0, 5), (12, 0, 20)), ((0, 0, 5), (12, 0, 20), (0, 6, 20))]
+    mesh = scenario(structures=(), facets=corners, pattern="viewpoints")
+    found = structure_lines(mesh, 0)
+    assert found.unseen == ()
+    for a, b, c in np.array(corners, dtype=float):
+        share = rng.dirichlet((1, 1, 1), size=400)
+        normal = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
+        places, normals = share @ np.array([a, b, c]) + 0.01 * normal, np.tile(normal, (400, 1))
+        assert seen_by_all_errors(photos(found.lines), places, normals, mesh.surveys[0], ERROR, never).all()
+
+
+@pytest.mark.parametrize("pattern", ["facade", "orbit", "viewpoints"])
+def test_what_another_obstacle_hides_is_told(pattern):
+    given = scenario(BOX, BESIDE, pattern=pattern)
+    found = structure_lines(given, 0)
+    places, normals = wall_samples(rings_of(BOX), 0.0, 15.0)
+    hidden = behind_boxes(BOX, BESIDE)
+    seen = seen_by_all_errors(photos(found.lines), places, normals, given.surveys[0], ERROR, hidden)
+    untold = [p for p in places[~seen] if not any(around(gap.outline, p) for gap in found.unseen)]
+    assert untold == []
+    assert {gap.why for gap in found.unseen} <= {"hidden by 'b'", "too near 'b' to be flown before"}
+    assert 48.0 <= sum(gap.area for gap in found.unseen) < 70.0  # 6 m by 8 m touch, and whole facets are told
+
+
+def around(outline, place):
+    low, high = np.min(outline, axis=0), np.max(outline, axis=0)
+    return ((place > low - 0.05) & (place < high + 0.05)).all()
+
+
+def test_walls_are_seen_down_to_sloping_ground_and_what_is_below_it_is_not_asked_for():
+    x = np.arange(-60, 101, 10.0)
+    y = np.arange(-60, 91, 10.0)
+    ground = Terrain(origin=(-60, -60), step=(10, 10), heights=np.tile(0.15 * (x[:, None] + 60), (1, len(y))))
+    box = sky.Box(min=(0, 0, 0), max=(30, 12, 30), name="a")
+    given = scenario(box, terrain=ground, pattern="facade")
+    found = structure_lines(given, 0)
+    assert found.unseen == ()
+    places, normals = wall_samples(rings_of(box), 0.0, 30.0)
+    above = places[:, 2] > ground.height(places[:, :2]) + 0.3
+
+    def below_ground(eye, places):
+        at = eye + np.linspace(0, 1, 50)[:, None, None] * (places - eye)
+        return (at[..., 2] < ground.height(at[..., :2])).any(axis=0)
+
+    seen = seen_by_all_errors(photos(found.lines), places, normals, given.surveys[0], ERROR, below_ground)
+    assert seen[above].all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"gsd": "1 mm", "clearance": 5.0}, "gsd"),
+        ({"gsd": None, "height": 4.0, "clearance": 5.0}, "height"),
+        ({"gimbal": -80.0, "pattern": "facade"}, "gimbal"),
+        ({"error": {"horizontal": 3.0, "vertical": 3.0}, "clearance": 0.5}, "gsd"),
+    ],
+)
+def test_what_cannot_be_flown_is_refused(changes, field):
+    given = scenario(BOX, **{"pattern": "orbit", **changes})
+    with pytest.raises(InputError) as caught:
+        structure_lines(given, 0)
+    assert caught.value.sentence.field == field
+
+
+def test_zones_that_are_closed_at_times_are_kept_from():
+    zone = sky.Box(min=(-20, -20, 0), max=(12, -1, 80), name="closed", active=((10.0, 20.0),))
+    given = scenario(BOX, pattern="facade")
+    given = sky.Scenario(**{**dict(given), "zones": (zone,)})
+    for line in structure_lines(given, 0).lines:
+        assert not ((line.path > np.array(zone.min) - 2.0) & (line.path < np.array(zone.max) + 2.0)).all(axis=1).any()

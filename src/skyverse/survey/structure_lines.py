@@ -13,6 +13,7 @@ from skyverse.errors import InputError
 from skyverse.model.coverage import CoverageGap
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
+from skyverse.model.timed_shapes import temporary_zones, with_zones_active
 from skyverse.model.uav import TrackingError
 from skyverse.space.world import World
 from skyverse.survey.facets import Facets, StructureOutline, facets_of, heading_of, outlines
@@ -21,9 +22,11 @@ from skyverse.survey.viewpoints import few_views
 from skyverse.survey.views import OFF_WALL, Look, Sights, look_of
 
 IN_FRAME = 6.0
-"""Facets across a photo's shorter side, at least."""
+"""Facets across the shorter side of a photo without errors; an odd number of them, five, fit with usual errors."""
 LEAST_SIDES, MOST_SIDES = 8, 18
 """Sides of the polygon that is flown for a circle."""
+LEAST_HALF = 0.05
+"""Metres of a wall that a photo shows for certain to either side of its middle, at least."""
 SAMPLES = 50
 """Places before a facet at which it is asked what hides it."""
 PARTS_OF_STEP = 4
@@ -84,12 +87,14 @@ def structure_lines(scenario: Scenario, number: int) -> SurveyLines:
             f"{max(look.distance, 0.0):.3g} m, which the errors leave",
             field=field,
         )
-    world, sights = World(scenario, error), Sights(scenario, survey, look)
-    size = 2.0 * look.distance * min(look.wide, look.high) / IN_FRAME
-    facets = facets_of(scenario, survey, size)
+    as_closed = with_zones_active(scenario, temporary_zones(scenario))
+    world, sights = World(as_closed, error), Sights(scenario, survey, look)
+    frame = frame_of(look, 0.0 if survey.pattern == "viewpoints" else survey.pitch, field)
+    facets = facets_of(scenario, survey, 2.0 * look.distance * min(look.wide, look.high) / IN_FRAME)
+    facets = facets.chosen(~sights.inside_structures(facets))
     lines: list[PhotoLine] = []
     if survey.pattern != "viewpoints":
-        lines = list(_useful(_layers(scenario, survey, look, world), sights, facets))
+        lines = list(_useful(_layers(scenario, survey, frame, world), sights, facets))
     views = np.concatenate([np.zeros((0, 5)), *map(_views, lines)])
     shown = np.isin(np.arange(len(facets)), sights.seen(views, facets)[1])
     more, found = few_views(world, sights, facets.chosen(~shown), survey.gimbal)
@@ -131,6 +136,12 @@ def frame_of(look: Look, pitch: float, field: str) -> WallFrame:
     low = -(distance * (look.high * c - s) - side) / (c + look.high * s)
     nearest = min(distance * c + low * s, distance * c + high * s)
     half = look.wide * nearest - lost * math.hypot(1.0, look.wide)
+    if half <= LEAST_HALF or high - low <= 2.0 * LEAST_HALF:
+        raise InputError(
+            f"expected photos that show something for certain, found that the tracking error and the camera's leave "
+            f"nothing of them at a distance of {distance:.3g} m",
+            field=field,
+        )
     return WallFrame(distance, half, low, high)
 
 
@@ -145,14 +156,10 @@ class _Run:
     high: float
 
 
-def _layers(scenario: Scenario, survey: Survey, look: Look, world: World) -> Iterator[PhotoLine]:
+def _layers(scenario: Scenario, survey: Survey, frame: WallFrame, world: World) -> Iterator[PhotoLine]:
     """Yield the lines of layers before walls, or of circles."""
-    field = "gimbal" if survey.gimbal is not None else "camera"
-    frame = frame_of(look, survey.pitch, field)
     front, beside = (1.0 - share / 100.0 for share in survey.overlap)
     step = 2.0 * frame.half * front
-    if frame.half <= 0.0 or frame.high <= frame.low:
-        raise InputError("expected a distance at which the errors leave something of each photo", field=field)
     for outline in outlines(scenario, survey):
         runs = _sides(outline, frame) if survey.pattern == "facade" else _circle(outline, frame, step)
         for run in runs:

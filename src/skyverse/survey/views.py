@@ -175,7 +175,7 @@ def _near(triangles: Floats, starts: Floats, ends: Floats, found: Ints) -> int:
 
 @kernel
 def _clear(space: Space, triangles: Floats, starts: Floats, ends: Floats, which: Ints) -> NDArray[np.bool_]:
-    """Tell of places (n, k, 3) and of some of (m, l, 3), `which` (n,), whether all lines between them are free, (n,)."""
+    """Tell of places (n, k, 3) and some of (m, l, 3), `which` (n,), whether all lines between them are free, (n,)."""
     clear = np.ones(len(starts), np.bool_)
     near = np.empty(len(triangles), np.int64)
     for i in range(len(starts)):
@@ -207,6 +207,8 @@ class Sights:
         ground = None if scenario.terrain is None else derived(scenario.terrain, clearance=None)
         changes = {"obstacles": solid, "terrain": ground, "surveys": (), "max_height": None}
         self.world, self.look = World(derived(scenario, **changes)), look
+        own = tuple(one for one in scenario.obstacles if one.name and one.name in survey.structures)
+        self.structures = World(derived(scenario, **{**changes, "obstacles": own, "terrain": None}))
         self.triangles = np.array(survey.facets, dtype=np.float64).reshape(-1, 3, 3)
         aside, up = look.aside, look.up
         rim = [(aside, 0.0, up), (-aside, 0.0, up), (0.0, aside, up), (0.0, -aside, up)]
@@ -226,9 +228,19 @@ class Sights:
         clear = self.clear(views[view, :3], facets, facet)
         return view[clear], facet[clear]
 
+    def inside_structures(self, facets: Facets) -> NDArray[np.bool_]:
+        """Tell which facets lie inside the survey's structures, (n,): those that its obstacles cover together."""
+        if not self.structures.scenario.obstacles:
+            return np.zeros(len(facets), dtype=np.bool_)
+        depth = self.structures.distance(self._before(facets).reshape(-1, 3)).reshape(-1, 4)
+        return (depth < 0.0).all(axis=1)
+
+    def _before(self, facets: Facets) -> Floats:
+        """Return places (n, 4, 3) close before the facets' corners."""
+        inward = facets.corners + OFF_WALL * (facets.centre[:, None] - facets.corners)
+        return inward + OFF_WALL * facets.normal[:, None]
+
     def clear(self, places: Floats, facets: Facets, which: Ints) -> NDArray[np.bool_]:
         """Tell for each place (n, 3) and facet (n,) whether nothing hides a corner of it, (n,)."""
-        inward = facets.corners + OFF_WALL * (facets.centre[:, None] - facets.corners)
-        ends = inward + OFF_WALL * facets.normal[:, None]
         starts = places[:, None] + self.strays
-        return _clear(self.world.space, self.triangles, starts, ends, which)
+        return _clear(self.world.space, self.triangles, starts, self._before(facets), which)
