@@ -4,6 +4,7 @@
   https://github.com/UNCCharlotte-CS-Robotics/AreaCoverage-dataset, the costs a table of the published ones.
 - ``bound FOLDER COSTS``: gaps to our lower bounds on the maps with 15 holes.
 - ``zones_planar [RUNS]``: random areas with up to 20 zones, judged by shapely.
+- ``structure [MESH.stl] [SECONDS]``: viewpoints beside the linear programme of set cover, their tour beside PyVRP's.
 """
 
 import importlib
@@ -17,6 +18,7 @@ PARTS = {
     "ac_agarwal": "survey_ac",
     "bound": "survey_ac",
     "zones_planar": "survey_zones",
+    "structure": "survey_structure",
 }
 
 

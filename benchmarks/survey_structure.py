@@ -5,7 +5,6 @@ chosen among, and its value is a lower bound of their number. PyVRP (an extra of
 many seconds for the shortest closed tour through the same places; ours is that of `order_strips`.
 """
 
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from machine import describe, table
+from machine import table
 from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
@@ -22,7 +21,7 @@ from skyverse.survey import viewpoints
 from skyverse.survey.strip_order import order_strips
 from skyverse.survey.structure_lines import structure_lines
 
-SECONDS = 10.0
+SECONDS = 10
 MILLIMETRES = 1e3
 ROUNDS = 2_000
 YARD = sky.Prism(
@@ -104,9 +103,8 @@ def least_photos(sets: np.ndarray, elements: np.ndarray) -> float:
     return float(found.fun)
 
 
-def structure(mesh: Path | None = None, seconds: float = SECONDS) -> None:
+def structure(mesh: Path | None = None, seconds: int = SECONDS) -> None:
     """Print photos and tours of some structures beside their bounds."""
-    print(describe("pyvrp", "scipy"), "\n", flush=True)
     rows, real = [], viewpoints.few_sets
     for name, given in cases(mesh):
         asked: list[tuple[np.ndarray, np.ndarray]] = []
@@ -129,7 +127,3 @@ def structure(mesh: Path | None = None, seconds: float = SECONDS) -> None:
         rows.append([name, *counts, *photos, f"{ours:.0f}", f"{theirs:.0f}", f"{ours / theirs:.3f}", f"{took:.1f}"])
     head = ["structure", "facets", "views", "photos", "LP", "ratio", "tour, m", "PyVRP, m", "ratio", "s"]
     table(head, rows)
-
-
-if __name__ == "__main__":
-    structure(*[Path(one) for one in sys.argv[1:2]], *map(float, sys.argv[2:3]))

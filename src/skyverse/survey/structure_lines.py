@@ -127,7 +127,7 @@ def frame_of(look: Look, pitch: float, field: str) -> WallFrame:
     c, s = math.cos(math.radians(pitch)), math.sin(math.radians(pitch))
     if c - look.high * abs(s) <= 0.1:
         raise InputError(
-            f"expected a camera that sees a wall before it, but it looks {pitch:g} degrees up", field=field
+            f"expected a camera that sees walls before it, found a pitch of {pitch:g} degrees", field="gimbal"
         )
     distance = look.distance * (c - look.high * abs(s))
     lost = look.turn * (look.distance * look.corner + look.off) + look.off

@@ -233,7 +233,7 @@ class Sights:
         if not self.structures.scenario.obstacles:
             return np.zeros(len(facets), dtype=np.bool_)
         depth = self.structures.distance(self._before(facets).reshape(-1, 3)).reshape(-1, 4)
-        return (depth < 0.0).all(axis=1)
+        return np.asarray((depth < 0.0).all(axis=1), dtype=np.bool_)
 
     def _before(self, facets: Facets) -> Floats:
         """Return places (n, 4, 3) close before the facets' corners."""
