@@ -76,5 +76,5 @@ def _judged_anew(mission: "Mission") -> "Mission":
     """Return a mission with the referee's verdict in place of the one that its file claims."""
     from skyverse.referee import judge
 
-    violations, (certificates, apart) = judge(mission.scenario, mission)
-    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
+    violations, (certificates, apart, coverage) = judge(mission.scenario, mission)
+    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart, coverage=coverage)

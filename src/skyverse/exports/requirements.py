@@ -264,7 +264,7 @@ def require_not_refuted(
     InputError
         If the referee refutes the mission.
     """
-    violations, (certificates, apart) = judge(scenario, mission)
+    violations, (certificates, apart, coverage) = judge(scenario, mission)
     close = [one for one in violations if one.fault in TOO_CLOSE]
     doubtful = [one for one in violations if one.fault is Fault.UNDECIDED]
     wrong = [one for one in violations if one.fault not in (*TOO_CLOSE, Fault.UNDECIDED)]
@@ -274,7 +274,8 @@ def require_not_refuted(
         raise InputError(said, give=[] if wrong else [remedy])
     notes = [f"{Caution.NOT} apart, as the referee finds: {_told(close)}."] if close else []
     notes += [f"{Caution.NOT} proven by the referee: {_told(doubtful)}."] if doubtful else []
-    return notes, replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
+    judged = {"certificates": certificates, "apart": apart, "coverage": coverage}
+    return notes, replace(mission, violations=tuple(violations), **judged)
 
 
 def _told(violations: Sequence[Violation]) -> str:

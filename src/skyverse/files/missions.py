@@ -14,6 +14,7 @@ from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.replanned_flight import REPLANNED_FLIGHT_1, ReplannedFlight
+from skyverse.model.sortie import Strip
 from skyverse.model.trajectory import Pointing
 from skyverse.summary import with_flight_summaries
 
@@ -109,19 +110,30 @@ def _require_sound_arrays(source: object, mission: Mission) -> None:
 
 
 def _require_sound_sorties(source: object, mission: Mission) -> None:
-    """Refuse sorties that are at no instants, and targets that there are not; the referee judges the rest."""
+    """Refuse sorties that are at no instants, and targets and surveys that there are not; the referee judges the rest."""
     named = [(f"unvisited[{k}]", one.target) for k, one in enumerate(mission.unvisited)]
     for i, own in enumerate(mission.sorties):
         for j, sortie in enumerate(own):
             place = f"sorties[{i}][{j}]"
             named += [(f"{place}.visits[{k}]", visit.target) for k, visit in enumerate(sortie.visits)]
             instants = [sortie.begin, sortie.end, *(t for one in sortie.visits for t in (one.arrival, one.departure))]
+            for k, strip in enumerate(sortie.strips):
+                _require_sound_strip(f"{source}: {place}.strips[{k}]", strip, len(mission.scenario.surveys))
             if not np.isfinite(instants).all() or sortie.begin > sortie.end:
                 raise InputError(f"{source}: {place}: expected seconds, none infinite, and a begin not after its end")
     count = len(mission.scenario.targets)
     for place, target in named:
         if not 0 <= target < count:
             raise InputError(f"{source}: {place}.target: expected a target's number below {count}, found {target}")
+
+
+def _require_sound_strip(place: str, strip: Strip, surveys: int) -> None:
+    if not 0 <= strip.survey < surveys:
+        raise InputError(f"{place}.survey: expected a survey's number below {surveys}, found {strip.survey}")
+    if not np.isfinite([strip.begin, strip.end, strip.every, strip.pitch, strip.heading or 0.0]).all():
+        raise InputError(f"{place}: expected numbers, found NaN or infinity")
+    if strip.begin > strip.end:
+        raise InputError(f"{place}: expected a begin not after its end, found {strip.begin:g} and {strip.end:g} s")
 
 
 def _require_sound_pointing(place: str, pointing: Pointing | None) -> None:

@@ -201,8 +201,8 @@ def plan_mission(
 def _judged(mission: Mission) -> Mission:
     """Return a mission with what is flown in numbers, and what the referee says of it."""
     mission = with_flight_summaries(mission)
-    violations, (certificates, apart) = judge(mission.scenario, mission)
-    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
+    violations, (certificates, apart, coverage) = judge(mission.scenario, mission)
+    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart, coverage=coverage)
 
 
 def _makes_tours(scenario: Scenario, assignment: str) -> bool:

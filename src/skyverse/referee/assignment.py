@@ -14,7 +14,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.sorties import judge_visits, makes_tours
+from skyverse.referee.sorties import judge_visits, makes_tours, sound_sorties
 from skyverse.referee.untrusted import target_index
 from skyverse.referee.world import require_sound
 
@@ -50,7 +50,7 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
         if given is not None and result is None:
             complaints.append("has a target but no result")
         for value, noun in ((result, "result"), (trajectory, "trajectory")):
-            if given is None and value is not None:
+            if given is None and value is not None and not any(one.strips for one in sound_sorties(mission, uav)):
                 complaints.append(f"has a {noun} but no target")
         found += [Violation(Fault.ASSIGNMENT, (uav,), f"{name} {complaint}.") for complaint in complaints]
     if makes_tours(scenario, mission):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.errors import require_kind
+from skyverse.model.coverage import Coverage
 from skyverse.model.mission import Mission, index_of
 from skyverse.model.pad import Pad
 from skyverse.model.power import JOULES_OF_WATT_HOUR
@@ -26,6 +27,7 @@ from skyverse.referee.pads import pads_of, pads_sentence
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
 from skyverse.referee.sorties import judge_sorties, makes_tours, sound_sorties, spans_of, tour_of, tour_to
+from skyverse.referee.strips import judge_strips, judge_surveys
 from skyverse.referee.timed_shapes import judge_movers
 from skyverse.referee.tracking_error import EXACT
 from skyverse.referee.trajectory import judge_trajectory
@@ -40,30 +42,33 @@ class Certificates(NamedTuple):
     """What is proven of a mission.
 
     The certificate of each UAV's trajectory stands in the scenario's order, ``None`` where a UAV has no trajectory;
-    beside them stands the certificate of the fleet's separation.
+    beside them stand the certificate of the fleet's separation, and what is proven of the photos of each survey.
     """
 
     trajectories: tuple[Certificate | None, ...]
     apart: Certificate
+    coverage: tuple[Coverage, ...] = ()
 
     def __repr__(self) -> str:
         flying = [one for one in self.trajectories if one is not None]
         proven = sum(one.verdict.value == "proven" for one in flying)
-        wrong = [one.sentence for one in (*flying, self.apart) if one.verdict.value != "proven"]
+        wrong = [one.sentence for one in (*flying, self.apart, *self.coverage) if one.verdict.value != "proven"]
+        surveys = [one.verdict.value for one in self.coverage]
         return as_lines(
             f"Certificates: {proven} of {counted(len(flying), 'trajectory', 'trajectories')} proven, "
-            f"separation {self.apart.verdict.value}",
+            f"separation {self.apart.verdict.value}{', coverage ' if surveys else ''}{' and '.join(surveys)}",
             *wrong[:MAX_SHOWN],
             f"... and {len(wrong) - MAX_SHOWN} more" if len(wrong) > MAX_SHOWN else "",
         )
 
 
 class JudgedFleet(NamedTuple):
-    """The certificates, and what is behind them: the violations of each UAV's trajectory, and of the separation."""
+    """The certificates, and what is behind them: those of trajectories, of the separation, and of coverage."""
 
     certificates: Certificates
     trajectories: list[list[Violation]]
     apart: list[Violation]
+    unseen: list[Violation]
 
 
 def certify(scenario: Scenario, mission: Mission) -> Certificates:
@@ -114,6 +119,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
             violations[uav] += judge_battery(scenario, uav, trajectory, spans_of(mission, uav, curve))
             if makes_tours(scenario, mission):
                 violations[uav] += judge_sorties(scenario, mission, uav, trajectory, curve)
+                violations[uav] += judge_strips(scenario, mission, uav, trajectory)
     in_time = judge_movers(scenario, curves, unknown)
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
@@ -134,7 +140,8 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
         apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.", scenario=digest)
-    return JudgedFleet(Certificates(tuple(certificates), apart), violations, separation.violations)
+    coverage, unseen = judge_surveys(scenario, mission)
+    return JudgedFleet(Certificates(tuple(certificates), apart, coverage), violations, separation.violations, unseen)
 
 
 def _proven_sentence(
@@ -264,7 +271,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                     violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(worlds.of(uav), uav, tour, result, isinstance(trajectory, Trajectory))
             violations += fleet.trajectories[uav]
-        violations += fleet.apart
+        violations += fleet.apart + fleet.unseen
         return violations, fleet.certificates
 
 

@@ -13,7 +13,7 @@ from skyverse.model.arrays import arctan2
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.short_lines import counted
-from skyverse.model.sortie import Sortie, Unvisited, Visit
+from skyverse.model.sortie import Sortie, Strip, Unvisited, Visit
 from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Pointing, Trajectory
 from skyverse.model.verdict import Fault, Violation
@@ -44,7 +44,9 @@ def tour_of(scenario: Scenario, mission: Mission, uav: int) -> Tour:
     target = target_index(scenario, entry(mission.assignment, uav))
     visits = (visit.target for sortie in sound_sorties(mission, uav) for visit in sortie.visits)
     known = tuple(one for visit in visits if (one := target_index(scenario, visit)) is not None)
-    return Tour(known or (() if target is None else (target,)), scenario.end_place(uav, target))
+    surveys = any(sortie.strips for sortie in sound_sorties(mission, uav))
+    end = scenario.uavs[uav].start if surveys else scenario.end_place(uav, target)
+    return Tour(known or (() if target is None else (target,)), end)
 
 
 def makes_tours(scenario: Scenario, mission: Mission) -> bool:
@@ -64,7 +66,12 @@ def _well_formed(sortie: object) -> bool:
         return False
     if not all(isinstance(visit, Visit) for visit in sortie.visits):
         return False
-    instants = [sortie.begin, *_instants(sortie), sortie.end]
+    if not isinstance(sortie.strips, tuple) or not all(isinstance(strip, Strip) for strip in sortie.strips):
+        return False
+    if any(not isinstance(strip.survey, int | np.integer) for strip in sortie.strips):
+        return False
+    of_strips = [t for one in sortie.strips for t in (one.begin, one.end, one.every, one.pitch, one.heading or 0.0)]
+    instants = [sortie.begin, *_instants(sortie), sortie.end, *of_strips]
     numbers = float_array(instants) if all(isinstance(t, float | int | np.number) for t in instants) else None
     return numbers is not None and bool(np.isfinite(numbers).all())
 
@@ -110,9 +117,10 @@ def judge_sorties(
     if None in targets:
         yield Violation(Fault.VISIT, (uav,), f"{vehicle.name} visits a target that does not exist.")
         return
+    last, surveys = target_index(scenario, entry(mission.assignment, uav)), any(one.strips for one in sorties)
     if not sorties and entry(mission.assignment, uav) is None:
         return  # it has nothing to visit, and stays
-    if not targets or targets[-1] != target_index(scenario, entry(mission.assignment, uav)):
+    if not (targets or surveys) or (targets[-1] if targets else None) != last:
         yield Violation(Fault.VISIT, (uav,), f"{vehicle.name} flies, but its last visit is not that of its target.")
         return
     instants = [t for one in sorties for t in (one.begin, *_instants(one), one.end)]
