@@ -119,8 +119,8 @@ class Blockers:
             w = np.stack([a[:, :, i] * d[:, :, j] - a[:, :, j] * d[:, :, i] for i, j in ((1, 2), (2, 0), (0, 1))])
             turn = sum(w[k] * (view.position[k] - e[:, None, k]) for k in range(3))
             stray = level * np.hypot(w[0], w[1]) + upright * np.abs(w[2])
-            beside = (inward[some] & (turn + stray <= 0).all(axis=1)) | (
-                outward[some] & (turn - stray >= 0).all(axis=1)
+            beside = (inward[some] & (turn + stray <= LET_PASS).all(axis=1)) | (
+                outward[some] & (turn - stray >= -LET_PASS).all(axis=1)
             )
             found[some[beside]] = False
         return found
@@ -169,13 +169,18 @@ def _about(centre: tuple[float, float], radius: float, inner: float) -> tuple[sh
     return around, shapely.polygons(np.array(centre) + inner * circle)
 
 
+def rings_of(polygon: shapely.Geometry) -> list[Floats]:
+    """Return the outlines (k, 2) of a polygon and its holes, with the polygon to the left; the first place is also last."""
+    return [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.reverse(shapely.normalize(polygon)))]
+
+
 def blockers_of(solids: Sequence[Solid], facets: Sequence[Facet]) -> Blockers:
     """Return the walls of solids, and facets."""
     rings, top = [], []
     for solid in solids:
-        polygon = shapely.reverse(shapely.normalize(solid.polygon))  # with the solid to the left of every edge
-        rings += [shapely.get_coordinates(ring) for ring in shapely.get_rings(polygon)]
-        top += [solid.high] * shapely.get_num_interior_rings(solid.polygon) + [solid.high]
+        own = rings_of(solid.polygon)
+        rings += own
+        top += [solid.high] * len(own)
     count = [len(ring) - 1 for ring in rings]
     a = np.concatenate([ring[:-1] for ring in rings]) if rings else np.zeros((0, 2))
     b = np.concatenate([ring[1:] for ring in rings]) if rings else np.zeros((0, 2))

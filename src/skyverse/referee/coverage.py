@@ -18,8 +18,9 @@ from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
 from skyverse.referee.blockers import Solid, blockers_of, solids_of
+from skyverse.referee.facet_cells import FacetCells, facet_cells
 from skyverse.referee.gaps import Sight, outlines_of, runs, spots
-from skyverse.referee.ground_cells import CellGrid, area_of, grid_of, joined
+from skyverse.referee.ground_cells import CellGrid, Pieces, area_of, grid_of, joined
 from skyverse.referee.photo_overlaps import SHORT, Overlaps, overlaps_of
 from skyverse.referee.photo_views import views_of
 from skyverse.referee.relief import relief_of
@@ -64,7 +65,8 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
         The tracking error of each UAV; the last one is that of photos of no UAV.
     """
     survey = scenario.surveys[number]
-    camera, most = survey.camera, math.inf if survey.gsd is None else survey.gsd / survey.camera.pixel
+    if not survey.of_ground:
+        return _structures(scenario, number, photos, errors)
     asked = area_of(survey)
     solids = _near(solids_of(scenario.obstacles), asked, photos)
     stands = np.array([_stands(scenario, solid) for solid in solids], dtype=bool)
@@ -73,16 +75,56 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     below = shapely.intersection(asked, shapely.union_all(polygons[~stands]))
     grid = grid_of(scenario, survey, shapely.difference(asked, below))
     beyond = shapely.difference(asked, shapely.box(grid.x[0], grid.y[0], grid.x[-1], grid.y[-1]))
-    views = views_of(photos, camera, [errors[uav] for uav in photos.uav.tolist()], camera.attitude_error)
-    relief = None if scenario.terrain is None else relief_of(scenario.terrain)
-    viewers = Viewers(views, relief, blockers_of(solids, ()), most)
+    viewers, sight = _viewers(scenario, survey, photos, errors, solids)
     seen, missed = _look(viewers, grid)
-    exact = views_of(photos, camera, [EXACT] * len(photos), 0.0)
     lost = np.concatenate([missed, [part for part in (below, beyond) if shapely.area(part) > 0]])
-    gaps, certain = _gaps(Sight(scenario, views, exact, viewers.most, solids), number, lost, grid)
-    overlaps = overlaps_of(photos, camera, grid)
-    figures = _Figures(float(shapely.area(asked)), seen, camera.pixel, viewers.deepest, overlaps)
+    gaps, certain = _gaps(sight, number, lost, grid)
+    overlaps = overlaps_of(photos, survey.camera, grid)
+    figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers.deepest, overlaps)
     return figures.judged(survey, number, len(photos), gaps, certain)
+
+
+def _viewers(
+    scenario: Scenario, survey: Survey, photos: Photos, errors: Sequence[TrackingError], solids: list[Solid]
+) -> tuple[Viewers, Sight]:
+    """Return what photos are certain to show, and what may be between them and what they are of."""
+    camera, most = survey.camera, math.inf if survey.gsd is None else survey.gsd / survey.camera.pixel
+    views = views_of(photos, camera, [errors[uav] for uav in photos.uav.tolist()], camera.attitude_error)
+    exact = views_of(photos, camera, [EXACT] * len(photos), 0.0)
+    relief = None if scenario.terrain is None else relief_of(scenario.terrain)
+    viewers = Viewers(views, relief, blockers_of(solids, survey.facets), most)
+    return viewers, Sight(scenario, views, exact, viewers.most, solids)
+
+
+def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequence[TrackingError]) -> Coverage:
+    """Judge what photos show of walls and facets, of which photos have no neighbours."""
+    survey = scenario.surveys[number]
+    solids = solids_of(scenario.obstacles)
+    viewers, sight = _viewers(scenario, survey, photos, errors, solids)
+    cells = facet_cells(scenario, survey, solids)
+    area, rows, lost = float(cells.area.sum()), [], []
+    for left in range(HALVINGS, -1, -1):
+        flat = Pieces(np.zeros(len(cells.area), dtype=object), cells.corners, np.zeros(len(cells.area)), cells.area)
+        shown = viewers.show_pieces(flat, cells.normal)
+        once = shown.count > 0
+        rows.append((flat.area[once], shown.count[once], shown.depth[once]))
+        unsure = ~once & shown.touched & (left > 0)
+        if unsure.sum() > MOST_HALVED:
+            unsure[:] = False
+        lost.append(cells.of(~once & ~unsure))
+        cells = cells.of(unsure).halved()
+    gaps, certain = [], False
+    missed = FacetCells(*(np.concatenate(column) for column in zip(*lost, strict=True)))
+    for source in np.unique(missed.source).tolist():
+        part = missed.of(missed.source == source)
+        some = np.argsort(-part.area, kind="stable")[:ACROSS]
+        reasons = sight.reasons(part.corners[some].mean(axis=1), part.normal[some])
+        certain |= any(reason.certain for reason in reasons)
+        why = Counter(reason.why for reason in reasons).most_common(1)[0][0]
+        gaps.append(CoverageGap(number, part.outline, float(part.area.sum()), why))
+    seen = Seen(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+    figures = _Figures(area, seen, survey.camera.pixel, viewers.deepest, Overlaps(np.zeros(0), np.zeros(0)))
+    return figures.judged(survey, number, len(photos), tuple(sorted(gaps, key=lambda gap: -gap.area)), certain)
 
 
 def _near(solids: list[Solid], asked: shapely.Geometry, photos: Photos) -> list[Solid]:
@@ -150,7 +192,10 @@ class _Figures(NamedTuple):
         self, survey: Survey, number: int, photos: int, gaps: tuple[CoverageGap, ...], certain: bool
     ) -> Coverage:
         """Return what is proven of a survey."""
-        share = [float(self.seen.area[self.seen.count >= k].sum() / self.area) for k in range(1, MOST_COUNTED + 1)]
+        share = [
+            float(self.seen.area[self.seen.count >= k].sum() / max(self.area, LET_PASS))
+            for k in range(1, MOST_COUNTED + 1)
+        ]
         shares = tuple(one for k, one in enumerate(share) if k == 0 or one > 0)
         order = np.argsort(self.seen.depth)
         grown = np.cumsum(self.seen.area[order])

@@ -54,8 +54,8 @@ class Sight:
     most: float
     solids: Sequence[Solid]
 
-    def reasons(self, places: Floats) -> list[Reason]:
-        """Return why each of places (n, 3) is not certain to be seen."""
+    def reasons(self, places: Floats, normal: Floats | None = None) -> list[Reason]:
+        """Return why each of places (n, 3), on facets with normals (n, 3), is not certain to be seen."""
         n = len(places)
         shown, fine, sure, by = np.zeros(n, bool), np.zeros(n, bool), np.ones(n, bool), [""] * n
         for view, exact in zip(self.views, self.nominal, strict=True):
@@ -63,6 +63,10 @@ class Sight:
             stray = 2 * view.sine * float(np.hypot(view.error.horizontal, view.error.vertical)) + LET_PASS
             missed = (margin + stray < 0) | (depth - stray > self.most)
             in_view = exact.look(*places.T)[0] >= 0
+            if normal is not None:
+                shifted = 2 * float(np.hypot(view.error.horizontal, view.error.vertical)) + LET_PASS
+                missed |= view.facing(places[:, None], normal)[:, 0] + shifted < 0
+                in_view &= exact.facing(places[:, None], normal)[:, 0] >= 0
             good = in_view & (depth <= self.most)
             shown |= in_view
             fine |= good

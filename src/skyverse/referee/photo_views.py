@@ -18,6 +18,10 @@ from skyverse.model.photos import Photos
 from skyverse.model.uav import TrackingError
 
 
+FLATTEST = math.cos(math.radians(75.0))
+"""The cosine of the angle, from straight on, at which facets are seen at most."""
+
+
 def frames_of(photos: Photos) -> Floats:
     """Return where the cameras of photos look, and where the right and the top of their pictures are: (n, 3, 3)."""
     heading, pitch, roll = (np.radians(angle) for angle in (photos.heading, photos.pitch, photos.roll))
@@ -80,6 +84,15 @@ class PhotoView:
         aside = np.sqrt(np.maximum(squared - along * along, 0.0))
         depth = np.where(along >= self.cosine * far, far, self.cosine * along + self.sine * aside)
         return margin, depth + self.deeper
+
+    def facing(self, corners: Floats, normal: Floats) -> Floats:
+        """Return by how much places (n, k, 3) on facets with normals (n, 3) are certain not to be seen too flatly."""
+        way = self.position - corners
+        front = np.einsum("ikj,ij->ik", way, normal) - FLATTEST * np.linalg.norm(way, axis=2)
+        level, upright = self.error.horizontal, self.error.vertical
+        stray = level * np.hypot(normal[:, 0], normal[:, 1]) + upright * np.abs(normal[:, 2])
+        found: Floats = front - (stray + FLATTEST * math.hypot(level, upright))[:, None]
+        return found
 
     def window(self, low: Floats, high: Floats) -> Floats:
         """Return the least and the greatest x and y, (2, 2) metres, of what it may show between corners (3,)."""

@@ -79,7 +79,7 @@ class Relief:
         return found.astype(np.float64)
 
     def hides_nothing(self, places: Places, camera: Floats, error: TrackingError) -> Bools:
-        """Return of places on the ground (n,) whether they are certain to be seen from all places of a camera (3,)."""
+        """Return of places (n,) on the ground, or above, whether it is certain not to hide them from a camera (3,)."""
         found = np.zeros(len(places.x), dtype=np.bool_)
         if not len(found):
             return found
@@ -91,7 +91,7 @@ class Relief:
         steepest = np.hypot(max(slopes[0], slopes[1], 0.0), max(slopes[2], slopes[3], 0.0))
         lowest, length = camera[2] - error.vertical, np.hypot(*ways.T)
         found[:] = lowest - places.high >= steepest * (length + error.horizontal + places.radius * np.sqrt(2.0))
-        some = np.flatnonzero(~found & (lowest > places.high))
+        some = np.flatnonzero(~found)
         first = np.maximum(places.radius, self.step.min())[some]
         share, risen, at = np.zeros(len(some)), np.zeros(len(some)), np.zeros(len(some))
         while len(some):
@@ -108,7 +108,7 @@ class Relief:
             above = [(1.0 - s) * of.low + s * lowest for s in (share, end)]
             after = risen + (end - share) * rise
             clear = ((risen <= share * height) & (after <= end * height)) | (top <= np.minimum(*above))
-            over = clear & ((end >= 1.0) | (above[1] >= highest))
+            over = clear & ((end >= 1.0) | ((above[1] >= highest) & (height > 0)))
             found[some[over]] = True
             going = clear & ~over
             some, share, first, at = some[going], end[going], first[going], at[going]

@@ -88,8 +88,8 @@ class Viewers:
             self._count(shown, here, inside, depth, touched)
         return shown
 
-    def show_pieces(self, pieces: Pieces) -> Shown:
-        """Return how often pieces are shown."""
+    def show_pieces(self, pieces: Pieces, normal: Floats | None = None) -> Shown:
+        """Return how often pieces are shown; those with normals (n, 3) from their front, and not at too flat an angle."""
         shown = Shown.nothing(pieces.area.shape)
         if not len(pieces.area):
             return shown
@@ -106,6 +106,8 @@ class Viewers:
             part = pieces.of(some)
             margin, depth = view.look(*np.moveaxis(part.corners, 2, 0))
             inside = margin.min(axis=1) >= part.slack * (1 + view.sine) - LET_PASS
+            if normal is not None:
+                inside &= (view.facing(part.corners, normal[some]) >= 0).all(axis=1)
             if self.relief is not None:
                 near = np.flatnonzero(inside)
                 inside[near] = self.relief.hides_nothing(_places(part.of(near)), view.position, view.error)

@@ -1,0 +1,106 @@
+"""The walls of structures, and facets, that are to be seen, cut into cells with three or four corners."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Bools, Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.model.survey import Survey
+from skyverse.referee.blockers import Solid, rings_of
+from skyverse.referee.ground_cells import PIXELS_IN_CELL, SIZES
+
+MOST_FACET_CELLS = 400_000
+"""Cells at most: larger structures have larger ones."""
+
+
+class FacetCells(NamedTuple):
+    """Flat convex cells of what is to be seen of structures.
+
+    Attributes
+    ----------
+    corners
+        (n, 4, 3) metres, the last one repeated in triangles.
+    normal
+        (n, 3) to the outside.
+    source
+        (n,) the number of the wall or facet that each is of.
+    """
+
+    corners: Floats
+    normal: Floats
+    source: Indices
+
+    @property
+    def area(self) -> Floats:
+        """Square metres, (n,)."""
+        a, b, c, d = np.moveaxis(self.corners, 1, 0)
+        whole: Floats = np.linalg.norm(np.cross(c - a, d - b), axis=1) / 2
+        return whole
+
+    @property
+    def outline(self) -> tuple[tuple[float, float, float], ...]:
+        """The corners of a rectangle, in the plane of the first cell, that holds all of them, metres."""
+        first, last = self.corners[0, 0], self.corners[0, 1]
+        along = (last - first) / np.linalg.norm(last - first)
+        axes = np.stack([along, np.cross(self.normal[0], along)])
+        places = np.einsum("ij,kj->ik", (self.corners.reshape(-1, 3) - first), axes)
+        (a, b), (c, d) = places.min(axis=0), places.max(axis=0)
+        found = (first + u * axes[0] + v * axes[1] for u, v in ((a, b), (c, b), (c, d), (a, d)))
+        return tuple((float(x), float(y), float(z)) for x, y, z in found)
+
+    def of(self, some: Indices | Bools) -> "FacetCells":
+        """Return some of them."""
+        return FacetCells(*(column[some] for column in self))
+
+    def halved(self) -> "FacetCells":
+        """Return them cut in four, along the lines between the middles of their sides."""
+        sides = (self.corners + np.roll(self.corners, -1, axis=1)) / 2
+        middle = self.corners.mean(axis=1)
+        parts = [np.stack([self.corners[:, k], sides[:, k], middle, sides[:, k - 1]], axis=1) for k in range(4)]
+        cells = FacetCells(np.concatenate(parts), np.tile(self.normal, (4, 1)), np.tile(self.source, 4))
+        return cells.of(cells.area > 0)
+
+
+def facet_cells(scenario: Scenario, survey: Survey, solids: list[Solid]) -> FacetCells:
+    """Return the cells of a survey's walls, from the highest ground at their feet upwards, and of its facets."""
+    corners, source, normals = [], 0, []
+    named = {number for number, one in enumerate(scenario.obstacles) if one.name in survey.structures}
+    quads: list[Floats] = []
+    for solid in (one for one in solids if one.obstacle in named):
+        for ring in rings_of(solid.polygon):
+            quads += [_wall(scenario, solid, a, b) for a, b in zip(ring[:-1], ring[1:], strict=True)]
+    quads += [np.array([*facet, facet[2]]) for facet in survey.facets]
+    size = min(max(PIXELS_IN_CELL * survey.camera.gsd(survey.distance), SIZES[0]), SIZES[1])
+    flat = np.array(quads).reshape(-1, 4, 3)
+    total = float(np.linalg.norm(np.cross(flat[:, 2] - flat[:, 0], flat[:, 3] - flat[:, 1]), axis=1).sum() / 2)
+    size = max(size, float(np.sqrt(total / MOST_FACET_CELLS)))
+    for quad in quads:
+        across = np.cross(quad[2] - quad[0], quad[3] - quad[1])
+        n, m = (
+            max(int(np.ceil(max(np.linalg.norm(quad[a] - quad[b]) for a, b in ends) / size)), 1)
+            for ends in (((0, 1), (3, 2)), ((0, 3), (1, 2)))
+        )
+        u, v = (np.linspace(0, 1, k + 1)[:, None] for k in (n, m))
+        low, high = quad[0] + u * (quad[1] - quad[0]), quad[3] + u * (quad[2] - quad[3])
+        nodes = low[:, None] + v[None] * (high - low)[:, None]
+        cells = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=2).reshape(-1, 4, 3)
+        length = float(np.linalg.norm(across))
+        if length > 0:
+            corners.append(cells)
+            normals.append(np.tile(across / length, (len(cells), 1)))
+            source += 1
+    if not corners:
+        return FacetCells(np.zeros((0, 4, 3)), np.zeros((0, 3)), np.zeros(0, dtype=np.intp))
+    of = np.repeat(np.arange(source), [len(cells) for cells in corners])
+    cells = FacetCells(np.concatenate(corners), np.concatenate(normals), of)
+    return cells.of(cells.area > 0)
+
+
+def _wall(scenario: Scenario, solid: Solid, a: Floats, b: Floats) -> Floats:
+    """Return the corners (4, 3) of a wall, counterclockwise as seen from outside."""
+    foot = scenario.bounds.min[2]
+    if scenario.terrain is not None:
+        foot = float(scenario.terrain.height(a + np.linspace(0, 1, 33)[:, None] * (b - a)).max())
+    low = min(max(solid.low, foot), solid.high)
+    return np.array([[*a, low], [*b, low], [*b, solid.high], [*a, solid.high]])
