@@ -274,8 +274,8 @@ def require_not_refuted(
         raise InputError(said, give=[] if wrong else [remedy])
     notes = [f"{Caution.NOT} apart, as the referee finds: {_told(close)}."] if close else []
     notes += [f"{Caution.NOT} proven by the referee: {_told(doubtful)}."] if doubtful else []
-    judged = {"certificates": certificates, "apart": apart, "coverage": coverage}
-    return notes, replace(mission, violations=tuple(violations), **judged)
+    found = replace(mission, violations=tuple(violations), certificates=certificates)
+    return notes, replace(found, apart=apart, coverage=coverage)
 
 
 def _told(violations: Sequence[Violation]) -> str:

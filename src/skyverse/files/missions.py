@@ -110,7 +110,7 @@ def _require_sound_arrays(source: object, mission: Mission) -> None:
 
 
 def _require_sound_sorties(source: object, mission: Mission) -> None:
-    """Refuse sorties that are at no instants, and targets and surveys that there are not; the referee judges the rest."""
+    """Refuse sorties at no instants, and targets and surveys that there are not; the referee judges the rest."""
     named = [(f"unvisited[{k}]", one.target) for k, one in enumerate(mission.unvisited)]
     for i, own in enumerate(mission.sorties):
         for j, sortie in enumerate(own):

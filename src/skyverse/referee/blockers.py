@@ -170,7 +170,7 @@ def _about(centre: tuple[float, float], radius: float, inner: float) -> tuple[sh
 
 
 def rings_of(polygon: shapely.Geometry) -> list[Floats]:
-    """Return the outlines (k, 2) of a polygon and its holes, with the polygon to the left; the first place is also last."""
+    """Return the outlines (k, 2) of a polygon and its holes, the polygon to the left; the first place is also last."""
     return [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.reverse(shapely.normalize(polygon)))]
 
 

@@ -1,5 +1,6 @@
 """The walls of structures, and facets, that are to be seen, cut into cells with three or four corners."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -69,7 +70,7 @@ def facet_cells(scenario: Scenario, survey: Survey, solids: list[Solid]) -> Face
     quads: list[Floats] = []
     for solid in (one for one in solids if one.obstacle in named):
         for ring in rings_of(solid.polygon):
-            quads += [_wall(scenario, solid, a, b) for a, b in zip(ring[:-1], ring[1:], strict=True)]
+            quads += [_wall(scenario, solid, a, b) for a, b in pairwise(ring)]
     quads += [np.array([*facet, facet[2]]) for facet in survey.facets]
     size = min(max(PIXELS_IN_CELL * survey.camera.gsd(survey.distance), SIZES[0]), SIZES[1])
     flat = np.array(quads).reshape(-1, 4, 3)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from skyverse._typing import Bools, Floats, Indices
+from skyverse._typing import Bools, Floats
 from skyverse.model.scenario import Scenario
 from skyverse.referee.blockers import Solid
 from skyverse.referee.photo_views import PhotoView

@@ -230,7 +230,7 @@ def grid_of(scenario: Scenario, survey: Survey, asked: shapely.Geometry) -> Cell
 
 
 def _off(h: Floats, block: Indices) -> Floats:
-    """Return by how much heights are off the surfaces through the corners of blocks of cells, at most, (n, m) metres."""
+    """Return by how much heights are off the surfaces through the corners of blocks of cells, at most, metres."""
     found = np.zeros(tuple((np.array(h.shape) - 1) // block))
     z = h[:: block[0], :: block[1]]
     for a in range(block[0] + 1):

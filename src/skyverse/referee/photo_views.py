@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse._typing import Floats, Indices
+from skyverse._typing import Floats
 from skyverse.model.camera import Camera
 from skyverse.model.photos import Photos
 from skyverse.model.uav import TrackingError
-
 
 FLATTEST = math.cos(math.radians(75.0))
 """The cosine of the angle, from straight on, at which facets are seen at most."""

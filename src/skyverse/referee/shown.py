@@ -89,7 +89,7 @@ class Viewers:
         return shown
 
     def show_pieces(self, pieces: Pieces, normal: Floats | None = None) -> Shown:
-        """Return how often pieces are shown; those with normals (n, 3) from their front, and not at too flat an angle."""
+        """Return how often pieces are shown; those with normals (n, 3) from their front, and not too flatly."""
         shown = Shown.nothing(pieces.area.shape)
         if not len(pieces.area):
             return shown

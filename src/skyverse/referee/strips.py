@@ -21,7 +21,7 @@ from skyverse.referee.tolerances import SAME_INSTANT
 from skyverse.referee.untrusted import entry
 
 HASTE = 1e-2
-"""Share by which photos may follow each other sooner than the camera allows: their instants are found between samples."""
+"""Share by which photos may follow each other sooner than the camera allows, as their instants are interpolated."""
 LEAST_EVERY = 0.01
 """Metres from photo to photo, at least, so that nobody has to look at millions of them."""
 
