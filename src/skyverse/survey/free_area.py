@@ -49,6 +49,8 @@ class FreeArea:
 
     def why(self, place: Any) -> str:
         """Return why a place cannot be flown over, to be put after its name."""
+        if self.polygon.contains(place.representative_point()):
+            return "no line shows all of it, wherever UAVs and cameras may be off"
         near = [self.names[k] for k in np.argsort(shapely.distance(self.closed, place), kind="stable")[:1]]
         return f"no UAV may fly near enough because of {near[0] if near else 'the bounds'}"
 

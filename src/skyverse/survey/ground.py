@@ -81,7 +81,7 @@ def ground_cells(scenario: Scenario, wanted: MultiPolygon, cell: float, reach: f
     cell = max(cell, math.sqrt((x1 - x0) * (y1 - y0) / MOST_CELLS))
     terrain = scenario.terrain
     if terrain is None:
-        cell = max(cell, reach / BLOCK)
+        cell = max(cell, reach / (4 * BLOCK))  # on level ground the size matters little
         origin, step, heights = np.array([x0, y0]), (x1 - x0, y1 - y0), np.full((2, 2), scenario.bounds.min[2])
     else:
         origin, step, heights = np.array(terrain.origin), terrain.step, terrain.heights

@@ -9,27 +9,37 @@ from typing import Any
 import numpy as np
 import shapely
 
-from skyverse._typing import Floats
+from skyverse._typing import Bools, Floats
 from skyverse.errors import InputError
 from skyverse.model.coverage import CoverageGap
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.space.world import World
+from skyverse.survey.corridor import corridor_strips
 from skyverse.survey.footprints import GroundView, Unsteady, mark_seen, shared_depths
 from skyverse.survey.free_area import FreeArea, free_area
 from skyverse.survey.ground import GroundCells, ground_cells, wanted_ground
 from skyverse.survey.heights import fewest_points, gentle
 from skyverse.survey.lines import PhotoLine, SurveyLines
-from skyverse.survey.spacing import LEAST_SHARE, STATIONS, GroundSight, ReliefOffsets
+from skyverse.survey.spacing import (
+    LEAST_SHARE,
+    MOST_STRIPS,
+    SHORTEST,
+    SPARED,
+    STATIONS,
+    GroundSight,
+    ReliefOffsets,
+    Way,
+    best_direction,
+    unit,
+)
 from skyverse.survey.sweep import LegTime, sweep
 
 CELLS_ALONG = 60
 """Cells of the ground along the shorter side of a photo."""
 STEEPEST = 1.0
 """Metres of height a metre: lines are nowhere steeper, whatever the UAVs can do."""
-SHORTEST = 1.0
-"""Metres: along a shorter line one photo is taken, in its middle."""
 TUBE = 0.15
 """The share of the height above ground by which a line may be lower than it might be, to have fewer bends."""
 CLEAR_PARTS = 7
@@ -185,167 +195,185 @@ def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
     Raises
     ------
     InputError
-        If the camera would see the horizon, or nothing of the area can be flown over.
+        If the camera would see the horizon, nothing of the area can be flown over, or too many strips are needed.
     """
     task = GroundSurvey(scenario, number)
     if task.wanted.is_empty:
         raise InputError("expected an area of more than nothing", field="area")
     seen = np.zeros(task.cells.low.shape, dtype=np.bool_)
     lines: list[PhotoLine] = []
-    direction = task.survey.direction
-    for one in passes_of(task.survey):
+    direction, free, passes = task.survey.direction, None, passes_of(task.survey)
+    for one in passes:
         sight = task.sight(one.pitch)
-        plan = _swept(task, sight, one, direction)
-        if direction is None:
-            direction = math.degrees(math.atan2(plan[1][0], plan[1][1])) % 360.0
-        flown = [line for strip in plan[0] for line in _lines_along(task, sight, one, strip)]
-        if one.pitch == -90.0 or len(passes_of(task.survey)) == 1:
-            for line in flown:
-                _mark(task, sight, line, seen)
-        lines += flown
-    free = task.sight(passes_of(task.survey)[0].pitch).free
+        free = free or sight.free
+        if task.survey.line:
+            strips, gap = corridor_strips(task.survey, sight)
+            gaps = np.full(len(strips), gap)
+        else:
+            strips, gaps, way = _swept(task, sight, one, direction)
+            direction = math.degrees(math.atan2(way[0], way[1])) % 360.0 if direction is None else direction
+        if len(strips) > MOST_STRIPS:
+            raise InputError(f"needs {len(strips):,} strips, but {MOST_STRIPS:,} are the most", field="area")
+        for strip, gap in zip(strips, gaps, strict=True):
+            for line in _lines_along(_Flown(task, sight, one, float(gap)), strip):
+                lines.append(line)
+                if len(passes) <= 2 or one.pitch == -90.0:
+                    _mark(task, sight, line, seen)
+    assert free is not None
     return SurveyLines(tuple(lines), _unseen(task, free, seen))
 
 
-def _swept(task: GroundSurvey, sight: GroundSight, one: Pass, direction: float | None) -> tuple[list[Floats], Floats]:
-    """Return strips as (2, 2) ends of each, metres, and the unit vector along which the camera looks."""
-    way = None if direction is None else _unit(direction + one.turned)
-    uav = task.uavs[0]
-    speed = min(uav.max_speed, sight.steps[0] / task.survey.camera.min_interval)
+def _swept(
+    task: GroundSurvey, sight: GroundSight, one: Pass, direction: float | None
+) -> tuple[list[Floats], Floats, Floats]:
+    """Return the ends of strips, metres, how far each is from its neighbours, and where the camera looks."""
+    low, high = np.array(task.wanted.bounds).reshape(2, 2)
+    if np.hypot(*(high - low)) / sight.steps[1] > MOST_STRIPS:
+        count = np.hypot(*(high - low)) / sight.steps[1]
+        said = f"needs up to {count:,.0f} strips, but {MOST_STRIPS:,} are the most; take a smaller area"
+        raise InputError(f"{said} or a coarser gsd", field="area")
     relief: Any = sight.steps[1] if task.scenario.terrain is None else ReliefOffsets(sight)
-    cost = LegTime(speed, uav.max_acceleration)
-    ahead = sight.photo.before - 0.5 * (sight.photo.before + sight.photo.behind)
-    wanted = task.wanted
+    way = None if direction is None else unit(direction + one.turned)
+    if way is None and (task.scenario.terrain is not None or sight.photo.level > 0.0):
+        way = best_direction(sight, task.wanted)
+    uav = task.uavs[0]
+    cost = LegTime(min(uav.max_speed, sight.steps[0] / task.survey.camera.min_interval), uav.max_acceleration)
+    wanted, middle = task.wanted, 0.5 * (sight.photo.before - sight.photo.behind)
     if way is not None and sight.photo.level > 0.0:
-        wanted = shapely.transform(wanted, lambda p: p - ahead * way)
-    flown = wanted.intersection(sight.free.polygon)
-    if flown.area <= 0.0:
+        wanted = shapely.transform(wanted, lambda p: p - middle * way)
+    if wanted.intersection(sight.free.polygon).area <= 0.0:
         raise InputError(f"expected an area that may be flown over, but {sight.free.why(wanted)}", field="area")
     plan = sweep(wanted, sight.free.polygon, relief, cost=cost, directions=None if way is None else way[None])
-    return [np.asarray(strip) for strip in plan.strips], plan.directions[0] if way is None else way
+    strips, ways = np.asarray(plan.strips), plan.directions[plan.cell]
+    gaps = np.full(len(strips), sight.steps[1])
+    if task.scenario.terrain is not None:
+        across = np.einsum("ij,ij->i", strips[:, 0], np.column_stack([ways[:, 1], -ways[:, 0]]))
+        offsets, which = np.unique(np.round(across, 3), return_inverse=True)
+        if len(offsets) > 1:
+            between = np.diff(offsets)
+            gaps = np.minimum(np.maximum(np.r_[between[0], between], np.r_[between, between[-1]])[which], gaps)
+    if way is not None:  # the camera looks along it, wherever a strip is begun
+        backward = np.einsum("ij,j->i", strips[:, 1] - strips[:, 0], way) < 0.0
+        strips = np.where(backward[:, None, None], strips[:, ::-1], strips)
+    return list(strips), gaps, plan.directions[0] if way is None else way
 
 
-def _unit(direction: float) -> Floats:
-    angle = math.radians(direction)
-    return np.array([math.sin(angle), math.cos(angle)])
+@dataclass(frozen=True)
+class _Flown:
+    """What the lines along one strip need: the strip beside it is `gap` metres away."""
+
+    task: GroundSurvey
+    sight: GroundSight
+    one: Pass
+    gap: float
 
 
-def _lines_along(task: GroundSurvey, sight: GroundSight, one: Pass, strip: Floats) -> Iterator[PhotoLine]:
+def _lines_along(flown: _Flown, strip: Floats) -> Iterator[PhotoLine]:
     """Yield the lines along one strip: its clear parts, at heights that suit the ground."""
-    length = float(np.hypot(*(strip[-1] - strip[0])))
-    way = (strip[-1] - strip[0]) / length if length > 0.0 else np.array([0.0, 1.0])
-    pace = 2.0 * sight.steps[0] / (1.0 - sight.overlap[0]) / STATIONS / 2.0
-    count = max(math.ceil(length / pace), 1)
-    at = (np.arange(count) + 0.5) * length / count
-    places = strip[0] + at[:, None] * way
-    ahead = np.tile(way, (count, 1))
-    floor, most = sight.heights(at, places, ahead, 0.5 * length / count)
-    usable = floor <= most
-    edges = np.flatnonzero(np.diff(np.r_[False, usable, False].astype(np.int8)))
+    sight, way = flown.sight, Way.along(strip)
+    pace = sight.steps[0] / (1.0 - sight.overlap[0]) / STATIONS
+    count = max(math.ceil(way.length / pace), 1)
+    at = (np.arange(count) + 0.5) * way.length / count
+    floor, most = sight.heights(at, way.places(at), way.ahead(at), 0.5 * way.length / count)
+    edges = np.flatnonzero(np.diff(np.r_[False, floor <= most, False].astype(np.int8)))
     for first, stop in edges.reshape(-1, 2):
-        nodes = np.arange(first, stop + 1) * (length / count)
+        nodes = np.arange(first, stop + 1) * (way.length / count)
         low = gentle(nodes, _at_nodes(floor[first:stop], np.maximum), sight.steepest, -1.0)
         high = gentle(nodes, _at_nodes(most[first:stop], np.minimum), sight.steepest, 1.0)
         if np.all(low <= high):
-            yield from _clear(task, sight, one, (strip[0], way), nodes, (low, high))
+            yield from _clear(flown, way, nodes, (low, high), CLEAR_PARTS)
 
 
 def _at_nodes(limits: Floats, pick: np.ufunc) -> Floats:
     return pick(np.r_[limits[0], limits], np.r_[limits, limits[-1]])
 
 
-def _clear(
-    task: GroundSurvey,
-    sight: GroundSight,
-    one: Pass,
-    frame: tuple[Floats, Floats],
-    at: Floats,
-    limits: tuple[Floats, Floats],
-) -> Iterator[PhotoLine]:
-    """Yield a line between heights, or the clear parts of one."""
-    survey, (begin, way), (floor, most) = task.survey, frame, limits
-    ahead = np.tile(way, (len(at), 1))
-    cameras = np.column_stack([begin + at[:, None] * way, most])
-    step = sight.steps[0]
-    for _ in range(8):
-        depth = _shared_ahead(sight, cameras, ahead, at, step)
-        held = max(min(step, float(depth.min()) / sight.needed(1.0, False)), LEAST_SHARE * sight.steps[0])
-        if held >= 0.999 * step:
-            break
-        step = held
+def _clear(flown: _Flown, way: Way, at: Floats, limits: tuple[Floats, Floats], halvings: int) -> Iterator[PhotoLine]:
+    """Yield a line between the least and the greatest heights, or those of its parts that are clear."""
+    sight, task = flown.sight, flown.task
     length = float(at[-1] - at[0])
     if length < SHORTEST:
-        middle = np.array([[*(begin + (at[0] + 0.5 * length) * way), float(np.interp(at[0] + 0.5 * length, at, most))]])
-        points, every = middle, 0.0
+        middle = 0.5 * (at[0] + at[-1])
+        path, every = np.column_stack([way.places(np.array([middle])), [np.interp(middle, at, limits[1])]]), 0.0
     else:
-        every = length / max(math.ceil(length / step - 1e-9), 1)
-        depth = _shared_ahead(sight, cameras, ahead, at, every)
-        spare = np.maximum(depth - sight.needed(every, False), 0.0)
-        for side in (-1.0, 1.0):
-            aside = cameras + np.r_[side * sight.steps[1] * np.array([way[1], -way[0]]), 0.0]
-            both = shared_depths(sight.cells, sight.photo, cameras, aside, ahead)
-            spare = np.minimum(spare, np.maximum(both - sight.needed(sight.steps[1], True), 0.0))
-        rate = max(sight.photo.down, 1.0 / (sight.photo.down + sight.photo.along * sight.photo.level))
-        low = np.maximum(most - np.minimum(spare / rate, TUBE * sight.limit.drop), floor)
-        low = np.minimum(gentle(at, np.minimum(low, most), sight.steepest, -1.0), most)
-        found = fewest_points(at, low, most, sight.steepest)
-        if not len(found):
-            found = np.column_stack([at, most])
-        points = np.column_stack([begin + found[:, :1] * way, found[:, 1]])
-    speed = min(max(uav.max_speed for uav in task.uavs), every / survey.camera.min_interval if every else math.inf)
-    heading = None if one.pitch == -90.0 else math.degrees(math.atan2(way[0], way[1])) % 360.0
-    line = PhotoLine(task.number, points, every, speed, one.pitch, heading)
-    if bool(
-        sight.world.segments_free(
-            points[:-1] if len(points) > 1 else points, points[1:] if len(points) > 1 else points
-        ).all()
-    ):
-        yield line
+        every, path = _path(flown, way, at, limits)
+    if not bool(sight.world.segments_free(path[: max(len(path) - 1, 1)], path[min(len(path) - 1, 1) :]).all()):
+        half = len(at) // 2
+        for part in (slice(0, half + 1), slice(half, len(at))) if halvings and len(at) > 2 else ():
+            yield from _clear(flown, way, at[part], (limits[0][part], limits[1][part]), halvings - 1)
+        return
+    fastest = max(uav.max_speed for uav in task.uavs)
+    speed = min(fastest, every / task.survey.camera.min_interval) if every > 0.0 else fastest
+    east, north = way.ahead(at[:1])[0]
+    heading = None if flown.one.pitch == -90.0 or task.survey.line else math.degrees(math.atan2(east, north)) % 360.0
+    yield PhotoLine(
+        task.number, path, every, speed, flown.one.pitch, heading, heading is not None or not sight.photo.level
+    )
+
+
+def _path(flown: _Flown, way: Way, at: Floats, limits: tuple[Floats, Floats]) -> tuple[float, Floats]:
+    """Return the metres from photo to photo, and a path (k, 3) of few points between heights."""
+    sight, (floor, most) = flown.sight, limits
+    places, ahead, length = way.places(at), way.ahead(at), float(at[-1] - at[0])
+    cameras = np.column_stack([places, most])
+    step = sight.steps[0]
+    for _ in range(8):
+        depth = float(_shared_ahead(sight, cameras, ahead, at, step).min())
+        spared = 0.0 if flown.task.scenario.terrain is None else SPARED
+        held = max(min(step, (1.0 - spared) * depth / sight.needed(1.0, False)), LEAST_SHARE * sight.steps[0])
+        if held >= step * (1.0 - 0.25 * SPARED):
+            break
+        step = held
+    every = length / max(math.ceil(length / min(step, held) - 1e-9), 1)
+    spare = np.maximum(_shared_ahead(sight, cameras, ahead, at, every) - sight.needed(every, False), 0.0)
+    for side in (-flown.gap, flown.gap):
+        beside = np.column_stack([places + side * np.column_stack([ahead[:, 1], -ahead[:, 0]]), most])
+        both = shared_depths(sight.cells, sight.photo, cameras, beside, ahead)
+        spare = np.minimum(spare, np.maximum(both - sight.needed(flown.gap, True), 0.0))
+    rate = max(sight.photo.down, 1.0 / (sight.photo.down + sight.photo.along * sight.photo.level))
+    low = np.maximum(most - np.minimum(spare / rate, TUBE * sight.limit.drop), floor)
+    low = np.minimum(gentle(at, np.minimum(low, most), sight.steepest, -1.0), most)
+    found = fewest_points(at, low, most, sight.steepest)
+    found = found if len(found) else np.column_stack([at, most])
+    inner = way.at[1:-1]
+    bends = inner[(inner > found[0, 0]) & (inner < found[-1, 0])]
+    along = np.unique(np.r_[found[:, 0], bends])
+    return every, np.column_stack([way.places(along), np.interp(along, found[:, 0], found[:, 1])])
 
 
 def _shared_ahead(sight: GroundSight, cameras: Floats, ahead: Floats, at: Floats, step: float) -> Floats:
-    """Return for each camera the depth of what it and the next photo show, or the one before where there is no next."""
+    """Return for each camera the least depth of what it shows together with the next photo or the one before."""
     depths = np.full(len(at), np.inf)
-    for side in (-1.0, 1.0):
-        there = at + side * step
-        z = np.interp(there, at, cameras[:, 2])
-        others = np.column_stack([cameras[:, :2] + side * step * ahead, z])
+    for side in (-step, step):
+        there = at + side
+        others = np.column_stack([cameras[:, :2] + side * ahead, np.interp(there, at, cameras[:, 2])])
         both = shared_depths(sight.cells, sight.photo, cameras, others, ahead)
         inside = (there >= at[0] - 0.5 * step) & (there <= at[-1] + 0.5 * step)
         depths = np.minimum(depths, np.where(inside, both, np.inf))
     return depths
 
 
-def _mark(task: GroundSurvey, sight: GroundSight, line: PhotoLine, seen: Any) -> None:
+def _mark(task: GroundSurvey, sight: GroundSight, line: PhotoLine, seen: Bools) -> None:
     """Mark the cells that the photos of a line are certain to show."""
-    steps = np.diff(line.path, axis=0)
-    way = np.r_[0.0, np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))]
-    count = round(way[-1] / line.every) if line.every > 0 else 0
-    along = np.linspace(0.0, way[-1], count + 1)
-    photos = np.column_stack([np.interp(along, way, line.path[:, k]) for k in range(3)])
-    way_ahead = np.array([0.0, 1.0]) if len(steps) == 0 else (line.path[-1] - line.path[0])[:2] / max(way[-1], 1e-9)
-    mark_seen(sight.cells, sight.photo, task.off, photos, np.tile(way_ahead, (len(photos), 1)), seen)
+    if len(line.path) == 1:
+        photos, ahead = line.path, np.array([[0.0, 1.0]])
+    else:
+        way = Way.along(line.path[:, :2])
+        at = np.linspace(0.0, way.length, round(way.length / line.every) + 1)
+        photos, ahead = np.column_stack([way.places(at), np.interp(at, way.at, line.path[:, 2])]), way.ahead(at)
+    mark_seen(sight.cells, sight.photo, task.off, photos, ahead, seen)
 
 
-def _unseen(task: GroundSurvey, free: FreeArea, seen: Any) -> tuple[CoverageGap, ...]:
+def _unseen(task: GroundSurvey, free: FreeArea, seen: Bools) -> tuple[CoverageGap, ...]:
     """Return the parts of what is wanted that are not certain to be seen."""
     cells = task.cells
-    missing = np.argwhere(np.isfinite(cells.low) & ~seen)
-    corners = cells.origin + missing * cells.step
-    if not len(missing):
-        return ()
-    middles = shapely.points(corners + 0.5 * cells.step)
+    corners = cells.origin + np.argwhere(np.isfinite(cells.low) & ~seen) * cells.step
     shapely.prepare(task.wanted)
-    corners = corners[shapely.contains(task.wanted, middles)]
+    corners = corners[shapely.contains_xy(task.wanted, corners + 0.5 * cells.step)]
     boxes = shapely.box(corners[:, 0], corners[:, 1], *(corners + cells.step).T)
     parts = shapely.get_parts(shapely.union_all(boxes).intersection(task.wanted))
     return tuple(
-        CoverageGap(
-            task.number,
-            tuple(map(tuple, shapely.get_coordinates(part.exterior)[:-1].tolist())),
-            part.area,
-            free.why(part),
-        )
+        CoverageGap(task.number, tuple(map(tuple, part.exterior.coords[:-1])), part.area, free.why(part))
         for part in parts
         if part.geom_type == "Polygon"
     )

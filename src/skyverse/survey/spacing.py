@@ -1,6 +1,7 @@
 """Where strips are flown, and how far apart: so near that the photos of neighbours overlap as asked on all relief."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,54 @@ LEAST_SHARE = 0.2
 """Of what level ground allows: strips and photos are not nearer to each other, however steep the ground is."""
 SPARED = 0.02
 """The share by which strips are nearer than they need be, so that altitudes may be chosen between limits."""
-STATIONS = 12
-"""Places in what a photo shows along the flight at which strips are compared, and twice as many of those flown."""
+STATIONS = 16
+"""Places in what a photo shows along the flight at which heights are found."""
 MOST_STRIPS = 2000
 """Strips at most of one direction."""
+SHORTEST = 1.0
+"""Metres: along a shorter line one photo is taken, in its middle."""
+TRIED_STRIPS = 4
+"""Strips in each direction by which directions are compared."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A way seen from above: its points (k, 2), and how far along it each is, (k,), metres."""
+
+    points: Floats
+    at: Floats
+
+    @classmethod
+    def along(cls, points: Floats) -> "Way":
+        """Return the way along points (k, 2)."""
+        legs = np.diff(points, axis=0)
+        return cls(points, np.r_[0.0, np.cumsum(np.hypot(legs[:, 0], legs[:, 1]))])
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(self.at[-1])
+
+    def places(self, at: Floats) -> Floats:
+        """Return x, y so far along the way, (n, 2) metres."""
+        return np.column_stack([np.interp(at, self.at, self.points[:, axis]) for axis in range(2)])
+
+    def ahead(self, at: Floats) -> Floats:
+        """Return the unit vectors along the way, (n, 2)."""
+        leg = np.clip(np.searchsorted(self.at, at, side="right") - 1, 0, len(self.at) - 2)
+        return ((self.points[1:] - self.points[:-1]) / np.diff(self.at)[:, None])[leg]
+
+
+def unit(direction: float) -> Floats:
+    """Return the unit vector (2,) of a direction, degrees clockwise from north."""
+    angle = math.radians(direction)
+    return np.array([math.sin(angle), math.cos(angle)])
+
+
+def across(area: Any, way: Floats) -> Any:
+    """Return a shapely geometry in the frame whose y runs along a unit vector, and x to the right of it."""
+    ux, uy = way
+    return shapely.transform(area, lambda p: np.stack([p[:, 0] * uy - p[:, 1] * ux, p[:, 0] * ux + p[:, 1] * uy], 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +116,15 @@ class GroundSight:
         `at` are metres along the way, and the limits hold `half` metres before and after each of (n, 2) `places`.
         """
         most = height_limits(self.cells, self.limit, places, ahead, half)
+        # what lies below tells the height where nothing in view is to be seen, and over level ground anyway
         under = _under(self.cells, places) + self.limit.drop
         floor, ceiling = clear_heights(self.world.space, places, ahead, half)
         if len(self.free.roofs):
             tree = shapely.STRtree(self.free.roofs)
             which, roof = tree.query(shapely.points(places), predicate="dwithin", distance=half)
             np.maximum.at(floor, which, self.free.tops[roof])
-        most = np.minimum(np.where(np.isinf(most), under, most), ceiling)
+        level = self.world.scenario.terrain is None
+        most = np.minimum(under if level else np.where(np.isinf(most), under, most), ceiling)
         return gentle(at, floor, self.steepest, -1.0), gentle(at, most, self.steepest, 1.0)
 
 
@@ -112,6 +159,7 @@ class ReliefOffsets:
     """Where strips are flown over relief: called by the sweep with a direction, an area, and its extent across."""
 
     sight: GroundSight
+    known: list[tuple[Floats, Floats]] = field(default_factory=list)
 
     def __call__(self, way: Floats, area: Any, low: float, high: float) -> Floats:
         """Return the offsets (n,) of strips, metres to the right of a unit vector along them.
@@ -121,10 +169,10 @@ class ReliefOffsets:
         InputError
             Too many strips are needed.
         """
-        ux, uy = way
-        turned = shapely.transform(
-            area, lambda p: np.stack([p[:, 0] * uy - p[:, 1] * ux, p[:, 0] * ux + p[:, 1] * uy], 1)
-        )
+        for known, offsets in self.known:
+            if np.array_equal(known, -way):
+                return -offsets[::-1]
+        turned = across(area, way)
         widest = self.sight.steps[1]
         if (high - low) / widest > MOST_STRIPS:
             said = f"needs {(high - low) / widest:,.0f} strips, but {MOST_STRIPS:,} are the most; take a larger area"
@@ -136,6 +184,7 @@ class ReliefOffsets:
         while True:
             gap = self.gap(way, turned, found[-1])
             if found[-1] + 0.5 * gap >= high:
+                self.known.append((way, np.array(found)))
                 return np.array(found)
             found.append(min(found[-1] + gap, high))
 
@@ -146,7 +195,7 @@ class ReliefOffsets:
         if band.is_empty:
             return widest
         _, begin, _, end = band.bounds
-        length = 2.0 * sight.steps[0] / (1.0 - sight.overlap[0])
+        length = sight.steps[0] / (1.0 - sight.overlap[0])
         at = np.linspace(begin, end, max(int((end - begin) / length * STATIONS), 1) + 1)
         ahead = np.tile(way, (len(at), 1))
 
@@ -162,3 +211,37 @@ class ReliefOffsets:
                 break
             gap = held
         return max(held, least)
+
+
+def best_direction(sight: GroundSight, area: Any) -> Floats:
+    """Return the unit vector along which strips over relief take the fewest photos, by a few strips each.
+
+    Tried are the sides of the smallest rectangle around the area, the contours of the ground, and across them.
+    """
+    corners = shapely.get_coordinates(area.minimum_rotated_rectangle)
+    ways = [corners[1] - corners[0], corners[2] - corners[1]]
+    seen = np.isfinite(sight.cells.low)
+    slope_x, slope_y = np.gradient(sight.cells.middle, *sight.cells.step) if min(seen.shape) > 1 else (0.0, 0.0)
+    xx, xy, yy = ((one * seen).sum() for one in (slope_x * slope_x, slope_x * slope_y, slope_y * slope_y))
+    steep = 0.5 * math.atan2(2.0 * xy, xx - yy)
+    if xx + yy > 0.0:
+        ways += [np.array([-math.sin(steep), math.cos(steep)]), np.array([math.cos(steep), math.sin(steep)])]
+    found = [way / math.hypot(*way) for way in ways]
+    return min(found, key=lambda way: _photos(sight, area, way))
+
+
+def _photos(sight: GroundSight, area: Any, way: Floats) -> float:
+    """Return about how many photos strips along a unit vector take, each counted with the time of a turn."""
+    turned, offsets = across(area, way), ReliefOffsets(sight)
+    x0, y0, x1, y1 = turned.bounds
+    photos = 0.0
+    for x in x0 + (np.arange(TRIED_STRIPS) + 0.5) * (x1 - x0) / TRIED_STRIPS:
+        at = np.linspace(y0, y1, max(int((y1 - y0) * (1.0 - sight.overlap[0]) / sight.steps[0] * STATIONS), 1) + 1)
+        places, ahead = at[:, None] * way + x * np.array([way[1], -way[0]]), np.tile(way, (len(at), 1))
+        z = sight.heights(at, places, ahead, 0.5 * (at[1] - at[0]))[1]
+        cameras = np.column_stack([places, z])
+        ahead_too = np.column_stack([places + sight.steps[0] * way, z])
+        depth = float(shared_depths(sight.cells, sight.photo, cameras, ahead_too, ahead).min())
+        step = min(max(depth / sight.needed(1.0, False), LEAST_SHARE * sight.steps[0]), sight.steps[0])
+        photos += ((y1 - y0) / step + 2.0) * (x1 - x0) / TRIED_STRIPS / offsets.gap(way, turned, float(x))
+    return photos
