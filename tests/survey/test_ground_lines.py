@@ -125,7 +125,8 @@ def test_over_relief_all_is_seen_finely_and_clear_of_the_ground(seed, gsd_of):
     survey = sky.Survey(FIELD, "mavic-3e", gsd=GSD, gsd_of=gsd_of, direction=30.0 * (seed % 12))
     given = scenario(survey, relief(seed))
     lines = ground_lines(given, 0)
-    assert require_covered(given, lines) == 1.0 and not lines.unseen
+    assert require_covered(given, lines) == 1.0
+    assert not lines.unseen
     camera, error = survey.camera, given.uavs[0].tracking_error
     xy = places(wanted_ground(survey), 3.0)
     best = np.full(len(xy), np.inf)
@@ -212,7 +213,8 @@ def test_lower_obstacles_are_flown_over():
     house = sky.Box(min=(30.0, 20.0, 0.0), max=(90.0, 60.0, 12.0))
     survey = sky.Survey(FIELD, "mavic-3e", gsd=GSD)
     plain, built = (ground_lines(scenario(survey, obstacles=obstacles), 0) for obstacles in ((), (house,)))
-    assert len(built.lines) == len(plain.lines) and not built.unseen
+    assert len(built.lines) == len(plain.lines)
+    assert not built.unseen
 
 
 @pytest.mark.parametrize(("pattern", "headings"), [("cross", {None}), ("oblique", {None, 0.0, 90.0, 180.0, 270.0})])
@@ -234,7 +236,8 @@ def test_a_corridor_is_seen_also_at_its_bends():
     for heights in (None, relief(3, 15.0)):
         given = scenario(survey, heights)
         lines = ground_lines(given, 0)
-        assert require_covered(given, lines) == 1.0 and not lines.unseen
+        assert require_covered(given, lines) == 1.0
+        assert not lines.unseen
 
 
 def test_a_height_is_kept_above_the_ground_below():
@@ -243,7 +246,8 @@ def test_a_height_is_kept_above_the_ground_below():
     for line in ground_lines(given, 0).lines:
         where, _ = photos(line)
         above = where[:, 2] - given.terrain.height(where[:, :2])
-        assert above.max() <= 50.0 + 1e-6 and above.min() >= 0.8 * 50.0
+        assert above.max() <= 50.0 + 1e-6
+        assert above.min() >= 0.8 * 50.0
 
 
 @pytest.mark.parametrize(

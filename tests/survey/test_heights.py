@@ -45,11 +45,13 @@ def fewest_on_a_grid(at: np.ndarray, low: np.ndarray, high: np.ndarray, steepest
 def test_no_polyline_between_the_limits_has_fewer_points(seed):
     at, low, high, steepest = tube(seed)
     points = fewest_points(at, low, high, steepest)
-    assert points[0, 0] == at[0] and points[-1, 0] == at[-1]
+    assert points[0, 0] == at[0]
+    assert points[-1, 0] == at[-1]
     assert (np.diff(points[:, 0]) >= 0).all()
     every = np.unique(np.r_[at, points[:, 0]])
     z = np.interp(every, *points.T)
-    assert (np.interp(every, at, low) - 1e-5 <= z).all() and (z <= np.interp(every, at, high) + 1e-5).all()
+    assert (np.interp(every, at, low) - 1e-5 <= z).all()
+    assert (z <= np.interp(every, at, high) + 1e-5).all()
     rises, runs = np.abs(np.diff(points[:, 1])), np.diff(points[:, 0])
     assert (rises <= steepest * runs + 1e-5).all()
     assert len(points) - 1 <= fewest_on_a_grid(at, low, high, steepest)

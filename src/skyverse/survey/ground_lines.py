@@ -21,6 +21,7 @@ from skyverse.survey.footprints import GroundView, Unsteady, mark_seen, shared_d
 from skyverse.survey.free_area import FreeArea, free_area
 from skyverse.survey.ground import GroundCells, ground_cells, wanted_ground
 from skyverse.survey.heights import fewest_points, gentle
+from skyverse.survey.leg_time import LegTime
 from skyverse.survey.lines import PhotoLine, SurveyLines
 from skyverse.survey.spacing import (
     LEAST_SHARE,
@@ -34,7 +35,7 @@ from skyverse.survey.spacing import (
     best_direction,
     unit,
 )
-from skyverse.survey.sweep import LegTime, sweep
+from skyverse.survey.sweep import sweep
 
 CELLS_ALONG = 60
 """Cells of the ground along the shorter side of a photo."""
@@ -367,10 +368,11 @@ def _mark(task: GroundSurvey, sight: GroundSight, line: PhotoLine, seen: Bools) 
 def _unseen(task: GroundSurvey, free: FreeArea, seen: Bools) -> tuple[CoverageGap, ...]:
     """Return the parts of what is wanted that are not certain to be seen."""
     cells = task.cells
-    corners = cells.origin + np.argwhere(np.isfinite(cells.low) & ~seen) * cells.step
+    missing = np.argwhere(np.isfinite(cells.low) & ~seen)
+    low, high = cells.origin + missing * cells.step, cells.origin + (missing + 1) * cells.step
     shapely.prepare(task.wanted)
-    corners = corners[shapely.contains_xy(task.wanted, corners + 0.5 * cells.step)]
-    boxes = shapely.box(corners[:, 0], corners[:, 1], *(corners + cells.step).T)
+    inside = shapely.contains_xy(task.wanted, 0.5 * (low + high))
+    boxes = shapely.box(*low[inside].T, *high[inside].T)
     parts = shapely.get_parts(shapely.union_all(boxes).intersection(task.wanted))
     return tuple(
         CoverageGap(task.number, tuple(map(tuple, part.exterior.coords[:-1])), part.area, free.why(part))

@@ -186,7 +186,7 @@ class ReliefOffsets:
             if found[-1] + 0.5 * gap >= high:
                 self.known.append((way, np.array(found)))
                 return np.array(found)
-            found.append(min(found[-1] + gap, high))
+            found.append(min(found[-1] + gap, high - 0.5 * gap))
 
     def gap(self, way: Floats, turned: Any, offset: float) -> float:
         """Return the greatest distance to the next strip at which the photos of both overlap as asked, metres."""
