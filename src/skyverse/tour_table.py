@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from skyverse.model.flight_table import NO_VALUE, Column, told_left
 from skyverse.model.mission import Mission, planned_flights
+from skyverse.model.photos import photos_of
 from skyverse.model.scenario import Target
 from skyverse.model.short_lines import told_seconds
 from skyverse.model.sortie import Sortie, Visit
@@ -122,7 +123,7 @@ def sortie_columns(mission: Mission) -> list[Column]:
         Column("sortie", "Each on one battery.", told(lambda one: str(one.number))),
         Column("takes off", "", told(lambda one: told_seconds(one.sortie.begin))),
         Column("lands", "", told(lambda one: told_seconds(one.sortie.end))),
-        Column("visits", "", told(lambda one: str(len(one.sortie.visits)))),
+        *_what_is_done(mission, sorties),
         Column("battery left", "At landing, in gusts at their worst, and how near to the reserve.", told(_left)),
         Column("margin", "By how much the battery gives more than that, or less.", told(told_spare)),
         Column(
@@ -132,7 +133,21 @@ def sortie_columns(mission: Mission) -> list[Column]:
             told(told_return),
         ),
     ]
-    return columns if any(one.battery for one in sorties) else columns[:5]
+    return columns if any(one.battery for one in sorties) else columns[:-3]
+
+
+def _what_is_done(mission: Mission, sorties: list[NumberedSortie]) -> Iterator[Column]:
+    """Yield the columns of how many visits are made, strips flown and photos taken."""
+    if mission.scenario.targets or not mission.scenario.surveys:
+        yield Column("visits", "", tuple(str(len(one.sortie.visits)) for one in sorties))
+    if mission.scenario.surveys:
+        photos = photos_of(mission)
+        within = ((photos.uav == one.uav) & (photos.time <= one.sortie.end) for one in sorties)
+        taken = [int((own & (photos.time >= one.sortie.begin)).sum()) for own, one in zip(within, sorties, strict=True)]
+        yield Column(
+            "strips", "Ways along which photos are taken.", tuple(str(len(one.sortie.strips)) for one in sorties)
+        )
+        yield Column("photos", "", tuple(f"{count:,}" for count in taken))
 
 
 def _left(one: NumberedSortie) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.ground_relief import Relief, along, cleared, relief
+from skyverse.draw.photo_views import drawn_surveys
 from skyverse.draw.shape_geometry import drawn_fence
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind, shapes_by_kind
 from skyverse.draw.track import DrawnTrack
@@ -73,14 +74,15 @@ def world(scenario: Scenario, tracks: Sequence[DrawnTrack]) -> DrawnWorld:
     named = any((shape.kind, shape.max_speed, shape.active) != (None, None, None) for shape in filling)
     many = len(filling) > MAX_EDGED_SHAPES
     boxes = all(isinstance(shape, Box) for shape in scenario.obstacles)
-    mapped = bool(not plain or named or many or not boxes or scenario.movers)
+    mapped = bool(not plain or named or many or not boxes or scenario.movers or scenario.surveys)
     ends = [*(track.start for track in tracks), *(target.position for target in scenario.targets)]
     low, high = np.min([scenario.bounds.min, *ends], axis=0), np.max([scenario.bounds.max, *ends], axis=0)
     if mapped:
         end = max((float(track.times[-1]) for track in tracks if len(track.times)), default=0.0)
+        seen = [ring for survey in drawn_surveys(scenario) for ring in survey.outlines]
         ways = [mover.at(np.linspace(0.0, end, 100)) for mover in scenario.movers]
         low, high = _peopled(
-            low, high, [*lines, *ways, *(np.array(extent(shape)) for shape in filling), np.array(ends)]
+            low, high, [*lines, *seen, *ways, *(np.array(extent(shape)) for shape in filling), np.array(ends)]
         )
     ground, stretch = None, 1.0
     if scenario.terrain is not None:

@@ -17,6 +17,7 @@ from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, area, columns, pac
 from skyverse.draw.scenes import NumberedPlace, Scene, SceneFinding
 from skyverse.draw.shape_geometry import footprint, is_fence
 from skyverse.draw.shape_kinds import ShapeKind
+from skyverse.draw.survey_traces import surveys_on_map
 from skyverse.draw.track import DrawnTrack, few
 from skyverse.model.frame import Origin
 from skyverse.model.shape_extent import extent
@@ -45,6 +46,7 @@ def from_above(scene: Scene) -> dict[str, Any]:
         "traces": [
             *([] if relief is None else [contours(relief, scene.scenario.frame.origin)]),
             *kinds,
+            *surveys_on_map(scene),
             *_zone_names(scene),
             *ways_on_map(scene),
             *tubes,

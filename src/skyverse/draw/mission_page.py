@@ -8,6 +8,7 @@ from skyverse.draw.margin_traces import told
 from skyverse.draw.scene_traces import of_search
 from skyverse.draw.scenes import MissionScene
 from skyverse.draw.shape_geometry import below
+from skyverse.draw.survey_page import coverage_cards, survey_card, survey_tiles
 from skyverse.draw.template import (
     MAX_SHOWN_FINDINGS,
     NO_VALUE,
@@ -58,7 +59,7 @@ _WORDS = {
 
 def page(scene: MissionScene) -> str:
     """Return the page of `scene`, in which every string that a user gave is escaped."""
-    order = "Numbers: the order of visits. " if scene.mission.sorties else ""
+    order = "Numbers: the order of visits. " if scene.mission.visited and scene.mission.sorties else ""
     marks = f"{order}{told(scene)}{_squares(scene)}{_cut(scene)}"
     parts = {
         "title": escape(scene.scenario.name),
@@ -78,6 +79,9 @@ def page(scene: MissionScene) -> str:
         "tours": tours(scene),
         "footer": footer(scene),
     }
+    if scene.surveys:
+        told_ends = {} if scene.scenario.targets else {"ends": "● home."}
+        parts |= {"survey": survey_card(scene), **told_ends}
     drawn = scene_data(scene) | {"search": of_search(scene), "battery": of_batteries(scene), "words": _WORDS}
     return filled(parts, drawn)
 
@@ -150,6 +154,7 @@ def banner(scene: MissionScene) -> str:
         verdict = card(
             tone, "✕" if tone == "bad" else "!", f"The referee found {things} wrong.", f"<ul>{lines}</ul>{more}"
         )
+    verdict += coverage_cards(scene)
     if scene.cautions:
         verdict += card("warn", "!", "What a pilot must heed.", listed_sentences(scene.cautions))
     if scene.interrupted:
@@ -238,11 +243,12 @@ def mission_tiles(scene: MissionScene) -> str:
     measures = [measure_flight(one, scene.scenario.terrain) for one in scene.mission.trajectories if one is not None]
     energies = [one.summary.energy for one in flights if one.summary is not None and one.summary.energy is not None]
     near = nearest_obstacle(scene.mission)
-    many = len(scene.scenario.targets)
-    visits = [("Targets visited", f"{len(scene.mission.visited)} of {many}", counted(len(scene.sorties), "sortie"))]
+    many, sorties = len(scene.scenario.targets), counted(len(scene.sorties), "sortie")
+    visits = [("Targets visited", f"{len(scene.mission.visited)} of {many}", sorties)] if many else []
     shown = [
+        *survey_tiles(scene),
         *(visits if scene.mission.sorties else []),
-        ("Paths found", f"{len(reached)} of {len(targeted)}", counted(len(flights), "UAV")),
+        *([("Paths found", f"{len(reached)} of {len(targeted)}", counted(len(flights), "UAV"))] if targeted else []),
         ("Flown", told_metres(sum(flown)) if flown else NO_VALUE, "all UAVs together"),
         ("Last arrival", NO_VALUE if scene.makespan is None else told_seconds(scene.makespan), "into the mission"),
     ]

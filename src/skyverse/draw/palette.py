@@ -34,6 +34,12 @@ GROUND_ON_MAP = ("#a8bb93", "#cdcea4", "#d6c29e", "#c5b2a0", "#d6d1ce", "#e8e9ec
 
 They are pale, so that paths stand out.
 """
+SURVEY = "#4c1d95"
+"""The colour of what a survey is to see, and of its photos."""
+COUNTS = ("#fff3b0", "#b8dd9a", "#57b79a", "#2c8ab0", "#2b5797", "#2a2664")
+"""The colours of places from one photo to the most; none is the colour of an error."""
+DISTANCES = ("#16425f", "#2f7fb3", "#8fcbe0", "#fbf1bd")
+"""The colours of ground sample distances from the finest to the coarsest that is asked for."""
 LIGHT = {
     "ground": "#f4f6f8",
     "card": "#ffffff",

@@ -16,6 +16,7 @@ from skyverse.draw.plotly_values import NOWHERE, PLOTLY_DASHES, Trace, columns, 
 from skyverse.draw.scenes import MissionScene, Scene
 from skyverse.draw.shape_geometry import below, brightness, outline, skin, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
+from skyverse.draw.survey_traces import surveys_in_space
 from skyverse.draw.track import DrawnTrack, few
 from skyverse.model.result import Result
 from skyverse.model.shapes import Box, Voxels
@@ -109,7 +110,8 @@ def in_space(scene: Scene) -> list[Trace]:
     tubes = [each for number, track in enumerate(scene.tracks) for each in tube(track, number, fine)]
     margins = [*tubes, *pads(scene), *ceiling(scene), *separations(scene)]
     moving = [*movers_in_space(scene), *active_zones_in_space(scene)]
-    return [*world, *moving, *tracks, spare, *findings(scene), *margins, *landings_in_space(scene), *fleet(scene)]
+    marked = [*findings(scene), *margins, *landings_in_space(scene)]
+    return [*world, *surveys_in_space(scene), *moving, *tracks, spare, *marked, *fleet(scene)]
 
 
 def of_curve(track: DrawnTrack, result: Result, number: int, bound: str) -> list[Trace]:

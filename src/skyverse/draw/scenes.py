@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
 from skyverse.draw.palette import TARGET_TO_REACH, TARGET_TO_SPARE
+from skyverse.draw.photo_views import DrawnSurvey, drawn_surveys
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import DrawnTrack, Point, track
 from skyverse.errors import in_words
@@ -144,6 +145,11 @@ class Scene:
         most = MAX_PROFILE_POINTS // max(1, len(self.tracks))
         return tuple(profile(track, self.scenario, self.world.kinds, most) for track in self.tracks)
 
+    @cached_property
+    def surveys(self) -> tuple[DrawnSurvey, ...]:
+        """The surveys; those of a mission with their photos."""
+        return tuple(drawn_surveys(self.scenario))
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MissionScene(Scene):
@@ -174,6 +180,11 @@ class MissionScene(Scene):
     def sorties(self) -> tuple[NumberedSortie, ...]:
         """The sorties of all UAVs."""
         return tuple(numbered_sorties(self.mission))
+
+    @cached_property
+    def surveys(self) -> tuple[DrawnSurvey, ...]:
+        """The surveys with their photos."""
+        return tuple(drawn_surveys(self.scenario, self.mission))
 
     spare_colour: ClassVar[str] = TARGET_TO_SPARE
 
@@ -226,6 +237,8 @@ def finding_of(scenario: Scenario, violation: Violation) -> SceneFinding:
 
 
 def _note(flight: PlannedFlight, flies: bool) -> str:
+    if flight.target is None and flight.trajectory is not None:
+        return ""
     if flight.target is None:
         return " has no target and stays at its start."
     if flight.result is None:

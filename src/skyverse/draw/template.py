@@ -17,6 +17,7 @@ from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene_traces import in_space
 from skyverse.draw.scenes import Scene, SceneFinding
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
+from skyverse.draw.survey_traces import survey_data
 from skyverse.model.frame import Origin
 from skyverse.model.short_lines import told_clock
 
@@ -45,16 +46,19 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
     from plotly.offline import get_plotlyjs
 
     here = files("skyverse.draw")
+    more = ("survey",) if "survey" in parts else ()
     parts = (
         {"ends": "● start, ◆ target."}
         | parts
         | {
             "data": embedded(drawn),
             "layout": _layout(drawn),
-            "maps": _MAPS if drawn["mapped"] else "",
+            "maps": (_MAPS if drawn["mapped"] else "") + parts.get("survey", ""),
             "frame": drawn["frame"],
-            "css": style_sheet() + here.joinpath("page.css").read_text("utf-8"),
-            "js": "".join(here.joinpath(name).read_text("utf-8") for name in _SCRIPTS),
+            "css": style_sheet() + "".join(here.joinpath(f"{name}.css").read_text("utf-8") for name in ("page", *more)),
+            "js": "".join(
+                here.joinpath(name).read_text("utf-8") for name in (*_SCRIPTS, *(f"{one}.js" for one in more))
+            ),
             "plotly": get_plotlyjs(),
         }
     )
@@ -127,6 +131,8 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     if scene.world.mapped:
         overview = first_view(scene.world, scene.tracks, scene.scenario.terrain)
         drawn |= {"map": from_above(scene), "profiles": from_the_side(scene), "overview": overview}
+    if scene.surveys:
+        drawn |= {"surveys": survey_data(scene)}
     return drawn
 
 
