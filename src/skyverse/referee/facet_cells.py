@@ -1,5 +1,6 @@
 """The walls of structures, and facets, that are to be seen, cut into cells with three or four corners."""
 
+import math
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -43,7 +44,7 @@ class FacetCells(NamedTuple):
     def outline(self) -> tuple[tuple[float, float, float], ...]:
         """The corners of a rectangle, in the plane of the first cell, that holds all of them, metres."""
         first, last = self.corners[0, 0], self.corners[0, 1]
-        along = (last - first) / np.linalg.norm(last - first)
+        along = (last - first) / np.sqrt(((last - first) ** 2).sum())
         axes = np.stack([along, np.cross(self.normal[0], along)])
         places = np.einsum("ij,kj->ik", (self.corners.reshape(-1, 3) - first), axes)
         (a, b), (c, d) = places.min(axis=0), places.max(axis=0)
@@ -79,14 +80,14 @@ def facet_cells(scenario: Scenario, survey: Survey, solids: list[Solid]) -> Face
     for quad in quads:
         across = np.cross(quad[2] - quad[0], quad[3] - quad[1])
         n, m = (
-            max(int(np.ceil(max(np.linalg.norm(quad[a] - quad[b]) for a, b in ends) / size)), 1)
+            max(int(np.ceil(max(math.dist(quad[a], quad[b]) for a, b in ends) / size)), 1)
             for ends in (((0, 1), (3, 2)), ((0, 3), (1, 2)))
         )
         u, v = (np.linspace(0, 1, k + 1)[:, None] for k in (n, m))
         low, high = quad[0] + u * (quad[1] - quad[0]), quad[3] + u * (quad[2] - quad[3])
         nodes = low[:, None] + v[None] * (high - low)[:, None]
         cells = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=2).reshape(-1, 4, 3)
-        length = float(np.linalg.norm(across))
+        length = float(math.hypot(*across))
         if length > 0:
             corners.append(cells)
             normals.append(np.tile(across / length, (len(cells), 1)))

@@ -98,7 +98,7 @@ class PhotoView:
         fall = -self.corners[:, 2]
         down = max(float(self.position[2] + self.error.vertical - low[2]), 0.0)
         depth = np.divide(down, fall, out=np.full(4, np.inf), where=fall > 0)
-        farthest = float(np.linalg.norm(high - low) + np.linalg.norm(self.position - low))
+        farthest = float(math.dist(high, low) + math.dist(self.position, low))
         if depth.max() > farthest:
             depth = np.full(4, farthest)
         reach = self.position[:2] + np.vstack([np.zeros(2), depth[:, None] * self.corners[:, :2]])

@@ -41,7 +41,7 @@ class Places(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Relief:
+class GroundRelief:
     """The greatest heights and slopes of a terrain's cells, of squares of 2 x 2 cells, of 4 x 4, and so on.
 
     Attributes
@@ -116,7 +116,7 @@ class Relief:
         return found
 
 
-def relief_of(terrain: Terrain) -> Relief:
+def relief_of(terrain: Terrain) -> GroundRelief:
     """Return the relief of a terrain."""
     h, step = terrain.heights, np.array(terrain.step)
     east, north = np.diff(h, axis=0) / step[0], np.diff(h, axis=1) / step[1]
@@ -132,4 +132,4 @@ def relief_of(terrain: Terrain) -> Relief:
     sizes = [level.shape[0] * level.shape[1] for level in levels]
     table = np.concatenate([level.reshape(-1, 5) for level in levels])
     first, columns = np.cumsum([0, *sizes[:-1]]), np.array([level.shape[1] for level in levels])
-    return Relief(np.array(terrain.origin), step, (h.shape[0] - 1, h.shape[1] - 1), first, columns, table)
+    return GroundRelief(np.array(terrain.origin), step, (h.shape[0] - 1, h.shape[1] - 1), first, columns, table)

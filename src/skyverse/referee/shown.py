@@ -11,7 +11,7 @@ from skyverse._typing import Bools, Floats
 from skyverse.referee.blockers import Blockers
 from skyverse.referee.ground_cells import CellGrid, Pieces
 from skyverse.referee.photo_views import PhotoView
-from skyverse.referee.relief import Places, Relief
+from skyverse.referee.relief import GroundRelief, Places
 from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS
 
 IN_BLOCK = 8
@@ -65,7 +65,9 @@ class Viewers:
         Metres: the greatest depth at which any photo is certain to show a cell.
     """
 
-    def __init__(self, views: Sequence[PhotoView], relief: Relief | None, blockers: Blockers, most: float) -> None:
+    def __init__(
+        self, views: Sequence[PhotoView], relief: GroundRelief | None, blockers: Blockers, most: float
+    ) -> None:
         self.views, self.relief, self.blockers = views, relief, blockers
         self.most, self.deepest = most * (1 + LIMIT_LET_PASS), 0.0
 
