@@ -208,7 +208,7 @@ NOT_A_FLAG = ("no", None, 0, [True], np.True_)
         ("return_altitude", (*NOT_A_NUMBER[1:], -1.0)),
         ("autopilot", ("mikrokopter", 3, ["px4"], object())),
         ("apart_in_space", NOT_A_FLAG),
-        ("allow_close", NOT_A_FLAG),
+        ("allow_close survey_item", NOT_A_FLAG),
     ],
 )
 def test_wrong_values_of_an_export_are_refused_in_one_sentence(mission, suffix, field, wrong, tmp_path):

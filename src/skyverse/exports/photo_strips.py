@@ -17,6 +17,7 @@ from skyverse._typing import Floats, Indices
 from skyverse.errors import InputError
 from skyverse.exports.autopilots import AutopilotName, AutopilotRates, trigger_lead
 from skyverse.exports.waypoint_placement import distances_to_segment
+from skyverse.model.arrays import arctan2
 from skyverse.model.photos import photo_times
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Strip
@@ -188,7 +189,7 @@ class StripWay:
         ways = np.diff(self.points[self.corners, :2], axis=0)
         turns = np.zeros(len(self.corners))
         cross = ways[:-1, 0] * ways[1:, 1] - ways[:-1, 1] * ways[1:, 0]
-        turns[1:-1] = np.abs(np.arctan2(cross, np.sum(ways[:-1] * ways[1:], axis=1)))
+        turns[1:-1] = np.abs(arctan2(cross, np.sum(ways[:-1] * ways[1:], axis=1)))
         return turns
 
     def place(self, along: float) -> Floats:

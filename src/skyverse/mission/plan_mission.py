@@ -26,6 +26,7 @@ from skyverse.planners.auto import Auto
 from skyverse.planners.base import DirectPlanner, Planner, Seed, provenance, seeded
 from skyverse.planners.own_path import require_result
 from skyverse.planners.results import refused_result
+from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import judge
 from skyverse.stop import Progress, Stop, require_stop
@@ -146,7 +147,9 @@ def plan_mission(
     planner = planner_of(planner)
     require_stop(stop)
     if isinstance(planner, Auto):
-        planner = planner.choose(scenario)
+        planner = Taut() if scenario.surveys else planner.choose(scenario)
+    if scenario.surveys and not planner.leaves_lattice(scenario):
+        raise InputError("surveys leave the lattice, which this planner does not; taut does", field="planner")
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
     shape = options.shape

@@ -46,7 +46,7 @@ class Seen(NamedTuple):
     """What is seen of parts: their areas, square metres, by how many photos, and their depths in the best, metres."""
 
     area: Floats
-    count: Floats
+    views: Floats
     depth: Floats
 
 
@@ -193,7 +193,7 @@ class _Figures(NamedTuple):
     ) -> Coverage:
         """Return what is proven of a survey."""
         share = [
-            float(self.seen.area[self.seen.count >= k].sum() / max(self.area, LET_PASS))
+            float(self.seen.area[self.seen.views >= k].sum() / max(self.area, LET_PASS))
             for k in range(1, MOST_COUNTED + 1)
         ]
         shares = tuple(one for k, one in enumerate(share) if k == 0 or one > 0)

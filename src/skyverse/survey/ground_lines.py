@@ -31,7 +31,7 @@ from skyverse.survey.spacing import (
     STATIONS,
     GroundSight,
     ReliefOffsets,
-    Way,
+    StripWay,
     best_direction,
     unit,
 )
@@ -216,7 +216,7 @@ def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
         if len(strips) > MOST_STRIPS:
             raise InputError(f"needs {len(strips):,} strips, but {MOST_STRIPS:,} are the most", field="area")
         for strip, gap in zip(strips, gaps, strict=True):
-            for line in _lines_along(_Flown(task, sight, one, float(gap)), strip):
+            for line in _lines_along(_LineFlown(task, sight, one, float(gap)), strip):
                 lines.append(line)
                 if len(passes) <= 2 or one.pitch == -90.0:
                     _mark(task, sight, line, seen)
@@ -260,7 +260,7 @@ def _swept(
 
 
 @dataclass(frozen=True)
-class _Flown:
+class _LineFlown:
     """What the lines along one strip need: the strip beside it is `gap` metres away."""
 
     task: GroundSurvey
@@ -269,9 +269,9 @@ class _Flown:
     gap: float
 
 
-def _lines_along(flown: _Flown, strip: Floats) -> Iterator[PhotoLine]:
+def _lines_along(flown: _LineFlown, strip: Floats) -> Iterator[PhotoLine]:
     """Yield the lines along one strip: its clear parts, at heights that suit the ground."""
-    sight, way = flown.sight, Way.along(strip)
+    sight, way = flown.sight, StripWay.along(strip)
     pace = sight.steps[0] / (1.0 - sight.overlap[0]) / STATIONS
     count = max(math.ceil(way.length / pace), 1)
     at = (np.arange(count) + 0.5) * way.length / count
@@ -289,7 +289,7 @@ def _at_nodes(limits: Floats, pick: np.ufunc) -> Floats:
     return pick(np.r_[limits[0], limits], np.r_[limits, limits[-1]])
 
 
-def _clear(flown: _Flown, way: Way, at: Floats, limits: tuple[Floats, Floats], halvings: int) -> Iterator[PhotoLine]:
+def _clear(flown: _LineFlown, way: StripWay, at: Floats, limits: tuple[Floats, Floats], halvings: int) -> Iterator[PhotoLine]:
     """Yield a line between the least and the greatest heights, or those of its parts that are clear."""
     sight, task = flown.sight, flown.task
     length = float(at[-1] - at[0])
@@ -312,7 +312,7 @@ def _clear(flown: _Flown, way: Way, at: Floats, limits: tuple[Floats, Floats], h
     )
 
 
-def _path(flown: _Flown, way: Way, at: Floats, limits: tuple[Floats, Floats]) -> tuple[float, Floats]:
+def _path(flown: _LineFlown, way: StripWay, at: Floats, limits: tuple[Floats, Floats]) -> tuple[float, Floats]:
     """Return the metres from photo to photo, and a path (k, 3) of few points between heights."""
     sight, (floor, most) = flown.sight, limits
     places, ahead, length = way.places(at), way.ahead(at), float(at[-1] - at[0])
@@ -359,7 +359,7 @@ def _mark(task: GroundSurvey, sight: GroundSight, line: PhotoLine, seen: Bools) 
     if len(line.path) == 1:
         photos, ahead = line.path, np.array([[0.0, 1.0]])
     else:
-        way = Way.along(line.path[:, :2])
+        way = StripWay.along(line.path[:, :2])
         at = np.linspace(0.0, way.length, round(way.length / line.every) + 1)
         photos, ahead = np.column_stack([way.places(at), np.interp(at, way.at, line.path[:, 2])]), way.ahead(at)
     mark_seen(sight.cells, sight.photo, task.off, photos, ahead, seen)
