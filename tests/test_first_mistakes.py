@@ -79,6 +79,7 @@ OF_MAPS = {
         ("terrain buildings zones fences max_heights voxels", (None, *NOT_FILES)),
         ("soft_zones", (None, *NOT_FILES, ["a.geojson"], [("a.geojson", "x")])),
         ("uavs targets", (None, 3, "46.8,9.85", object())),
+        ("around", (None, 3, "a.kml", [3], [(1.0,)])),
         ("licences", (3, ["x"], {"a.tif": 3}, {3: "CC0"}, object())),
         ("zones_closed_above", NOT_A_FLAG),
         ("area", ("x", 3, (1.0, 2.0), (1.0, 2.0, 3.0, "x"))),
@@ -208,7 +209,8 @@ NOT_A_FLAG = ("no", None, 0, [True], np.True_)
         ("return_altitude", (*NOT_A_NUMBER[1:], -1.0)),
         ("autopilot", ("mikrokopter", 3, ["px4"], object())),
         ("apart_in_space", NOT_A_FLAG),
-        ("allow_close survey_item", NOT_A_FLAG),
+        ("allow_close", NOT_A_FLAG),
+        ("survey_item", NOT_A_FLAG),
     ],
 )
 def test_wrong_values_of_an_export_are_refused_in_one_sentence(mission, suffix, field, wrong, tmp_path):

@@ -102,7 +102,7 @@ class Blockers:
     def _hide(self, x: Floats, which: Indices, view: PhotoView) -> Bools:
         normal, anchor = self.normal[which], self.anchor[which]
         level, upright = view.error.horizontal, view.error.vertical
-        side = sum((x[:, :, k] - anchor[:, None, k]) * normal[:, None, k] for k in range(3))
+        side = np.einsum("ijk,ik->ij", x - anchor[:, None], normal)
         away = sum((view.position[k] - anchor[:, k]) * normal[:, k] for k in range(3))
         stray = level * np.hypot(normal[:, 0], normal[:, 1]) + upright * np.abs(normal[:, 2])
         outside, inside = side.min(axis=1) >= -LET_PASS, side.max(axis=1) <= LET_PASS

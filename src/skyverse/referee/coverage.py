@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -211,12 +211,12 @@ class _Figures(NamedTuple):
         refuted = (open_ and certain) or short > 0 or coarse
         verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ else Verdict.PROVEN
         pairs = sum(map(len, self.overlaps))
-        figures = (shares, worst, mostly, coarsest, least, pairs, short)
+        figures: tuple[Any, ...] = (shares, worst, mostly, coarsest, least, pairs, short)
         told = _sentence(self.area, figures, survey, gaps)
         return Coverage(number, verdict, f"{told}: {verdict.value}.", photos, self.area, *figures, gaps)
 
 
-def _sentence(area: float, figures: tuple, survey: Survey, gaps: tuple[CoverageGap, ...]) -> str:
+def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple[CoverageGap, ...]) -> str:
     shares, worst, _, coarsest, (along, between), pairs, short = figures
     whole = not gaps
     size = f"{area / 1e4:,.3g} ha" if area >= 1e3 else f"{area:,.3g} m²"

@@ -53,7 +53,7 @@ class FacetCells(NamedTuple):
 
     def of(self, some: Indices | Bools) -> "FacetCells":
         """Return some of them."""
-        return FacetCells(*(column[some] for column in self))
+        return FacetCells(self.corners[some], self.normal[some], self.source[some])
 
     def halved(self) -> "FacetCells":
         """Return them cut in four, along the lines between the middles of their sides."""
@@ -95,8 +95,8 @@ def facet_cells(scenario: Scenario, survey: Survey, solids: list[Solid]) -> Face
     if not corners:
         return FacetCells(np.zeros((0, 4, 3)), np.zeros((0, 3)), np.zeros(0, dtype=np.intp))
     of = np.repeat(np.arange(source), [len(cells) for cells in corners])
-    cells = FacetCells(np.concatenate(corners), np.concatenate(normals), of)
-    return cells.of(cells.area > 0)
+    whole = FacetCells(np.concatenate(corners), np.concatenate(normals), of)
+    return whole.of(whole.area > 0)
 
 
 def _wall(scenario: Scenario, solid: Solid, a: Floats, b: Floats) -> Floats:

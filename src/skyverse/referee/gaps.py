@@ -70,7 +70,7 @@ class Sight:
             good = in_view & (depth <= self.most)
             shown |= in_view
             fine |= good
-            for k in np.flatnonzero((in_view & (depth <= self.most)) | ~missed):
+            for k in np.flatnonzero((in_view & (depth <= self.most)) | ~missed).tolist():
                 hidden = self._hidden(places[k], view)
                 by[k] = by[k] or hidden
                 if not hidden and not missed[k]:

@@ -51,7 +51,7 @@ class Pieces(NamedTuple):
 
     def of(self, some: Indices | Bools) -> "Pieces":
         """Return some of them."""
-        return Pieces(*(column[some] for column in self))
+        return Pieces(self.outline[some], self.corners[some], self.slack[some], self.area[some])
 
 
 NO_PIECES = Pieces(np.zeros(0, dtype=object), np.zeros((0, 4, 3)), np.zeros(0), np.zeros(0))

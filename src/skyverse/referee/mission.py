@@ -52,7 +52,8 @@ class Certificates(NamedTuple):
     def __repr__(self) -> str:
         flying = [one for one in self.trajectories if one is not None]
         proven = sum(one.verdict.value == "proven" for one in flying)
-        wrong = [one.sentence for one in (*flying, self.apart, *self.coverage) if one.verdict.value != "proven"]
+        judged: list[Certificate | Coverage] = [*flying, self.apart, *self.coverage]
+        wrong = [one.sentence for one in judged if one.verdict.value != "proven"]
         surveys = [one.verdict.value for one in self.coverage]
         return as_lines(
             f"Certificates: {proven} of {counted(len(flying), 'trajectory', 'trajectories')} proven, "

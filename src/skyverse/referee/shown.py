@@ -41,7 +41,7 @@ class Shown:
         """Return that nothing is shown."""
         return cls(np.zeros(shape, dtype=np.uint16), np.full(shape, np.inf), np.zeros(shape, dtype=np.bool_))
 
-    def add(self, where: object, inside: Bools, depth: Floats, touched: Bools) -> None:
+    def add(self, where: Any, inside: Bools, depth: Floats, touched: Bools) -> None:
         """Count a photo at some cells."""
         self.count[where] += inside
         self.depth[where] = np.where(inside, np.minimum(self.depth[where], depth), self.depth[where])
@@ -114,10 +114,10 @@ class Viewers:
                 near = np.flatnonzero(inside)
                 inside[near] = self.relief.hides_nothing(_places(part.of(near)), view.position, view.error)
             self._hide_pieces_by_walls(view, inside, part)
-            self._count(shown, some, inside, depth.max(axis=1) + part.slack, (margin >= 0).any(axis=1))
+            self._count(shown, some, inside, depth.max(axis=1) + part.slack, np.any(margin >= 0, axis=1))
         return shown
 
-    def _count(self, shown: Shown, where: object, inside: Bools, depth: Floats, touched: Bools) -> None:
+    def _count(self, shown: Shown, where: Any, inside: Bools, depth: Floats, touched: Bools) -> None:
         self.deepest = max(self.deepest, float(depth.max(initial=0.0, where=inside)))
         shown.add(where, inside & (depth <= self.most), depth, touched)
 
@@ -132,10 +132,11 @@ class Viewers:
         undecided = inside.copy()
         for size in (IN_BLOCK, 1):
             k, m = np.nonzero(_in_blocks(np.logical_or, undecided, size))
-            least, most = (_in_blocks(*of, size)[k, m] for of in ((np.minimum, low), (np.maximum, high)))
+            least, most = _in_blocks(np.minimum, low, size)[k, m], _in_blocks(np.maximum, high, size)[k, m]
             ends = [(line[n * size], line[np.minimum((n + 1) * size, len(line) - 1)]) for n, line in ((k, x), (m, y))]
             radius = np.maximum(*(b - a for a, b in ends)) / 2
-            places = Places(*((a + b) / 2 for a, b in ends), radius, least, most)
+            (a, b), (c, d) = ends
+            places = Places((a + b) / 2, (c + d) / 2, radius, least, most)
             hidden = ~self.relief.hides_nothing(places, view.position, view.error)
             blocks = np.zeros(tuple(-(-n // size) for n in undecided.shape), dtype=np.bool_)
             blocks[k[hidden], m[hidden]] = True

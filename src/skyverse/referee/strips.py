@@ -70,7 +70,9 @@ def judge_surveys(scenario: Scenario, mission: Mission) -> tuple[tuple[Coverage,
     sorties = []
     for uav, trajectory in enumerate(sound):
         kept = []
-        for one in sound_sorties(mission, uav) if trajectory is not None else ():
+        for one in sound_sorties(mission, uav):
+            if trajectory is None:
+                break
             strips = (strip for strip in one.strips if not _wrong_strip(scenario, uav, trajectory, strip, one))
             kept.append(replace(one, strips=tuple(strips)))
         sorties.append(tuple(kept))

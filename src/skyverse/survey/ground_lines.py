@@ -289,7 +289,9 @@ def _at_nodes(limits: Floats, pick: np.ufunc) -> Floats:
     return pick(np.r_[limits[0], limits], np.r_[limits, limits[-1]])
 
 
-def _clear(flown: _LineFlown, way: StripWay, at: Floats, limits: tuple[Floats, Floats], halvings: int) -> Iterator[PhotoLine]:
+def _clear(
+    flown: _LineFlown, way: StripWay, at: Floats, limits: tuple[Floats, Floats], halvings: int
+) -> Iterator[PhotoLine]:
     """Yield a line between the least and the greatest heights, or those of its parts that are clear."""
     sight, task = flown.sight, flown.task
     length = float(at[-1] - at[0])
