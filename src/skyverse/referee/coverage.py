@@ -203,7 +203,7 @@ class _Figures(NamedTuple):
         worst = float(ranked[-1]) if len(ranked) else math.nan
         mostly = float(ranked[np.searchsorted(grown, MOST_SHARE * grown[-1])]) if len(ranked) else math.nan
         asked = np.array(survey.overlap)
-        least = tuple(float(pairs.min()) if len(pairs) else math.nan for pairs in self.overlaps)
+        along, between = (float(pairs.min()) if len(pairs) else math.nan for pairs in self.overlaps)
         short = sum(int((pairs < one - SHORT).sum()) for pairs, one in zip(self.overlaps, asked, strict=True))
         coarsest = self.pixel * self.deepest
         coarse = survey.gsd is not None and survey.gsd_of == "photo" and coarsest > survey.gsd * (1 + LIMIT_LET_PASS)
@@ -211,9 +211,10 @@ class _Figures(NamedTuple):
         refuted = (open_ and certain) or short > 0 or coarse
         verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ else Verdict.PROVEN
         pairs = sum(map(len, self.overlaps))
-        figures: tuple[Any, ...] = (shares, worst, mostly, coarsest, least, pairs, short)
-        told = _sentence(self.area, figures, survey, gaps)
-        return Coverage(number, verdict, f"{told}: {verdict.value}.", photos, self.area, *figures, gaps)
+        least = along, between
+        figures = (shares, worst, mostly, coarsest, least, pairs, short)
+        sentence = f"{_sentence(self.area, figures, survey, gaps)}: {verdict.value}."
+        return Coverage(number, verdict, sentence, photos, self.area, *figures, gaps)
 
 
 def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple[CoverageGap, ...]) -> str:
