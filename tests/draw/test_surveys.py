@@ -94,7 +94,7 @@ def test_what_a_ridge_hides_is_not_seen():
     place, least, most = np.array([drawn.views.x[i], drawn.views.y[j], 0.0]), 0, 0
     for eye in drawn.photos.position:
         sight = eye + (place - eye) * np.linspace(0, 1, 2001)[:, None]
-        above = np.min((sight[:, 2] - np.interp(sight[:, 0], [0, 25, 50], [0, 60, 0]))[sight[:, 0] < 50])
+        above = np.min((sight[:, 2] - np.interp(sight[:, 0], [0, 25, 50], [0, 60, 0]))[sight[:, 0] < 50], initial=99)
         deep, high = (place - eye) @ (np.sqrt(0.75), 0, -0.5), (place - eye) @ (0.5, 0, np.sqrt(0.75))
         if abs(high) <= 0.45 * deep:
             least, most = least + (above > 6), most + (above > -6)  # the line of sight is only sampled
@@ -129,7 +129,8 @@ def test_a_page_holds_all_photos_and_what_is_proven():
     assert "<b>a</b>" not in text
     (count, gsd) = survey["maps"]
     assert np.nanmax(numbers(count["z"])) == count["zmax"] == scene(mission).surveys[0].views.count.max()
-    assert np.nanmax(numbers(gsd["z"])) == pytest.approx(gsd["zmax"], rel=1e-6)
+    assert np.nanmax(numbers(gsd["z"])) == pytest.approx(100 * np.nanmax(scene(mission).surveys[0].views.gsd), rel=1e-6)
+    assert gsd["zmax"] == pytest.approx(3.0)
 
 
 def test_pages_of_thousands_of_photos_stay_small():
