@@ -11,7 +11,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.survey import Survey
 from skyverse.survey.footprints import shared_depths
-from skyverse.survey.spacing import LEAST_SHARE, MOST_STRIPS, SHORTEST, STATIONS, GroundSight, StripWay
+from skyverse.survey.spacing import LEAST_SHARE, MOST_STRIPS, SHORTEST, STATIONS, GroundSight, LineWay
 
 SHARP = 30.0
 """Degrees: where a line bends by more, strips end, beyond the bend by half of what is to be seen across."""
@@ -38,7 +38,7 @@ def corridor_strips(survey: Survey, sight: GroundSight) -> tuple[list[Floats], f
     for run in runs:
         begun = run.copy()
         if sight.photo.level > 0.0:  # the camera looks ahead, so that strips begin and end early
-            first, last = StripWay.along(run[:2]).ahead(np.zeros(1))[0], StripWay.along(run[-2:]).ahead(np.zeros(1))[0]
+            first, last = LineWay.along(run[:2]).ahead(np.zeros(1))[0], LineWay.along(run[-2:]).ahead(np.zeros(1))[0]
             begun[0], begun[-1] = run[0] - middle * first, run[-1] - middle * last
         for number in range(count):
             line = _beside(begun, (number + 0.5) * gap - half)
@@ -73,7 +73,7 @@ def _beside(run: Floats, aside: float) -> Any:
 
 def _overlap(sight: GroundSight, run: Floats, gap: float, count: int) -> bool:
     """Tell whether photos of neighbouring strips along a run overlap as asked."""
-    way = StripWay.along(run)
+    way = LineWay.along(run)
     at = np.linspace(
         0.0, way.length, max(int(way.length * (1.0 - sight.overlap[0]) / sight.steps[0] * STATIONS), 1) + 1
     )

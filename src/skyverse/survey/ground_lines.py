@@ -31,7 +31,7 @@ from skyverse.survey.spacing import (
     STATIONS,
     GroundSight,
     ReliefOffsets,
-    StripWay,
+    LineWay,
     best_direction,
     unit,
 )
@@ -271,7 +271,7 @@ class _LineFlown:
 
 def _lines_along(flown: _LineFlown, strip: Floats) -> Iterator[PhotoLine]:
     """Yield the lines along one strip: its clear parts, at heights that suit the ground."""
-    sight, way = flown.sight, StripWay.along(strip)
+    sight, way = flown.sight, LineWay.along(strip)
     pace = sight.steps[0] / (1.0 - sight.overlap[0]) / STATIONS
     count = max(math.ceil(way.length / pace), 1)
     at = (np.arange(count) + 0.5) * way.length / count
@@ -290,7 +290,7 @@ def _at_nodes(limits: Floats, pick: np.ufunc) -> Floats:
 
 
 def _clear(
-    flown: _LineFlown, way: StripWay, at: Floats, limits: tuple[Floats, Floats], halvings: int
+    flown: _LineFlown, way: LineWay, at: Floats, limits: tuple[Floats, Floats], halvings: int
 ) -> Iterator[PhotoLine]:
     """Yield a line between the least and the greatest heights, or those of its parts that are clear."""
     sight, task = flown.sight, flown.task
@@ -314,7 +314,7 @@ def _clear(
     )
 
 
-def _path(flown: _LineFlown, way: StripWay, at: Floats, limits: tuple[Floats, Floats]) -> tuple[float, Floats]:
+def _path(flown: _LineFlown, way: LineWay, at: Floats, limits: tuple[Floats, Floats]) -> tuple[float, Floats]:
     """Return the metres from photo to photo, and a path (k, 3) of few points between heights."""
     sight, (floor, most) = flown.sight, limits
     places, ahead, length = way.places(at), way.ahead(at), float(at[-1] - at[0])
@@ -361,7 +361,7 @@ def _mark(task: GroundSurvey, sight: GroundSight, line: PhotoLine, seen: Bools) 
     if len(line.path) == 1:
         photos, ahead = line.path, np.array([[0.0, 1.0]])
     else:
-        way = StripWay.along(line.path[:, :2])
+        way = LineWay.along(line.path[:, :2])
         at = np.linspace(0.0, way.length, round(way.length / line.every) + 1)
         photos, ahead = np.column_stack([way.places(at), np.interp(at, way.at, line.path[:, 2])]), way.ahead(at)
     mark_seen(sight.cells, sight.photo, task.off, photos, ahead, seen)

@@ -33,14 +33,14 @@ TRIED_STRIPS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class StripWay:
+class LineWay:
     """A way seen from above: its points (k, 2), and how far along it each is, (k,), metres."""
 
     points: Floats
     at: Floats
 
     @classmethod
-    def along(cls, points: Floats) -> "StripWay":
+    def along(cls, points: Floats) -> "LineWay":
         """Return the way along points (k, 2)."""
         legs = np.diff(points, axis=0)
         return cls(points, np.r_[0.0, np.cumsum(np.hypot(legs[:, 0], legs[:, 1]))])
