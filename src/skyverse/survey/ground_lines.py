@@ -30,8 +30,8 @@ from skyverse.survey.spacing import (
     SPARED,
     STATIONS,
     GroundSight,
-    ReliefOffsets,
     LineWay,
+    ReliefOffsets,
     best_direction,
     unit,
 )
