@@ -3,6 +3,7 @@
 - ``ac_eth FOLDER COSTS``, ``ac_agarwal FOLDER COSTS``: strips of AC maps beside published costs. The folder is AC300 of
   https://github.com/UNCCharlotte-CS-Robotics/AreaCoverage-dataset, the costs a table of the published ones.
 - ``bound FOLDER COSTS``: gaps to our lower bounds on the maps with 15 holes.
+- ``terrain [RUNS]``: strips over random alps: ground sample distance, overlap, photos, bends, seconds for 1 km2.
 - ``zones_planar [RUNS]``: random areas with up to 20 zones, judged by shapely.
 - ``structure [MESH.stl] [SECONDS]``: viewpoints beside the linear programme of set cover, their tour beside PyVRP's.
 """
@@ -17,6 +18,7 @@ PARTS = {
     "ac_eth": "survey_ac",
     "ac_agarwal": "survey_ac",
     "bound": "survey_ac",
+    "terrain": "survey_terrain",
     "zones_planar": "survey_zones",
     "structure": "survey_structure",
 }

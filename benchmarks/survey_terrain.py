@@ -1,0 +1,135 @@
+"""Strips over random alps beside rays on a grid: how finely photos show the ground, how they overlap, how many."""
+
+import math
+import time
+from itertools import pairwise
+
+import numpy as np
+from machine import table
+
+import skyverse as sky
+from skyverse.survey.ground_lines import GroundSurvey, ground_lines
+from skyverse.survey.lines import PhotoLine
+
+GSD = 0.02
+AROUND = 300.0
+GRID = 4.0
+
+
+def alps(cells: int, step: float, steepest: float, seed: int) -> np.ndarray:
+    """Return heights (cells, cells) whose 99th percentile of slopes is as steep as said, in degrees."""
+    rng = np.random.default_rng(seed)
+    k = np.hypot(np.fft.fftfreq(cells, step)[:, None], np.fft.rfftfreq(cells, step)[None])
+    sizes = np.where((k > 0) & (k < 1 / 200.0), np.maximum(k, 1e-6) ** -2.0, 0.0)
+    h = np.fft.irfft2(sizes * np.exp(2j * math.pi * rng.random(sizes.shape)), s=(cells, cells))
+    slope = np.quantile(np.hypot(*np.gradient(h, step)), 0.99)
+    return (h - h.min()) * math.tan(math.radians(steepest)) / slope
+
+
+def scenario(side: float, step: float, steepest: float, seed: int, gsd_of: str = "photo") -> sky.Scenario:
+    heights = alps(int((side + 2 * AROUND) / step) + 1, step, steepest, seed)
+    top = float(heights.max())
+    uav = sky.UAV(start=(-200.0, -200.0, top + 50.0), end="home", max_speed=12.0, max_climb=6.0, max_descent=6.0)
+    corners = ((0.0, 0.0), (side, 0.0), (side, side), (0.0, side))
+    low, high = 5.0 - AROUND, side + AROUND - 5.0
+    return sky.Scenario(
+        name="alps",
+        bounds={"min": (low, low, 0.0), "max": (high, high, top + 200.0)},
+        clearance=10.0,
+        uavs=(uav,),
+        terrain={"origin": (-AROUND, -AROUND), "step": (step, step), "heights": heights},
+        surveys=(sky.Survey(corners, "mavic-3e", gsd=GSD, gsd_of=gsd_of),),
+    )
+
+
+def photos(line: PhotoLine) -> tuple[np.ndarray, np.ndarray]:
+    legs = np.hypot(*np.diff(line.path[:, :2], axis=0).T)
+    way = np.r_[0.0, np.cumsum(legs)]
+    at = np.linspace(0.0, way[-1], round(way[-1] / line.every) + 1)
+    ahead = (line.path[-1] - line.path[0])[:2] / np.hypot(*(line.path[-1] - line.path[0])[:2])
+    return np.column_stack([np.interp(at, way, line.path[:, k]) for k in range(3)]), ahead
+
+
+def judged(given: sky.Scenario, lines: tuple[PhotoLine, ...], side: float) -> tuple[float, float, float, float]:
+    """Return the coarsest of any place in a photo, of the best photo of each, the share of pairs as asked, the least.
+
+    Pairs are judged by the depth of the highest ground that both photos show.
+    """
+    camera, (front, beside) = given.surveys[0].camera, (share / 100 for share in given.surveys[0].overlap)
+    across, along = camera.half_widths
+    axis = np.arange(0.0, side + GRID / 2, GRID)
+    x, y = (one.ravel() for one in np.meshgrid(axis, axis, indexing="ij"))
+    z, best, coarsest, spare = given.terrain.height(np.column_stack([x, y])), np.full(len(x), np.inf), 0.0, []
+    taken = [photos(line) for line in lines]
+    way = taken[0][1]
+    shown: list[list[tuple[np.ndarray, np.ndarray]]] = []
+    for where, ahead in taken:
+        shown.append([])
+        for px, py, pz in where:
+            near = np.flatnonzero(np.hypot(x - px, y - py) < 200.0)
+            u, v, depth = x[near] - px, y[near] - py, pz - z[near]
+            seen = (np.abs(u * ahead[0] + v * ahead[1]) <= along * depth) & (
+                np.abs(u * ahead[1] - v * ahead[0]) <= across * depth
+            )
+            near, depth = near[seen], depth[seen]
+            best[near] = np.minimum(best[near], depth)
+            coarsest = max(coarsest, depth.max(initial=0.0))
+            shown[-1].append((near, depth))
+
+    def held(one: tuple, other: tuple, spacing: float, half: float) -> float:
+        _, i, j = np.intersect1d(one[0], other[0], assume_unique=True, return_indices=True)
+        depth = np.minimum(one[1][i], other[1][j]).min(initial=np.inf)
+        return 1.0 - spacing / (2.0 * half * depth) if len(i) else math.nan
+
+    for line, row in zip(lines, shown, strict=True):
+        spare += [held(a, b, line.every, along) - front for a, b in pairwise(row)]
+    offsets = np.array([where[0, 0] * way[1] - where[0, 1] * way[0] for where, _ in taken])
+    for k in np.argsort(offsets):
+        later = np.flatnonzero(offsets > offsets[k] + 1.0)
+        for q in later[offsets[later] < offsets[later].min(initial=np.inf) + 1.0]:
+            apart = np.abs((taken[k][0][:, None, :2] - taken[q][0][None, :, :2]) @ way)
+            for i, j in enumerate(apart.argmin(axis=1)):
+                if apart[i, j] <= 0.75 * lines[k].every:
+                    spare.append(held(shown[k][i], shown[q][j], offsets[q] - offsets[k], across) - beside)
+    kept = np.array(spare)[~np.isnan(spare)]
+    return coarsest * camera.pixel, best.max() * camera.pixel, float((kept >= -1e-3).mean()), float(kept.min())
+
+
+def terrain(runs: int = 3) -> None:
+    """Judge strips over alps of 30 degrees, and time 1 km2 with a ground grid of 1 m."""
+    ground_lines(scenario(300.0, 2.0, 10.0, 0), 0)  # compiled
+    rows = []
+    for steepest in (0.0, 10.0, 20.0, 30.0):
+        for gsd_of in ("photo", "place"):
+            for seed in range(runs if steepest else 1):
+                given = scenario(600.0, 2.0, max(steepest, 0.01), seed, gsd_of)
+                begun = time.perf_counter()
+                found = ground_lines(given, 0)
+                seconds = time.perf_counter() - begun
+                lines = found.lines
+                count = sum(len(photos(line)[0]) for line in lines)
+                survey, (across, along) = given.surveys[0], given.surveys[0].camera.half_widths
+                ideal = 600.0**2 / (0.2 * 2 * along * survey.distance * 0.3 * 2 * across * survey.distance)
+                slope = np.hypot(*np.gradient(given.terrain.heights, 2.0))[150:450, 150:450]
+                coarsest, best, share, least = judged(given, lines, 600.0)
+                points, length = sum(len(line.path) for line in lines), sum(photos_length(line) for line in lines)
+                rows.append(
+                    [
+                        *(f"{steepest:g}", gsd_of, str(seed), f"{100 * coarsest:.3f}", f"{100 * best:.3f}"),
+                        *(f"{100 * share:.2f}", f"{100 * least:+.1f}", str(count)),
+                        f"{count / (ideal * np.sqrt(1 + slope**2).mean()):.2f}",
+                        *(str(points), f"{points / (length / 10.0):.2f}", f"{len(found.unseen)}", f"{seconds:.1f}"),
+                    ]
+                )
+    heads = ["steepest", "gsd_of", "seed", "GSD cm any", "best", "pairs as asked %", "least spare", "photos"]
+    table([*heads, "x flat / cos", "points", "x every 10 m", "gaps", "s"], rows)
+    print("The highest ground that two photos share tells their overlap, so slopes take more photos than 1 / cos.")
+    given = scenario(1000.0, 1.0, 20.0, 1)
+    begun = time.perf_counter()
+    lines = ground_lines(given, 0).lines
+    print(f"1 km2, grid of 1 m, 20 degrees: {len(lines)} lines in {time.perf_counter() - begun:.1f} s", end=", ")
+    print(f"{GroundSurvey(given, 0).cells.low.size:,} cells")
+
+
+def photos_length(line: PhotoLine) -> float:
+    return float(np.hypot(*np.diff(line.path[:, :2], axis=0).T).sum())
