@@ -14,5 +14,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 def unjudged(monkeypatch):
     """Let missions that were made by hand be exported: the referee refutes them, as they have no results."""
     monkeypatch.setattr(
-        "skyverse.exports.requirements.judge", lambda scenario, mission: ([], (mission.certificates, mission.apart))
+        "skyverse.exports.requirements.judge",
+        lambda scenario, mission: ([], (mission.certificates, mission.apart, mission.coverage)),
     )

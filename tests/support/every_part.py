@@ -63,11 +63,11 @@ EVERY_PART = sky.Scenario.model_validate(
         },
         "uavs": [
             {
-                "start": [1, 1, 2], "home": 0.5, "max_climb": 2, "max_descent": 2, "look_at": [9, 9, 0],
+                "start": [1, 1, 2], "home": 0.5, "end": "home", "max_climb": 2, "max_descent": 2, "look_at": [9, 9, 0],
                 "vertical_separation": 0.9, "hover_power": 90, "tracking_error": {"horizontal": 0.1, "vertical": 0.1},
             },
             {
-                "start": [1, 10, 5], "max_speed": 5, "max_acceleration": 5,
+                "start": [1, 10, 5], "end": "home", "max_speed": 5, "max_acceleration": 5,
                 "fixed_wing": {"speed": 4, "turn_radius": 5, "climb": 10},
             },
         ],
