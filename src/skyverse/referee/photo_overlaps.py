@@ -13,14 +13,13 @@ from skyverse.model.camera import Camera
 from skyverse.model.photos import Photos
 from skyverse.referee.ground_cells import CellGrid
 from skyverse.referee.photo_views import PhotoView, frames_of, views_of
+from skyverse.referee.tolerances import APART, NEARER_AHEAD, STEEP_VIEW
 from skyverse.referee.tracking_error import EXACT
 
 PARALLEL = 0.966
 """The cosine of 15 degrees, by which strips, and the directions of cameras, may differ that are neighbours."""
 FACING = 0.75
 """How far ahead a neighbour on another strip may be, as a share of the way to the next photo on its own."""
-APART = 0.05
-"""How far beside a neighbour on another strip is at least, as a share of the width that is shown."""
 MOST_NODES = 50
 """Places along x and along y at which the ground is looked at that two photos share, about."""
 SHORT = 0.1
@@ -83,7 +82,7 @@ def _centres(position: Floats, axis: Floats, grid: CellGrid) -> tuple[Floats, Fl
             np.clip(np.searchsorted(line, centre[:, k]) - 1, 0, len(line) - 1)
             for k, line in enumerate((grid.x, grid.y))
         )
-        fall = np.maximum(-axis[:, 2], 0.05)
+        fall = np.maximum(-axis[:, 2], STEEP_VIEW)
         deep = np.maximum(position[:, 2] - grid.z[i, j], 0.0) / fall
         centre = position[:, :2] + deep[:, None] * axis[:, :2]
     return centre, deep
@@ -118,7 +117,7 @@ def _neighbours(level: Floats, course: Floats, spacing: Floats, axis: Floats, wi
             np.einsum("jk,ik->ij", axis[others], axis[rows]) > PARALLEL
         )
         for side in (aside, -aside):
-            far = np.where(fits & (side > 0), side + 1e-3 * np.abs(along), np.inf)
+            far = np.where(fits & (side > 0), side + NEARER_AHEAD * np.abs(along), np.inf)
             best = far.argmin(axis=1)
             has = np.isfinite(far[np.arange(len(rows)), best])
             found |= {

@@ -56,11 +56,20 @@ SURELY_OUTSIDE = 2e-5
 MOVER_SLACK = 1e-3
 """Metres by which boxes about UAVs and movers are compared too generously, more than all their roundings make."""
 
+NEARER_AHEAD = 1e-3
+"""Metres that a photo counts as farther aside for each metre along a strip, so that of equals the nearest is chosen."""
+
 LOOSE_POWER = 5e-3
 """Share by which the bound on the power on a part may exceed its mean before the part is cut in two."""
 
 AIRSPEED_BAND = 0.01
 """Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""
+
+APART = 0.05
+"""How far beside a neighbour on another strip is at least, as a share of the width that is shown."""
+
+STEEP_VIEW = 0.05
+"""Least fall of an optical axis for each metre by which distances along it are counted: flatter views are of walls."""
 
 EXEMPT_SLOPE = 1 + 1e-9
 """Metres of height a metre: ground up to this slope, 45 degrees and rounding, carries a UAV; steeper is a wall."""
