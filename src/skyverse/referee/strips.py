@@ -17,13 +17,8 @@ from skyverse.model.verdict import Fault, Verdict, Violation
 from skyverse.referee.coverage import judge_coverage
 from skyverse.referee.curve import curve_of
 from skyverse.referee.sorties import sound_sorties
-from skyverse.referee.tolerances import SAME_INSTANT
+from skyverse.referee.tolerances import HASTE, LEAST_EVERY, SAME_INSTANT
 from skyverse.referee.untrusted import entry
-
-HASTE = 1e-2
-"""Share by which photos may follow each other sooner than the camera allows, as their instants are interpolated."""
-LEAST_EVERY = 0.01
-"""Metres from photo to photo, at least, so that nobody has to look at millions of them."""
 
 
 def judge_strips(scenario: Scenario, mission: Mission, uav: int, trajectory: Trajectory) -> Iterator[Violation]:

@@ -65,6 +65,12 @@ LOOSE_POWER = 5e-3
 AIRSPEED_BAND = 0.01
 """Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""
 
+HASTE = 0.01
+"""Share by which photos may follow each other sooner than the camera allows, as their instants are interpolated."""
+
+LEAST_EVERY = 0.01
+"""Metres from photo to photo, at least, so that nobody has to look at millions of them."""
+
 APART = 0.05
 """How far beside a neighbour on another strip is at least, as a share of the width that is shown."""
 
