@@ -15,7 +15,7 @@ from skyverse._typing import Bools, Floats, Indices
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
 from skyverse.model.survey import Facet
 from skyverse.referee.photo_views import PhotoView
-from skyverse.referee.tolerances import LET_PASS
+from skyverse.referee.tolerances import LET_PASS, NO_LENGTH
 
 ROUND = 32
 """Corners of the polygons about round solids."""
@@ -85,7 +85,9 @@ class Blockers:
         else:
             some = np.arange(len(self.top))
         low, high, fall = self.low[some], self.high[some], eye - self.top[some]
-        longer = np.divide(max(eye - lowest, 0.0), fall, out=np.full(len(some), 1e9), where=fall > 1e-9)[:, None] - 1.0
+        longer = (
+            np.divide(max(eye - lowest, 0.0), fall, out=np.full(len(some), 1e9), where=fall > NO_LENGTH)[:, None] - 1.0
+        )
         longer = np.maximum(longer, 0.0)
         least = np.minimum(low, low + longer * (low - c[:2] - stray))
         most = np.maximum(high, high + longer * (high - c[:2] + stray))
@@ -185,7 +187,7 @@ def blockers_of(solids: Sequence[Solid], facets: Sequence[Facet]) -> Blockers:
     a = np.concatenate([ring[:-1] for ring in rings]) if rings else np.zeros((0, 2))
     b = np.concatenate([ring[1:] for ring in rings]) if rings else np.zeros((0, 2))
     high = np.repeat(np.array(top, dtype=np.float64), count)
-    way = (b - a) / np.maximum(np.hypot(*(b - a).T), 1e-12)[:, None]
+    way = (b - a) / np.maximum(np.hypot(*(b - a).T), NO_LENGTH)[:, None]
     none = np.zeros(len(a))
     up = np.tile([0.0, 0.0, 1.0], (len(a), 1))
     left, right = np.column_stack([a, high]), np.column_stack([b, high])

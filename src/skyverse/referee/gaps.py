@@ -12,7 +12,7 @@ from skyverse._typing import Bools, Floats
 from skyverse.model.scenario import Scenario
 from skyverse.referee.blockers import Solid
 from skyverse.referee.photo_views import PhotoView
-from skyverse.referee.tolerances import LET_PASS
+from skyverse.referee.tolerances import LET_PASS, NO_LENGTH
 
 MOST_GAPS = 200
 """Outlines at most: where there are more, those that are near each other are joined."""
@@ -84,7 +84,7 @@ class Sight:
     def _hidden(self, place: Floats, view: PhotoView) -> str:
         """Say what certainly hides a place from some place where the camera may be; nothing where that is not known."""
         away = view.position[:2] - place[:2]
-        stray = away / max(float(np.hypot(*away)), 1e-9) * view.error.horizontal
+        stray = away / max(float(np.hypot(*away)), NO_LENGTH) * view.error.horizontal
         lowered = view.position + np.array([*stray, -view.error.vertical])
         for camera in (view.position, lowered):
             if self.scenario.terrain is not None:
@@ -97,7 +97,7 @@ class Sight:
                 if not shapely.intersects(solid.core, line):
                     continue
                 inner = shapely.get_coordinates(shapely.intersection(solid.core, line))
-                length = max(float(np.hypot(*(camera - place)[:2])), 1e-12)
+                length = max(float(np.hypot(*(camera - place)[:2])), NO_LENGTH)
                 z = place[2] + np.hypot(*(inner - place[:2]).T) / length * (camera[2] - place[2])
                 if max(z.min(), solid.low) + LET_PASS < min(z.max(), solid.high):
                     shape = self.scenario.obstacles[solid.obstacle]

@@ -16,6 +16,7 @@ from skyverse._typing import Bools, Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.referee.photo_views import PhotoView
+from skyverse.referee.tolerances import AREA_ROUNDING
 
 SIZES = (0.5, 2.0)
 """Metres: the least and the greatest size of cells."""
@@ -174,7 +175,9 @@ def _polygons(shapes: NDArray[np.object_]) -> NDArray[np.object_]:
 def convex_parts(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
     """Return polygons cut at their inward corners, until they are convex but for rounding."""
     for _ in range(MOST_CORNERS):
-        bent = np.flatnonzero(shapely.area(shapely.convex_hull(polygons)) > shapely.area(polygons) * (1 + 1e-9) + 1e-12)
+        bent = np.flatnonzero(
+            shapely.area(shapely.convex_hull(polygons)) > shapely.area(polygons) * (1 + AREA_ROUNDING) + AREA_ROUNDING
+        )
         if not len(bent):
             break
         low, high = np.split(shapely.bounds(polygons[bent]), 2, axis=1)
@@ -262,7 +265,7 @@ def cut_by_grid(asked: shapely.Geometry, x: Floats, y: Floats) -> tuple[Bools, N
             within = shapely.intersection(band, tile)
             if not shapely.area(within):
                 continue
-            if shapely.area(within) >= shapely.area(tile) * (1 - 1e-12):
+            if shapely.area(within) >= shapely.area(tile) * (1 - AREA_ROUNDING):
                 whole[here] = True
                 continue
             k, m = (grid.ravel() for grid in np.meshgrid(*(np.arange(s.start, s.stop) for s in here), indexing="ij"))

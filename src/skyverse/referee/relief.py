@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Bools, Floats, Indices
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
+from skyverse.referee.tolerances import NO_LENGTH
 
 LONGER = 1.3
 """How much farther from the place each piece of a way ends than the one before it."""
@@ -97,7 +98,7 @@ class GroundRelief:
         while len(some):
             of, way = places.of(some), ways[some]
             at = np.maximum(at + first, at * LONGER)
-            end = np.minimum(at / np.maximum(length[some], 1e-9), 1.0)
+            end = np.minimum(at / np.maximum(length[some], NO_LENGTH), 1.0)
             ends = middle[some] + share[:, None] * way, middle[some] + end[:, None] * way
             beside = ((1.0 - share) * of.radius + end * error.horizontal)[:, None]
             top, *slope = self.most(np.minimum(*ends) - beside, np.maximum(*ends) + beside).T

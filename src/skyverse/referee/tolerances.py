@@ -32,6 +32,12 @@ YAW_RATE_ROUNDING = 1e-9
 Turns that follow one another begin where others end, at instants that are equal but for rounding.
 """
 
+NO_LENGTH = 1e-9
+"""Metres: what is shorter has no direction, and nothing is divided by it."""
+
+AREA_ROUNDING = 1e-9
+"""Share, and square metres, by which areas of polygons that are equal may differ, as they are added up otherwise."""
+
 OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
 
