@@ -39,6 +39,7 @@ DIFFERENT = {
     "skyverse.search.cheapest.bend_points:bend_points": "equally near ones come in the order of the sort",
     "skyverse.search.cheapest.cheapest_path:cheapest_path": "it begins with what `bend_points` returns",
     "skyverse.search.cheapest.cheapest_path:_try_ways": "equally cheap ones come in the order of the sort",
+    "skyverse.survey.cells:turned": "edges that begin at the same offset come in the order of the sort",
     "skyverse.live.steered_motion:steered_motion": "bisections and corrections of its aim enlarge the rounding of sums",
     "skyverse.live.aeroplane_course:flown_leg": "a coordinate near 0 is what rounding leaves of a difference of sums",
     "skyverse.deconfliction.curve_store:grow_tree": "parts whose middles are equal come in the order of the sort",

@@ -1,9 +1,12 @@
 """Small problems that make skyverse call every kernel: random worlds of all shapes, fleets, aeroplanes, maps, pages."""
 
 import tempfile
+from functools import partial
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
+import shapely
 
 import skyverse as sky
 from handmade import mission, straight
@@ -13,7 +16,13 @@ from skyverse.maps.assembly.surface_excess import raise_cells
 from skyverse.maps.readers.mesh import touched
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.pcd import unpack
+from skyverse.mission.routing import TourVehicle, Work
+from skyverse.mission.strip_routing import route_strips
 from skyverse.space.timed_shapes import first_too_near, mover_gaps, moving_shapes, timed_parts
+from skyverse.survey.leg_time import LegTime
+from skyverse.survey.set_cover import few_sets
+from skyverse.survey.strip_order import order_strips
+from skyverse.survey.sweep import sweep
 
 FEW = sky.MaxIterations(3)
 SIZE = np.array([24.0, 20.0, 12.0])
@@ -275,6 +284,59 @@ def aeroplanes():
         sky.plan_mission(scenario, sky.Taut(), rng=seed)
 
 
+def surveys():
+    """A field over hills with a house and a zone, for two UAVs; another for an aeroplane; a tower with a porch."""
+    rng = np.random.default_rng(18)
+    x, y = np.mgrid[:7, :7] * 20.0
+    hills = 4.0 * np.sin(x / rng.uniform(15, 25)) + 3.0 * np.cos(y / rng.uniform(15, 25))
+    field, home = [(30, 30), (100, 30), (60, 90), (30, 70)], {"start": (5, 5, 15), "end": "home"}
+    fast = {"max_speed": 10, "max_acceleration": 3, "max_climb": 3, "separation": 2}
+    scenario = sky.Scenario(
+        name="hills",
+        bounds=sky.Bounds(min=(0, 0, -10), max=(120, 120, 110)),
+        obstacles=(
+            sky.Box(min=(50, 55, -10), max=(58, 66, 12)),
+            sky.Cylinder(centre=(80, 60), radius=7, low=-10, high=110, solid=False),
+        ),
+        terrain=sky.Terrain(origin=(0, 0), step=(20.0, 20.0), heights=hills),
+        clearance=1.0,
+        lattice=sky.Lattice(step=(10, 10, 10), connectivity=26),
+        uavs=tuple(sky.UAV(**{**home, "start": (x, 5, 15)}, **fast) for x in (5, 15)),
+        surveys=(sky.Survey(field, "mavic-3e", gsd=0.02, overlap=(40, 80)),),
+    )
+    tower = sky.Box(min=(50, 50, 0), max=(60, 62, 20), name="tower")
+    porch = [[(50, 48, 0), (60, 48, 0), (55, 48, 9)], [(50, 46, 6), (60, 46, 6), (55, 48, 9)]]
+    views = sky.Survey(
+        structures=["tower"], facets=porch, camera="mavic-3e", gsd=0.008, overlap=(0, 0), pattern="facade"
+    )
+    wing = sky.UAV(**home, max_speed=12, max_acceleration=15, fixed_wing=sky.FixedWing(speed=8, turn_radius=6, climb=9))
+    level = {**dict(scenario), "terrain": None, "obstacles": ()}
+    with patch("skyverse.survey.viewpoints.few_sets", partial(few_sets, steps=200)):
+        sky.plan_mission(scenario, rng=1, options=sky.MissionOptions(criterion="min-max"))
+        sky.plan_mission(sky.Scenario.model_validate(level | {"uavs": (wing,)}), rng=1)
+        sky.plan_mission(sky.Scenario.model_validate(level | {"obstacles": (tower,), "surveys": (views,)}), rng=1)
+
+
+def strips_in_the_plane():
+    """A comb, and its strips flown in one route and by two vehicles in several sorties."""
+    teeth = [(4 * k + x, y + k / 9) for k in range(12) for x, y in ((0, 9), (2, 9), (2, 3), (4, 3))]
+    comb = shapely.Polygon([(0, 0), *teeth, (48, 0)], [[(6, 1), (9, 1), (7, 2)]])
+    ways = np.array([(0.0, 1.0), (1.0, 0.0)])
+    strips = sweep(comb, comb, 3.0, cost=LegTime(3.0, 1.0), directions=ways).strips[:9]
+    ends = np.r_[strips.reshape(-1, 2), [(9, 20), (0, -5), (0, -5)]]
+    seconds = np.hypot(*(ends[:, None] - ends).T)
+    order_strips(seconds, np.arange(18).reshape(-1, 2), 19, None, rounds=2)
+    vehicle = TourVehicle(
+        price=seconds, seconds=seconds, joules=seconds, visit_joules=np.zeros(19), usable=120.0, most_sorties=3,
+        swap=10.0, capacity=np.inf, allowed=np.ones(19, dtype=bool), returns=True,
+    )  # fmt: skip
+    visits = [*np.arange(18).reshape(-1, 2), (18, 18)]
+    with patch("skyverse.mission.strip_search._CHANGES", (200, 0)):
+        for opens in (0.0, 60.0):
+            window = np.array([(0.0, np.inf)] * 18 + [(opens, np.inf)])
+            route_strips([vehicle] * 2, visits, Work(np.zeros(19), window, np.zeros(19)), "min-max")
+
+
 def questions_about_space():
     rng = np.random.default_rng(12)
     for seed, kinds, terrain in ((13, ("box", "box"), False), (14, ("cylinder", "sphere", "prism", "voxels"), True)):
@@ -339,6 +401,8 @@ WORKLOADS = (
     flights_replanned,
     aeroplanes_replanned,
     aeroplanes,
+    surveys,
+    strips_in_the_plane,
     questions_about_space,
     maps_and_pages,
     flights_in_simulation,
