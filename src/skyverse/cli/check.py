@@ -85,7 +85,7 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
     aside = sys.stderr if as_json else sys.stdout
     print(judged_by, file=aside)
     apart = certificates.apart if len(world.uavs) > 1 else None
-    for certificate in (*certificates.trajectories, apart):
+    for certificate in (*certificates.trajectories, apart, *certificates.coverage):
         if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
             print(f"proven: {certificate.sentence}", file=aside)
     with as_in("show"):  # a mission of skyverse takes none of the options of maps

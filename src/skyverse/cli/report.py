@@ -58,7 +58,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         print(json_text(_summary(mission, written)), end="")
         return
     results = [result for result in mission.results if result is not None]
-    tours = [sortie_columns(mission), visit_columns(mission)] if mission.visited and mission.sorties else []
+    visits = [visit_columns(mission)] if mission.visited else []
+    done = mission.visited or any(one.strips for uav in mission.sorties for one in uav)
+    tours = [sortie_columns(mission), *visits] if done and mission.sorties else []
     for columns in [flight_columns(mission), *tours, *([search_columns(mission)] if details else [])]:
         table([column.head for column in columns], zip(*(column.cells for column in columns), strict=True))
     if any(result.status.value == "optimal" for result in results):
@@ -100,6 +102,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
             named = pads_sentence(mission.scenario, fleet_pads(mission))
             if named:
                 print(named)
+        for one in mission.coverage:
+            print(f"coverage: {mission.scenario.surveys[one.survey].name}: {one.sentence}")
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
     for caution in mission_cautions(mission):
         print(for_command_line(caution.sentence))
@@ -125,6 +129,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
     from skyverse.space.mission_cautions import mission_cautions
 
     costs, targets = mission.costs if mission.complete else {}, mission.scenario.targets
+    surveys = mission.scenario.surveys
     flies = any(trajectory is not None for trajectory in mission.trajectories)
     return {
         "mission": str(written[0]),
@@ -136,6 +141,9 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
         "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
         "certificates": [None if c is None else certificate_data(c) for c in mission.certificates],
         "apart": certificate_data(mission.apart) if mission.apart is not None and flies else None,
+        "coverage": [
+            asdict(one) | {"survey": surveys[one.survey].name, "verdict": one.verdict.value} for one in mission.coverage
+        ],
         "scenario": {"name": mission.scenario.name, "sha256": mission.scenario.digest},
         "interrupted": mission.interrupted,
         "provenance": asdict(mission.provenance),

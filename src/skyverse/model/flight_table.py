@@ -235,12 +235,13 @@ def unit_sentence(mission: Mission) -> str:
 
 
 def _targets(flight: PlannedFlight) -> str:
-    """Return the target of a flight, or how many there are in a tour, and its sorties."""
-    visits = sum(len(sortie.visits) for sortie in flight.sorties)
-    if visits < 2 and len(flight.sorties) < 2:
+    """Return the target of a flight, or how many there are in a tour, its strips and its sorties."""
+    visits, strips = (sum(len(getattr(one, kind)) for one in flight.sorties) for kind in ("visits", "strips"))
+    if visits < 2 and not strips and len(flight.sorties) < 2:
         return NO_VALUE if flight.target is None else flight.target.name
     many = f" in {counted(len(flight.sorties), 'sortie')}" if len(flight.sorties) > 1 else ""
-    return f"{counted(visits, 'target')}{many}"
+    done = [counted(number, word) for number, word in ((visits, "target"), (strips, "strip")) if number]
+    return f"{' and '.join(done) or counted(0, 'target')}{many}"
 
 
 def told_energy(joules: float) -> str:

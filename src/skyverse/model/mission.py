@@ -269,9 +269,12 @@ class Mission(ArrayRecord):
 
     @property
     def _visits(self) -> str:
-        """How many targets are visited, in how many flights."""
+        """How many targets are visited and strips flown, in how many flights."""
         many = counted(sum(map(len, self.sorties)), "sortie")
-        return f"{len(self.visited):,} of {counted(len(self.scenario.targets), 'target')} visited in {many}"
+        strips = sum(len(one.strips) for sorties in self.sorties for one in sorties)
+        flown = [f"{counted(strips, 'strip')} flown"] if strips else []
+        visited = f"{len(self.visited):,} of {counted(len(self.scenario.targets), 'target')} visited"
+        return f"{' and '.join([visited, *flown] if self.scenario.targets or not flown else flown)} in {many}"
 
     @property
     def _missing(self) -> str:
