@@ -97,6 +97,7 @@ from .model.scenario import Target as Target
 from .model.shapes import Box as Box
 from .model.shapes import Cylinder as Cylinder
 from .model.shapes import Prism as Prism
+from .model.shapes import Region as Region
 from .model.shapes import Sphere as Sphere
 from .model.shapes import Terrain as Terrain
 from .model.shapes import Voxels as Voxels
@@ -104,7 +105,6 @@ from .model.sortie import Sortie as Sortie
 from .model.sortie import Strip as Strip
 from .model.sortie import Unvisited as Unvisited
 from .model.sortie import Visit as Visit
-from .model.survey import Region as Region
 from .model.survey import Survey as Survey
 from .model.trajectory import Motion as Motion
 from .model.trajectory import Trajectory as Trajectory

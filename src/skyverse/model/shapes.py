@@ -177,11 +177,8 @@ Ring = Annotated[tuple[Place, ...], BeforeValidator(listed), Field(min_length=3)
 """x, y of at least three corners, metres, clockwise or not, the first not repeated."""
 
 
-class Prism(Upright):
-    """A vertical prism on a polygon, convex or not, with or without holes.
-
-    A prism grown by the clearance reaches that distance from the polygon, with rounded corners, and begins that much
-    lower and ends that much higher.
+class Region(Model):
+    """A part of the plane: an outline and holes in it, seen from above.
 
     Attributes
     ----------
@@ -190,25 +187,39 @@ class Prism(Upright):
         touch or cross itself.
     holes
         Outlines of holes, inside the first outline; no outline may touch another.
-    low, high
-        The z where it begins and ends, metres.
     """
 
-    shape: Literal["prism"] = "prism"
     vertices: Ring
     holes: tuple[Ring, ...] = ()
 
     @model_validator(mode="after")
     def _simple(self) -> Self:
-        wrong = wrong_rings(tuple(map(tuple, self.vertices)), tuple(tuple(map(tuple, hole)) for hole in self.holes))
+        wrong = _wrong_rings(tuple(map(tuple, self.vertices)), tuple(tuple(map(tuple, hole)) for hole in self.holes))
         if wrong:
             raise ValueError(wrong)
         return self
 
 
+class Prism(Region, Upright):
+    """A vertical prism on a polygon, convex or not, with or without holes.
+
+    A prism grown by the clearance reaches that distance from the polygon, with rounded corners, and begins that much
+    lower and ends that much higher.
+
+    Attributes
+    ----------
+    vertices, holes
+        Its outline and the outlines of holes in it, as those of a `Region`.
+    low, high
+        The z where it begins and ends, metres.
+    """
+
+    shape: Literal["prism"] = "prism"
+
+
 @lru_cache(2**16)
-def wrong_rings(outline: tuple[Place, ...], holes: tuple[tuple[Place, ...], ...]) -> str:
-    """Return what is wrong with a prism's rings, or nothing; pydantic asks whenever a prism is a part of something."""
+def _wrong_rings(outline: tuple[Place, ...], holes: tuple[tuple[Place, ...], ...]) -> str:
+    """Return what is wrong with a region's rings, or nothing; pydantic asks whenever one is part of something."""
     rings = [outline, *holes]
     met = edges_that_meet(rings)
     if met is not None:

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from skyverse.model.camera import Camera, camera_of
 from skyverse.model.quantities import Model, NonNegative, Number, Place, Point, Positive, listed
-from skyverse.model.shapes import Ring, wrong_rings
+from skyverse.model.shapes import Region
 
 Pattern = Literal["strips", "cross", "oblique", "corridor", "facade", "viewpoints", "orbit"]
 Trigger = Literal["distance", "time", "point"]
@@ -32,28 +32,6 @@ def _metres(given: object) -> object:
     if match is None:
         raise ValueError("expected metres, or a length such as '2 cm'")
     return float(match[1]) * _METRES[match[2]]
-
-
-class Region(Model):
-    """A part of an area: an outline and holes in it, seen from above.
-
-    Attributes
-    ----------
-    vertices
-        x, y of at least three corners, metres, clockwise or not, the first not repeated.
-    holes
-        Outlines of holes, inside the first outline; no outline may touch another.
-    """
-
-    vertices: Ring
-    holes: tuple[Ring, ...] = ()
-
-    @model_validator(mode="after")
-    def _simple(self) -> Self:
-        wrong = wrong_rings(tuple(map(tuple, self.vertices)), tuple(tuple(map(tuple, hole)) for hole in self.holes))
-        if wrong:
-            raise ValueError(wrong)
-        return self
 
 
 def _regions(given: object) -> object:

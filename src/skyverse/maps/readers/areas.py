@@ -20,7 +20,7 @@ from skyverse.maps.readers.polygons import in_one_piece, pieces, unwrapped
 from skyverse.maps.readers.record_to_feature import GeometryRecord
 from skyverse.model.frame import MAX_FAR, Origin
 from skyverse.model.geodesy import to_local, to_wgs84
-from skyverse.model.survey import Region
+from skyverse.model.shapes import Region
 
 GDAL_SUFFIXES = (".shp", ".gpkg", ".fgb")
 AREA_SUFFIXES = (".kml", ".kmz", ".geojson", ".json", *GDAL_SUFFIXES)
