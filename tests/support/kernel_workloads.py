@@ -306,6 +306,7 @@ def surveys():
     )
     tower = sky.Box(min=(50, 50, 0), max=(60, 62, 20), name="tower")
     porch = [[(50, 48, 0), (60, 48, 0), (55, 48, 9)], [(50, 46, 6), (60, 46, 6), (55, 48, 9)]]
+    hull = sky.Box(min=(50, 46, 0), max=(60, 50, 9), solid=False)
     views = sky.Survey(
         structures=["tower"], facets=porch, camera="mavic-3e", gsd=0.008, overlap=(0, 0), pattern="facade"
     )
@@ -314,7 +315,7 @@ def surveys():
     with patch("skyverse.survey.viewpoints.few_sets", partial(few_sets, steps=200)):
         sky.plan_mission(scenario, rng=1, options=sky.MissionOptions(criterion="min-max"))
         sky.plan_mission(sky.Scenario.model_validate(level | {"uavs": (wing,)}), rng=1)
-        sky.plan_mission(sky.Scenario.model_validate(level | {"obstacles": (tower,), "surveys": (views,)}), rng=1)
+        sky.plan_mission(sky.Scenario.model_validate(level | {"obstacles": (tower, hull), "surveys": (views,)}), rng=1)
 
 
 def strips_in_the_plane():

@@ -147,7 +147,8 @@ def test_a_ball_and_a_mesh_are_seen():
     assert (seen_by_all_errors(photos(found.lines), places, normals, given.surveys[0], ERROR, never) | near).all()
     assert near.mean() < 0.35  # from below, where a gimbal looks up by 30 degrees at most
     corners = [((0, 0, 5), (12, 0, 5), (12, 0, 20)), ((0, 0, 5), (12, 0, 20), (0, 6, 20))]
-    mesh = scenario(structures=(), facets=corners, pattern="viewpoints")
+    hull = sky.Prism(vertices=((0, 0), (12, 0), (0, 6)), low=5.0, high=20.0, solid=False)
+    mesh = scenario(hull, structures=(), facets=corners, pattern="viewpoints")
     found = structure_lines(mesh, 0)
     assert found.unseen == ()
     for a, b, c in np.array(corners, dtype=float):
@@ -155,6 +156,14 @@ def test_a_ball_and_a_mesh_are_seen():
         normal = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
         places, normals = share @ np.array([a, b, c]) + 0.01 * normal, np.tile(normal, (400, 1))
         assert seen_by_all_errors(photos(found.lines), places, normals, mesh.surveys[0], ERROR, never).all()
+
+
+def test_facets_in_free_air_are_refused():
+    corners = [((0, 0, 5), (12, 0, 5), (12, 0, 20)), ((0, 0, 5), (12, 0, 20), (0, 6, 20))]
+    hull = sky.Box(min=(0, 0, 5), max=(12, 4, 20))
+    mesh = scenario(hull, structures=(), facets=corners, pattern="viewpoints")
+    with pytest.raises(InputError, match=r"facets\[1\]: expected facets in obstacles .* 2 m outside"):
+        structure_lines(mesh, 0)
 
 
 @pytest.mark.parametrize("pattern", ["facade", "orbit", "viewpoints"])

@@ -70,7 +70,8 @@ def structure_lines(scenario: Scenario, number: int) -> SurveyLines:
     Raises
     ------
     InputError
-        If the distance to the walls is less than what must be kept from them, or the camera looks too steeply.
+        If the distance to the walls is less than what must be kept from them, the camera looks too steeply, or facets
+        lie in free air, where nothing keeps UAVs away from them.
     """
     survey = scenario.surveys[number]
     uavs = [uav for uav in scenario.uavs if not survey.uavs or uav.name in survey.uavs]
@@ -89,6 +90,7 @@ def structure_lines(scenario: Scenario, number: int) -> SurveyLines:
         )
     as_closed = with_zones_active(scenario, temporary_zones(scenario))
     world, sights = World(as_closed, error), Sights(scenario, survey, look)
+    _require_inside(world, survey)
     frame = frame_of(look, 0.0 if survey.pattern == "viewpoints" else survey.pitch, field)
     facets = facets_of(scenario, survey, 2.0 * look.distance * min(look.wide, look.high) / IN_FRAME)
     facets = facets.chosen(~sights.inside_structures(facets))
@@ -103,6 +105,22 @@ def structure_lines(scenario: Scenario, number: int) -> SurveyLines:
     lines = [replace(one, survey=number, speed=min(one.speed, fastest)) for one in lines]
     shown[~shown] = found
     return SurveyLines(tuple(lines), tuple(_unseen(number, world, sights, facets.chosen(~shown))))
+
+
+def _require_inside(world: World, survey: Survey) -> None:
+    """Refuse facets that no obstacle holds: they are what is seen, and obstacles are what is kept from."""
+    if not survey.facets:
+        return
+    shares = np.array([*np.eye(3), *(1.0 - np.eye(3)) / 2.0, (1.0 / 3.0,) * 3])  # corners, middles of sides, the middle
+    places = np.einsum("ij,njk->nik", shares, np.array(survey.facets))
+    outside = world.distance(places.reshape(-1, 3)).reshape(len(places), -1).max(axis=1)
+    worst = int(outside.argmax())
+    if outside[worst] > OFF_WALL:
+        raise InputError(
+            f"expected facets in obstacles of the scenario, which UAVs keep away from, such as the voxels of their "
+            f"mesh, found one that is {outside[worst]:.3g} m outside of all",
+            field=f"facets[{worst}]",
+        )
 
 
 def _views(line: PhotoLine) -> Floats:
