@@ -28,6 +28,8 @@ BESIDE = 10.0
 """Metres from what is surveyed at which UAVs start by default."""
 LEAST_APART = 5.0
 """Metres between the places of two UAVs at least, so that people can walk between them."""
+SEPARATIONS = 3.0
+"""And as many separations: as far as UAVs that come home at the same time from all sides pass each other."""
 ABOVE = 1.0
 """Metres that starts are higher than their clearance from the ground and their tracking error make them."""
 TRIED = 4000
@@ -61,7 +63,10 @@ def with_launches(
     origin = world.frame.origin
     assert origin is not None
     like = with_limits(UAV(start=(0.0, 0.0, 0.0), end="home"), outdoor_limits(options))
-    around, apart = World(world, like.tracking_error), max(LEAST_APART, math.ceil(1.25 * kept_ellipsoid(like, like)[0]))
+    around, apart = (
+        World(world, like.tracking_error),
+        max(LEAST_APART, math.ceil(SEPARATIONS * kept_ellipsoid(like, like)[0])),
+    )
     rows = [(latitude, longitude, origin.altitude) for latitude, longitude in places[:uavs]]
     chosen = to_local(origin, rows)[:, :2] if rows else np.empty((0, 2))
     tried = _around(chosen[-1], apart) if len(chosen) else _beside(_seen(world, surveys), apart)
