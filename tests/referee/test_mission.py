@@ -200,7 +200,7 @@ def test_every_kind_of_fault_is_planted():
         Fault.BATTERY,
         Fault.VISIT,
         Fault.WIND,
-        Fault.COVERAGE,
+        Fault.STRIP,
     }  # in tests of their own
     assert {fault for fault, _, _ in PLANTED.values()} == set(Fault) - elsewhere
 

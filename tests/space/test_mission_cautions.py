@@ -23,7 +23,7 @@ SHAPES = [
 ]
 
 
-def planned(*heights, targets=1, **more):
+def planned(*heights, targets=1, assignment="identity", **more):
     """Flights along y = 50, 60 ... at the heights given, in metres, over flat ground."""
     given = {
         "name": "over",
@@ -36,7 +36,7 @@ def planned(*heights, targets=1, **more):
         "targets": [sky.Target(position=(95, 50 + 10 * k, 50)) for k in range(targets)],
         "frame": ORIGIN,
     }
-    return sky.plan_mission(sky.Scenario(**(given | more)), sky.Taut(), assignment="identity")
+    return sky.plan_mission(sky.Scenario(**(given | more)), sky.Taut(), assignment=assignment)
 
 
 def kinds(mission):
@@ -137,3 +137,19 @@ def test_a_mission_that_answers_another_scenario_has_the_cautions_of_that_one():
     mission = planned(50)
     other = mission.scenario.model_copy(update={"obstacles": (SHAPES[0],)})
     assert kinds(dataclasses.replace(mission, scenario=other)).keys() == {"flown over"}
+
+
+def test_what_a_survey_asks_for_and_is_not_seen_is_told_of_a_flight_that_is_safe():
+    house = sky.Box(min=(40, 40, 0), max=(60, 60, 20))
+    uav = sky.UAV(start=(5, 5, 30), end="home")
+    asked = sky.Survey([(20, 20), (80, 20), (80, 80), (20, 80)], "mavic-3e", gsd="1 cm", overlap=(40, 30), name="yard")
+    high = sky.Survey([(20, 20), (80, 20), (80, 80), (20, 80)], "mavic-3e", height=30, overlap=(40, 30), name="yard")
+    for survey, kept_from in ((asked, 0.0), (high, 25.0)):
+        zone = sky.Cylinder(centre=(50, 50), radius=max(kept_from, 1.0), low=0, high=300, solid=False)
+        mission = planned(obstacles=[house, zone], uavs=[uav], targets=0, assignment="tours", surveys=[survey])
+        assert mission.violations == ()
+        told = [caution for caution in mission_cautions(mission) if caution.kind == "not seen"]
+        assert [one.names for one in told] == ([] if mission.seen else [("yard",)])
+        assert all(mission.coverage[0].sentence in one.sentence for one in told)
+        assert mission.coverage[0].verdict.value in repr(mission)
+        assert mission.seen is (kept_from == 0.0)

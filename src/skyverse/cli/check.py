@@ -76,6 +76,7 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
     planned = sky.read_mission(mission)
     world, judged_by = judging_scenario(planned, scenario)
     violations, certificates = judge(world, planned)
+    planned = replace(planned, coverage=certificates.coverage)
     if as_json:
         print(json_text([violation_data(v) for v in violations]), end="")
     else:
@@ -95,4 +96,4 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
         print("Where a path is called optimal, it is so as claimed by the planner.", file=aside)
     if not planned.complete:
         print(without_way(planned), file=sys.stderr)
-    return FOUND_WRONG if violations or not planned.complete else 0
+    return 0 if planned.complete and planned.seen and not violations else FOUND_WRONG

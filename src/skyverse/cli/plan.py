@@ -328,4 +328,4 @@ def plan_scenario(
         tell_apart_by_timing(planned)
     if planned.interrupted:
         return INTERRUPTED
-    return 0 if planned.complete and not planned.violations else FOUND_WRONG
+    return 0 if planned.complete and planned.seen and not planned.violations else FOUND_WRONG

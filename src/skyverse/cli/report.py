@@ -102,7 +102,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
             named = pads_sentence(mission.scenario, fleet_pads(mission))
             if named:
                 print(named)
-        for one in mission.coverage:
+        for one in (one for one in mission.coverage if one.verdict.value == "proven"):
             print(f"coverage: {mission.scenario.surveys[one.survey].name}: {one.sentence}")
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
     for caution in mission_cautions(mission):

@@ -50,9 +50,8 @@ class MissionCaution:
     kind
         ``"no UAV"`` flies to a target; something of a file was ``"left out"`` or taken for granted; a zone is ``"flown
         over"``; a flight is ``"high"``, higher above ground than most rules allow, or ``"low"``, lower than both of its
-        ends over ground of which nobody knows what stands on it; a UAV is ``"slow in wind"``, or ``"lands"`` between
-        sorties; a zone or mover ``"comes
-        later"`` to UAVs that stay.
+        ends over ground of which nobody knows what stands on it; something that a survey asks for is ``"not seen"``; a
+        UAV is ``"slow in wind"``, or ``"lands"`` between sorties; a zone or mover ``"comes later"`` to UAVs that stay.
     sentence
         What it is, for people; it begins with a `Caution`.
     names
@@ -61,7 +60,7 @@ class MissionCaution:
         How high or low; for a zone, how far above its upper end.
     """
 
-    kind: Literal["no UAV", "left out", "flown over", "high", "low", "slow in wind", "comes later", "lands"]
+    kind: Literal["no UAV", "left out", "flown over", "high", "low", "not seen", "slow in wind", "comes later", "lands"]
     sentence: str
     names: tuple[str, ...] = ()
     metres: float | None = None

@@ -123,6 +123,7 @@ class Mission(ArrayRecord):
             "" if self.complete else "not complete: " + self._missing,
             f"total cost {self.total_cost_sentence}",
             self._visits if self.sorties else "",
+            *(f"coverage of {self.scenario.surveys[one.survey].name}: {one.verdict.value}" for one in self.coverage),
             f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",
             f"by {self.provenance.planner_and_seed}",
         )
@@ -228,6 +229,11 @@ class Mission(ArrayRecord):
                 for target, result, trajectory in zip(self.assignment, self.results, self.trajectories, strict=True)
             )
         )
+
+    @property
+    def seen(self) -> bool:
+        """Whether the photos are proven to show all that the surveys ask for."""
+        return all(one.verdict.value == "proven" for one in self.coverage)
 
     @property
     def visited(self) -> frozenset[int]:

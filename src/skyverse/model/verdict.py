@@ -40,7 +40,7 @@ class Fault(Enum):
     BATTERY = "battery"
     WIND = "too much wind"
     VISIT = "visit"
-    COVERAGE = "coverage"
+    STRIP = "strip"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"
     UNDECIDED = "undecided"

@@ -64,12 +64,11 @@ class Certificates(NamedTuple):
 
 
 class JudgedFleet(NamedTuple):
-    """The certificates, and what is behind them: those of trajectories, of the separation, and of coverage."""
+    """The certificates, and what is behind them: what is wrong with trajectories, and with the separation."""
 
     certificates: Certificates
     trajectories: list[list[Violation]]
     apart: list[Violation]
-    unseen: list[Violation]
 
 
 def certify(scenario: Scenario, mission: Mission) -> Certificates:
@@ -141,8 +140,8 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
         apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.", scenario=digest)
-    coverage, unseen = judge_surveys(scenario, mission)
-    return JudgedFleet(Certificates(tuple(certificates), apart, coverage), violations, separation.violations, unseen)
+    coverage = judge_surveys(scenario, mission)
+    return JudgedFleet(Certificates(tuple(certificates), apart, coverage), violations, separation.violations)
 
 
 def _proven_sentence(
@@ -272,7 +271,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                     violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(worlds.of(uav), uav, tour, result, isinstance(trajectory, Trajectory))
             violations += fleet.trajectories[uav]
-        violations += fleet.apart + fleet.unseen
+        violations += fleet.apart
         return violations, fleet.certificates
 
 

@@ -13,7 +13,7 @@ from skyverse.model.photos import photo_times, photos_of
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Sortie, Strip
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Fault, Verdict, Violation
+from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.coverage import judge_coverage
 from skyverse.referee.curve import curve_of
 from skyverse.referee.sorties import sound_sorties
@@ -28,13 +28,11 @@ def judge_strips(scenario: Scenario, mission: Mission, uav: int, trajectory: Tra
         for strip in sortie.strips:
             wrong = _wrong_strip(scenario, uav, trajectory, strip, sortie)
             if wrong:
-                yield Violation(
-                    Fault.COVERAGE, (uav,), f"{name}'s strip at t = {strip.begin:.6g} s {wrong}.", strip.begin
-                )
+                yield Violation(Fault.STRIP, (uav,), f"{name}'s strip at t = {strip.begin:.6g} s {wrong}.", strip.begin)
         for one, following in pairwise(sortie.strips):
             if not one.end <= following.begin + SAME_INSTANT:
                 message = f"{name}'s strip at t = {following.begin:.6g} s begins before the one before it ends."
-                yield Violation(Fault.COVERAGE, (uav,), message, following.begin)
+                yield Violation(Fault.STRIP, (uav,), message, following.begin)
 
 
 def _wrong_strip(scenario: Scenario, uav: int, trajectory: Trajectory, strip: Strip, sortie: Sortie) -> str:
@@ -55,10 +53,13 @@ def _wrong_strip(scenario: Scenario, uav: int, trajectory: Trajectory, strip: St
     return ""
 
 
-def judge_surveys(scenario: Scenario, mission: Mission) -> tuple[tuple[Coverage, ...], list[Violation]]:
-    """Judge what a mission's photos show of each survey; only photos of strips count with which nothing is wrong."""
+def judge_surveys(scenario: Scenario, mission: Mission) -> tuple[Coverage, ...]:
+    """Judge what a mission's photos show of each survey; only photos of strips count with which nothing is wrong.
+
+    What they do not show is no fault of the flight, which is as safe without it: the coverage tells it.
+    """
     if not scenario.surveys:
-        return (), []
+        return ()
     flown = range(len(scenario.uavs))
     trajectories = tuple(entry(mission.trajectories, uav) for uav in flown)
     sound = tuple(t if isinstance(t, Trajectory) and not isinstance(curve_of(t), str) else None for t in trajectories)
@@ -73,11 +74,4 @@ def judge_surveys(scenario: Scenario, mission: Mission) -> tuple[tuple[Coverage,
         sorties.append(tuple(kept))
     stated = replace(mission, scenario=scenario, trajectories=sound, sorties=tuple(sorties))
     errors = [uav.tracking_error for uav in scenario.uavs]
-    found = [judge_coverage(scenario, k, photos_of(stated, k), errors) for k in range(len(scenario.surveys))]
-    faults = {Verdict.REFUTED: Fault.COVERAGE, Verdict.UNDECIDED: Fault.UNDECIDED}
-    violations = [
-        Violation(faults[one.verdict], (), f"{scenario.surveys[one.survey].name}: {one.sentence}")
-        for one in found
-        if one.verdict in faults
-    ]
-    return tuple(found), violations
+    return tuple(judge_coverage(scenario, k, photos_of(stated, k), errors) for k in range(len(scenario.surveys)))

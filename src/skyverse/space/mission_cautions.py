@@ -21,6 +21,7 @@ from skyverse.model.shapes import NO_FLY_ZONE, AnyShape, Voxels
 from skyverse.model.short_lines import listed
 from skyverse.model.take_off import take_off
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.verdict import Verdict
 from skyverse.space.later_cautions import later_cautions
 from skyverse.space.world import World
 
@@ -51,6 +52,7 @@ def mission_cautions(mission: Mission) -> list[MissionCaution]:
     return [
         *_spare_targets(mission),
         *_left_out(scenario),
+        *_not_seen(mission),
         *_flown_over(scenario, flown),
         *_high(scenario, flown),
         *_low(scenario, flown),
@@ -58,6 +60,14 @@ def mission_cautions(mission: Mission) -> list[MissionCaution]:
         *(MissionCaution("comes later", said) for said in later),
         *_landings(mission),
     ]
+
+
+def _not_seen(mission: Mission) -> Iterator[MissionCaution]:
+    """Yield what of surveys is not proven to be seen as asked."""
+    for one in mission.coverage:
+        if one.verdict is not Verdict.PROVEN:
+            name = mission.scenario.surveys[one.survey].name
+            yield MissionCaution("not seen", f"{Caution.WARNING}: {name}: {one.sentence}", (name,))
 
 
 def _slow_in_wind(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Iterator[MissionCaution]:
