@@ -90,6 +90,8 @@ def cases() -> dict[str, Callable[[], Any]]:
     window = sky.window_swap(sky.read("map1"), uavs=6)
     found["fleet through a window"] = lambda: fly(window, sky.Taut(), assignment="identity")
     found["aeroplane"] = lambda: fly(aeroplane(), sky.Taut())
+    for name, scenario in surveys().items():
+        found[f"survey {name}"] = lambda s=scenario: fly(s, criterion="min-max")
     for suffix in ("plan", "waypoints", "kml", "gpx", "csv"):
         found[f"export as {suffix}"] = lambda s=suffix: exported(s)
     return found
@@ -110,6 +112,36 @@ def aeroplane() -> sky.Scenario:
     )
 
 
+def surveys() -> dict[str, sky.Scenario]:
+    """Make a field over hills with a zone for two UAVs, a level field for an aeroplane, and a tower, by name."""
+    east, north = np.meshgrid(np.arange(0, 201, 10.0), np.arange(0, 201, 10.0), indexing="ij")
+    pilots = {"end": "home", "max_speed": 10, "max_acceleration": 3, "max_climb": 3, "separation": 3}
+    wing = sky.FixedWing(speed=12.0, turn_radius=30.0, climb=10)
+    field = sky.Survey([(40, 40), (160, 50), (150, 150), (100, 120), (40, 150)], "mavic-3e", gsd="2 cm")
+    tower = sky.Survey(structures=["tower"], camera="mavic-3e", gsd="8 mm", pattern="facade", overlap=(60, 50))
+    level: dict[str, Any] = {"clearance": 2.0, "lattice": {"step": (10, 10, 10)}}
+    hills = level | {
+        "bounds": {"min": (0, 0, -20), "max": (200, 200, 130)},
+        "obstacles": [sky.Cylinder(centre=(100, 90), radius=12, low=-20, high=130, solid=False)],
+        "terrain": {"origin": (0, 0), "step": (10, 10), "heights": 8 * np.sin(east / 30) + 6 * np.cos(north / 25)},
+        "uavs": [sky.UAV(start=(x, 15, 25), **pilots) for x in (15, 30)],
+        "surveys": [field],
+    }
+    flat = level | {
+        "bounds": {"min": (-200, -200, 0), "max": (400, 400, 130)},
+        "uavs": [sky.UAV(start=(10, -100, 60), end="home", max_speed=18, max_acceleration=9, fixed_wing=wing)],
+        "surveys": [field],
+    }
+    built = level | {
+        "bounds": {"min": (0, 0, 0), "max": (100, 100, 60)},
+        "obstacles": [sky.Box(min=(40, 40, 0), max=(50, 56, 24), name="tower")],
+        "uavs": [sky.UAV(start=(10, 10, 10), **pilots)],
+        "surveys": [tower],
+    }
+    named = {"over hills": hills, "by an aeroplane": flat, "of a tower": built}
+    return {name: sky.Scenario(name=name, **given) for name, given in named.items()}
+
+
 def plan(planner: sky.Planner, scenario: sky.Scenario) -> sky.Result:
     """Plan the first UAV's path with six iterations and seed 1."""
     return planner.plan(sky.Problem(scenario), stop=FEW, rng=1)
@@ -117,7 +149,7 @@ def plan(planner: sky.Planner, scenario: sky.Scenario) -> sky.Result:
 
 def fly(scenario: sky.Scenario, planner: sky.Planner | None = None, **options: Any) -> sky.Mission:
     """Plan a fleet's mission with six iterations and seed 1."""
-    how = sky.MissionOptions(shape=options.pop("shape", "minimum-time"))
+    how = sky.MissionOptions(shape=options.pop("shape", "minimum-time"), criterion=options.pop("criterion", "min-sum"))
     return sky.plan_mission(scenario, planner, stop=FEW, rng=1, options=how, **options)
 
 
