@@ -6,6 +6,7 @@ It needs matplotlib, Playwright, and Chromium as /usr/bin/chromium.
 import contextlib
 import re
 import runpy
+import shlex
 import tempfile
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
 from playwright.sync_api import sync_playwright
+from relief_picture import mountain
 
 import skyverse as sky
 from skyverse.cli import main
@@ -84,6 +86,31 @@ def survey(height: int, page_name: str, profile_name: str) -> None:
         keep(Path("profile.png"), profile_name)
 
 
+def relief(name: str) -> None:
+    """Draw a survey of a mountain, in all colours."""
+    drawn = mountain()
+    with tempfile.TemporaryDirectory() as folder:
+        drawn.savefig(Path(folder) / "figure.png", dpi=200, facecolor=drawn.get_facecolor())
+        picture = Image.open(Path(folder) / "figure.png").convert("RGB")
+        picture.thumbnail((WIDTH, WIDTH), Image.Resampling.LANCZOS)
+        picture.save(HERE / name, quality=90, optimize=True)
+
+
+def walk(height: int, name: str) -> None:
+    """Photograph the page of the survey of survey.md."""
+    text = (HERE.parent / "survey.md").read_text("utf-8")
+    made = re.search(r"^```python\n(.*?)^```", text, re.M | re.S)
+    command = re.search(r"^\$ skyverse (survey field.kml .*)$", text, re.M)
+    assert made is not None
+    assert command is not None
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(compile(made[1], "survey.md", "exec"), {})
+        with contextlib.suppress(SystemExit):
+            main(shlex.split(command[1]))
+        Path("field.html").rename("page.html")
+        photograph(Path(folder), height, name)
+
+
 def aeroplane(name: str) -> None:
     """Draw the figure of the example of aeroplanes."""
     mpl.use("agg")
@@ -100,6 +127,8 @@ def keep(made: Path, name: str) -> None:
     picture.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(HERE / name, optimize=True)
 
 
+relief("survey.jpg")
+walk(1130, "survey-page.png")
 figure(sky.read("jacksboro"), "trajectories", "jacksboro.png")
 figure(sky.read("table-4.8"), "flight-middle", "table-4.8.png")
 figure(sky.random_downtown(), "trajectories", "city.png")
