@@ -75,12 +75,15 @@ def surveyed(lines, *, every=15.0, speed=8.0, home=(-40.0, -40.0, 5.0), pitch=-9
 
 @dataclass
 class Step:
-    """One thing that a file tells: a place to fly to, or what the camera does there."""
+    """One thing that a file tells: a place to fly to, or what the camera does there.
+
+    A place is reached within its radius; with `up` that is level, and another one upwards.
+    """
 
     kind: str
     place: np.ndarray = field(default_factory=lambda: np.zeros(3))
     radius: float = 0.0
-    up: float = math.inf
+    up: float | None = None
     hold: float = 0.0
     speed: float = 5.0
     stops: bool = False
@@ -112,18 +115,23 @@ def of_mavlink(rows, up, radius=None):
     return made
 
 
-def steps_of(path, beside):
-    """Steps of a file, and the autopilot that flies it; `beside` is the text of its parameter file."""
+def steps_of(path, beside, ground=5.0):
+    """Steps of a file, and the autopilot that flies it.
+
+    `beside` is the text of its parameter file, `ground` the height of what the UAV takes off from.
+    """
     name = path.name
     if name.endswith(".plan"):
-        up = float(re.search(r"NAV_MC_ALT_RAD\t([\d.]+)", beside)[1])
+        told = re.search(r"NAV_MC_ALT_RAD\t([\d.]+)", beside)  # aeroplanes have none
+        up = float(told[1]) if told else math.inf
         items = flat(json.loads(path.read_text())["mission"]["items"])
         return of_mavlink([(one["command"], *one["params"]) for one in items], up), "px4"
     if name.endswith(".waypoints"):
-        radius = float(re.search(r"WP_RADIUS_M,([\d.]+)", beside)[1])
+        told = re.search(r"WP_RADIUS_M,([\d.]+)", beside)  # aeroplanes have that of each item
+        radius = float(told[1]) if told else None
         rows = [line.split("\t") for line in path.read_text().splitlines()[2:]]
-        return of_mavlink([(int(row[3]), *map(float, row[4:11])) for row in rows], math.inf, radius), "ardupilot"
-    return (of_wpml(path) if name.endswith(".kmz") else of_litchi(path)), "dji"
+        return of_mavlink([(int(row[3]), *map(float, row[4:11])) for row in rows], None, radius), "ardupilot"
+    return (of_wpml(path) if name.endswith(".kmz") else of_litchi(path, ground)), "dji"
 
 
 def of_wpml(path):
@@ -144,7 +152,7 @@ def of_wpml(path):
         place, mode = proj_local(ORIGIN, [latitude], [longitude], [sea])[0], one("waypointTurnMode", mark)
         early = float(one("waypointTurnDampingDist", mark)) if mode == "coordinateTurn" else 0.02
         hold = float(one("hoverTime", mark) or 0.0)
-        made.append(Step("fly", place, early, math.inf, hold, speeds[max(k - 1, 0)], mode.startswith("toPointAndStop")))
+        made.append(Step("fly", place, early, None, hold, speeds[max(k - 1, 0)], mode.startswith("toPointAndStop")))
         made += [Step("206", numbers=(0.0, 0.0, 0.0)), Step("2001")] * off.pop(k, 0)
         for group in mark.split("<wpml:actionGroup>")[1:]:
             name, trigger = one("actionActuatorFunc", group), one("actionTriggerType", group)
@@ -163,16 +171,15 @@ def of_wpml(path):
     return made
 
 
-def of_litchi(path):
+def of_litchi(path, ground):
     """Steps of a table for Litchi: it stops at every waypoint; equal intervals are taken to go on without a break."""
     made, told = [], 0.0
     rows = list(csv.DictReader(io.StringIO(path.read_text())))
     before = 5.0
     for row in rows:
         above = float(row["altitude(m)"]) + ORIGIN.altitude
-        home = getattr(of_litchi, "home", 5.0)
-        place = proj_local(ORIGIN, [float(row["latitude"])], [float(row["longitude"])], [above + home])[0]
-        made.append(Step("fly", place, 0.0, math.inf, 0.0, before, True))
+        place = proj_local(ORIGIN, [float(row["latitude"])], [float(row["longitude"])], [above + ground])[0]
+        made.append(Step("fly", place, 0.0, None, 0.0, before, True))
         before = float(row["speed(m/s)"])
         made.append(Step("205", numbers=(float(row["gimbalpitchangle"]),)))
         spacing, seconds = float(row["photo_distinterval"]), float(row["photo_timeinterval"])
@@ -239,7 +246,7 @@ class Flight:
                 way = step.place - self.at
                 level, length = math.hypot(*way[:2]), math.hypot(*way)
                 near = 0.02 if step.stops else max(step.radius * (1.0 - self.late), 0.02)
-                if (level <= near and abs(way[2]) <= max(step.up, 0.02)) or length < 0.02:
+                if length <= near if step.up is None else (level <= near and abs(way[2]) <= step.up) or length <= 0.02:
                     break
                 most = min(step.speed, math.sqrt(2 * self.acceleration * max(length - near, 0.0) + corner**2) + 0.05)
                 seconds = min(0.005, 0.02 / max(pace, 0.1)) if not self.poll else self.poll / 5
@@ -273,7 +280,7 @@ def differences(file, home, beside="", **how):
     Metres of the farthest planned photo, the largest difference of counts on a strip, photos that are nowhere near a
     planned one, and photos with another pitch.
     """
-    steps, _ = steps_of(file, beside)
+    steps, _ = steps_of(file, beside, home[2])
     taken = Flight(steps, home, **how).run()
     places, pitch, strips = planned(file)
     apart = np.linalg.norm(taken[:, None, :3] - places, axis=2)

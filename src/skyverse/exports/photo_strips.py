@@ -229,12 +229,11 @@ class StripWay:
         sharp = how.radius * np.sin(np.minimum(self.bends, math.pi / 2)) > MOST_ASIDE
         sharp |= not how.through
         if self.trigger == "time" and (any(halts) or sharp.any()):
-            raise InputError(
-                f"{self.name}: photos by time need a steady speed, and there is no room for a run-in to strip "
-                f"{self.number + 1}, or a sharp bend in it; take them by distance"
-            )
+            why = f"there is no room for a run-in to strip {self.number + 1}, or a sharp bend in it"
+            why = why if how.through else "it stops at every waypoint"
+            raise InputError(f"{self.name}: photos by time need a steady speed, and {why}; take them by distance")
         run_in = self._run_in(how.rates) if self.trigger == "time" and not how.wing else 0.0
-        over = 0.0 if halts[1] else how.radius + min(self.strip.every / 2, OVERRUN) + run_in
+        over = 0.0 if halts[1] else how.radius + min(self.strip.every / 2, OVERRUN)
         marks = []
         for first, last, corner in self._uninterrupted(how.radius):
             on = float(self.photos[first])
@@ -248,6 +247,8 @@ class StripWay:
         placed |= {along: inner.get(along, stop) for along, stop in offs.items()} | switched
         if not halts[0] and not how.wing:
             placed[-(2 * how.radius + AFTER_CORNER + run_in)] = False
+        if run_in:
+            placed[self.length + over + run_in] = False
         stations = self._stations(placed, steady=not any(halts) and not sharp.any())
         return stations, [self._run(stations, *mark) for mark in marks]
 

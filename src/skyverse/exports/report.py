@@ -193,7 +193,9 @@ def flight_verdicts(fleet: ExportedFleet) -> tuple[FlightVerdict, ...]:
         timed = [names[other] for other in kinds if weakest is not Apart.SPACE and kinds[other] is weakest]
         duration, reach = float(plan.arrivals[-1]), circle_reach(fleet.scenario, uav)
         gaps = ((plan.begin, duration),) if back is None else tuple((gap.begin, gap.end) for gap in back.gaps)
-        circles = f"circles within {reach:.3g} m of its target ({Caution.NOT} proven)"
+        circles = (
+            f"circles within {reach:.3g} m of its {'start' if plan.route.to_home else 'target'} ({Caution.NOT} proven)"
+        )
         at_end, up = circles if reach else AT_END[end_of(plan)], None if back is None else back.altitude
         of = fleet.name(plan), plan.corners_proven, at_end, duration, gaps, weakest, tuple(timed), up, plan.begin
         made.append(FlightVerdict(*of))

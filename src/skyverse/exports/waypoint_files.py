@@ -132,16 +132,17 @@ def _plans(mission: Mission, suffix: str, options: ExportOptions) -> list[Flight
         )
         plans = flight_plans(scenario, flown, made, stands(scenario, [one.uav for one in flown]))
         _require_rises(scenario, plans)
-        plans = _landing(scenario, [_settling(_ending(plan, options)) for plan in plans])
+        plans = _landing(scenario, [_settling(_ending(scenario, plan, options)) for plan in plans])
         plans = in_turn(scenario, [with_limited_speeds(scenario, plan) for plan in plans])
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
 
 
-def _ending(plan: FlightPlan, options: ExportOptions) -> FlightPlan:
-    """Return a flight plan that ends as is asked; at home the UAV lands where others stay."""
-    return replace(plan, end="land" if plan.route.to_home and options.end == "loiter" else options.end)
+def _ending(scenario: Scenario, plan: FlightPlan, options: ExportOptions) -> FlightPlan:
+    """Return a flight plan that ends as is asked; at home a multirotor lands where others stay."""
+    lands = plan.route.to_home and options.end == "loiter" and scenario.uavs[plan.route.uav].fixed_wing is None
+    return replace(plan, end="land" if lands else options.end)
 
 
 def _landing(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[FlightPlan]:
