@@ -177,6 +177,8 @@ class RouteSearch(NamedTuple):
         Whether the search takes a tenth of its time.
     tours
         Tours from which it begins, if it is given any that visit all targets.
+    bounded
+        Whether a lower bound of routes along strips is wanted; without, it is 0 unless they are exact.
     """
 
     stop: Stop | None = None
@@ -184,6 +186,7 @@ class RouteSearch(NamedTuple):
     order: Sequence[int] | None = None
     quick: bool = False
     tours: Sequence[Tour] | None = None
+    bounded: bool = True
 
 
 class Totals(NamedTuple):

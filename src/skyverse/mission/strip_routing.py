@@ -5,6 +5,7 @@ along the strip in every leg that leads there, and of the two exactly one is vis
 Noon and Bean 1993, INFOR 31(1), 39-44).
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,6 +18,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError, require_choice, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import exact_tours
+from skyverse.mission.given_order import stretches
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
 from skyverse.mission.strip_bound import strip_bound
 from skyverse.mission.strip_search import StripSearch
@@ -84,6 +86,8 @@ def route_strips(
     value = routes.price if criterion == "min-sum" else routes.finish
     if optimal:
         return replace(routes, lower_bound=value)
+    if not search.bounded:
+        return routes
     flown = np.isin(nodes.enter, [place for tour in tours for sortie in tour for place in sortie])
     bound, kind = strip_bound(whole, seen, np.where(flown, nodes.strip, -1), criterion)
     return replace(routes, lower_bound=min(bound, value), bound=kind)
@@ -133,6 +137,25 @@ class StripNodes(NamedTuple):
         ends = [sorted({int(self.enter[x]), int(self.leave[x])}, key=int(self.enter[x]).__ne__) for x in nodes]
         return tuple(place for pair in ends for place in pair)
 
+    def why_unvisited(self, vehicles: Sequence[TourVehicle], work: Work, tours: Sequence[Tour]) -> dict[int, Reason]:
+        """Return why places that tours leave out cannot be visited, at both ends of each strip."""
+        flown = np.isin(self.enter, [place for tour in tours for sortie in tour for place in sortie])
+        whole, unvisited = [self.vehicle(v, work) for v in vehicles], dict[int, Reason]()
+        for node, reason in why_unvisited(whole, self.work(work), np.flatnonzero(flown).tolist()).items():
+            for place in (int(self.enter[node]), int(self.leave[node])):
+                unvisited[place] = max(unvisited.get(place, reason), reason, key=get_args(Reason).index)
+        return dict(sorted(unvisited.items()))
+
+    def cut(self, vehicle: TourVehicle, work: Work, tour: Tour) -> Tour:
+        """Return a tour of places in the same order, cut into the best sorties, without what none has room for."""
+        entered = {int(place): node for node, place in enumerate(self.enter)}
+        places, order = [*itertools.chain(*tour)], list[int]()
+        while places:
+            order.append(entered[places[0]])
+            del places[: 1 if self.enter[order[-1]] == self.leave[order[-1]] else 2]
+        found = stretches([self.vehicle(vehicle, work)], self.work(work), order)[0]
+        return tuple(self.passed(sortie) for sortie in found)
+
     def _both(self, values: Floats) -> Floats:
         return values[self.enter] + np.where(self.enter == self.leave, 0.0, values[self.leave])
 
@@ -159,11 +182,6 @@ def _told(
     if len(sound) < len(times):
         raise AssertionError("a search's tour breaks a window, a battery or a capacity")
     starts, finishes = tuple(t.starts for t in sound), tuple(t.finishes for t in sound)
-    flown = np.isin(nodes.enter, [place for tour in tours for sortie in tour for place in sortie])
-    whole, seen = [nodes.vehicle(v, work) for v in vehicles], nodes.work(work)
-    unvisited: dict[int, Reason] = {}
-    for node, reason in why_unvisited(whole, seen, np.flatnonzero(flown).tolist()).items():
-        for place in (int(nodes.enter[node]), int(nodes.leave[node])):
-            unvisited[place] = max(unvisited.get(place, reason), reason, key=get_args(Reason).index)
+    unvisited = nodes.why_unvisited(vehicles, work, tours)
     price = math.fsum(t.price for t in sound)
-    return Routes(tuple(tours), starts, finishes, dict(sorted(unvisited.items())), price)
+    return Routes(tuple(tours), starts, finishes, unvisited, price)

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from skyverse._typing import Floats, Ints
+from skyverse._typing import Bools, Floats, Ints
 from skyverse.cost import terms_of_path
 from skyverse.mission.assignment import lattice_prices, straight_line
 from skyverse.mission.routing import Tour, TourVehicle
-from skyverse.mission.tour_flight import swap_seconds, turning_seconds
+from skyverse.mission.tour_flight import half_turn_seconds, swap_seconds, turning_seconds
 from skyverse.model.flight_table import places_along
 from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result, Status, no_history
@@ -124,10 +124,15 @@ class TourLegs:
                 cell = self._cell(ends)
                 price[cell] = leg.result.cost if leg.trajectory is not None else math.inf
                 seconds[cell], joules[cell] = leg.seconds, leg.joules
+        hover = np.array([self._standing(uav, target.position) for target in targets])
+        if own.fixed_wing is None:  # what the nose has not turned on the way to a line is waited for where that begins
+            at = self._ends_of_lines
+            held = np.maximum(half_turn_seconds(own) - seconds, 0.0) * ~self._along_lines
+            seconds[:, at] += held[:, at]
+            joules[:, at] += held[:, at] * hover[at]
         turns = np.array([turning_seconds(own, target) for target in targets])  # before each stay, and after it
         seconds += np.r_[turns, 0.0, 0.0] + np.r_[turns, 0.0, 0.0][:, None]
         np.fill_diagonal(price, 0.0)
-        hover = np.array([self._standing(uav, target.position) for target in targets])
         allowed = [not target.uavs or own.name in target.uavs for target in targets]
         return TourVehicle(
             price=seconds if self.timed else price,
@@ -194,6 +199,18 @@ class TourLegs:
         leaving, entering = self._headings
         headings = leaving.get(problem.begins), entering.get(problem.target)
         return result, leg_along(problem, result, self.how.shape, headings)
+
+    @cached_property
+    def _ends_of_lines(self) -> Ints:
+        return np.unique(np.array([place for ends in self.lines for place in ends], dtype=np.int64))
+
+    @cached_property
+    def _along_lines(self) -> Bools:
+        """Which legs, (n + 2, n + 2), are lines."""
+        along = np.zeros((len(self.airspace.scenario.targets) + 2,) * 2, dtype=np.bool_)
+        for ends in self.lines:
+            along[self._cell(ends)] = True
+        return along
 
     @cached_property
     def _headings(self) -> tuple[dict[int | None, float], dict[int | None, float]]:
@@ -323,7 +340,8 @@ def least_times(uav: UAV, winds: WindBall, places: Floats) -> Floats:
 def least_joules(scenario: Scenario, uav: int, places: Floats) -> Floats:
     """Return about the least joules (n, n) of a UAV between places (n, 3), metres; none without a battery.
 
-    They are those of a straight flight at the best of some constant speeds over ground, in the gusts of the scenario.
+    They are those of a straight flight at the best of some speeds over ground, in the gusts of the scenario, and of
+    gathering that speed and losing it at the least power of them all.
     """
     own, winds, count = scenario.uavs[uav], scenario.winds, len(places)
     power = own.power_model
@@ -333,13 +351,19 @@ def least_joules(scenario: Scenario, uav: int, places: Floats) -> Floats:
     ways = (places - places[:, None]).reshape(-1, 3)
     apart = np.linalg.norm(ways, axis=1)
     unit = ways / np.maximum(apart, MIN_SEGMENT)[:, None]
-    most, least = np.maximum(good_speed(own, winds, unit), MIN_SEGMENT), np.full(len(ways), np.inf)
-    for share in SPEED_SHARES:
-        through = share * most[:, None] * unit - np.array(winds.velocity)
-        level = np.maximum(np.linalg.norm(through[:, :2], axis=1) - (winds.radius - gust), 0.0)
-        watts = power.most(level, level, through[:, 2] - (winds.radius - gust), np.ones(1), gust)
-        least = np.minimum(least, watts * apart / (share * most))
-    return least.reshape(count, count)
+    speeds = np.array(SPEED_SHARES)[:, None] * np.maximum(good_speed(own, winds, unit), MIN_SEGMENT)
+    through = speeds[..., None] * unit - np.array(winds.velocity)
+    level = np.maximum(np.linalg.norm(through[..., :2], axis=2) - (winds.radius - gust), 0.0)
+    watts = np.stack(
+        [
+            power.most(flat, flat, rise - (winds.radius - gust), np.ones(1), gust)
+            for flat, rise in zip(level, through[..., 2], strict=True)
+        ]
+    )
+    speeds = np.minimum(speeds, np.sqrt(apart * own.max_acceleration))  # no more is gathered on the way
+    ramps = watts.min(axis=0) * speeds / own.max_acceleration
+    least = (watts * apart / np.maximum(speeds, MIN_SEGMENT) + ramps).min(axis=0)
+    return np.asarray(least.reshape(count, count))
 
 
 def _bordered(among: Floats, outwards: Floats) -> Floats:

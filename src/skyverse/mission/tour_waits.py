@@ -29,8 +29,8 @@ def with_waits(airspace: Airspace, mission: Mission, flights: Sequence[TourFligh
     """Return a mission of tours whose UAVs wait for others, those of lower priority and shorter tours for the rest.
 
     A UAV in conflict departs later on the leg in which it meets another or, where it is in the way of others while it
-    stands at a target, on the leg to there. It waits where it stands before that leg. A wait that its battery or a
-    window does not allow is none.
+    stands at a target, on the leg to there. It waits where it stands before that leg; where its battery or a window
+    does not allow that, at home before the sortie.
 
     Parameters
     ----------
@@ -89,21 +89,25 @@ def _placed(pool: CandidatePool, flight: TourFlight | None) -> PlacedFlight:
 def _clear(pool: CandidatePool, flight: TourFlight, placed: Sequence[PlacedFlight]) -> TourFlight | None:
     """Return a flight with waits such that it meets none that are placed; ``None`` where none was found."""
     scenario, waits = flight.scenario, np.zeros(len(flight.legs))
-    tried = flight
+    begins = np.flatnonzero([end is None for end in (None, *flight.ends[:-1])])  # of sorties
+    tried, grounded = flight, scenario.uavs[flight.uav].fixed_wing is not None
     for _ in range(MOST_TRIES):
         own = _placed(pool, tried).candidate
         met = pool.first_conflict(own, pool.traffic(own, placed))
         if met is None:
             return tried
-        times = np.array(tried.times)
-        leg = int(np.searchsorted(times[:, 0], met, side="right")) - 1  # the last that has departed by then
+        leg = int(np.searchsorted(np.array(tried.times)[:, 0], met, side="right")) - 1  # the last that has departed
         if leg < 0:
             return None  # it is met before it departs
-        leg = leg if scenario.uavs[flight.uav].fixed_wing is None else 0
+        if grounded:
+            leg = int(begins[begins <= leg][-1])
         waits[leg] = min(max(SHORTEST_WAIT, 1.5 * waits[leg]), LONGEST_WAIT)
         tried = replace(flight, departures=_later(flight, waits))
-        if not (tried.keeps_windows() and _battery_lasts(tried)):
+        if tried.keeps_windows() and _battery_lasts(tried):
+            continue
+        if grounded:
             return None
+        grounded, waits[:], tried = True, 0.0, flight
     return None
 
 

@@ -8,12 +8,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from skyverse._typing import Ints
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS
 from skyverse.mission.given_order import stretches
 from skyverse.mission.route import retold, route, told
-from skyverse.mission.routing import Reason, Routes, RouteSearch, Work
+from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work
 from skyverse.mission.tour_flight import TourFlight
 from skyverse.mission.tour_legs import Ends, LegPlanning, TourLegs, joined_result, legs_of
 from skyverse.mission.tour_waits import with_waits
@@ -149,7 +150,7 @@ def _work(scenario: Scenario) -> Work:
 def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions) -> Routes:
     order = [*range(len(scenario.targets))] if options.keep_order else None
     stop = None if legs.how.stop is None else _WhenCancelled(legs.how.stop)
-    search = RouteSearch(stop, legs.how.seed, order, quick=True)
+    search = RouteSearch(stop, legs.how.seed, order, quick=True, bounded=False)
     best: Routes | None = None
     thorough = len(scenario.targets) <= MOST_TARGETS
     for _ in range(MOST_ROUNDS):
@@ -157,7 +158,7 @@ def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions
         new = legs.price(_wanted(scenario, routes))
         vehicles = legs.vehicles(work.stay, options.only)
         priced = retold(vehicles, work, routes, options.criterion) if new else routes
-        if priced is None and not legs.lines:
+        if priced is None:
             priced = _recut(scenario, legs, work, routes, options)
         if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
             best = priced
@@ -182,10 +183,14 @@ def _routed(legs: TourLegs, work: Work, options: TourOptions, search: RouteSearc
         return route(vehicles, work, options.criterion, search)
     from skyverse.mission.strip_routing import route_strips
 
+    return route_strips(vehicles, _strips(legs, work), work, options.criterion, search)
+
+
+def _strips(legs: TourLegs, work: Work) -> Ints:
+    """Return the targets at the ends of each line, and twice each other target, (m, 2)."""
     pairs = {(min(ends), max(ends)) for ends in legs.lines if None not in ends}  # type: ignore[type-var]
     alone = set(range(work.targets)).difference(*pairs)
-    strips = np.array(sorted({*pairs, *((place, place) for place in alone)}), dtype=np.intp)
-    return route_strips(vehicles, strips, work, options.criterion, search)
+    return np.array(sorted({*pairs, *((place, place) for place in alone)}), dtype=np.intp)
 
 
 @dataclass(frozen=True)
@@ -208,6 +213,11 @@ def _explained(scenario: Scenario, legs: TourLegs, work: Work, routes: Routes, o
     uavs = range(len(scenario.uavs))
     legs.price([(uav, ends) for target in doubted for uav in uavs for ends in ((None, target), (target, None))])
     vehicles = legs.vehicles(work.stay, options.only)
+    if legs.lines:
+        from skyverse.mission.strip_routing import StripNodes
+
+        why = StripNodes.along(_strips(legs, work)).why_unvisited(vehicles, work, routes.tours)
+        return replace(routes, unvisited=why)
     for vehicle in vehicles:  # no UAV that goes there and back goes by others
         vehicle.price[doubted, : work.targets] = vehicle.price[: work.targets, doubted] = math.inf
     told = retold(vehicles, work, routes, options.criterion)
@@ -218,12 +228,19 @@ def _recut(scenario: Scenario, legs: TourLegs, work: Work, routes: Routes, optio
     """Return routes in the same order in other sorties, without the targets for which nothing is left."""
     for _ in range(MOST_ROUNDS):
         vehicles = legs.vehicles(work.stay, options.only)
-        orders = [list(itertools.chain(*tour)) for tour in routes.tours]
-        tours = [stretches([own], work, order)[0] for own, order in zip(vehicles, orders, strict=True)]
+        tours = [_cut(legs, work, own, tour) for own, tour in zip(vehicles, routes.tours, strict=True)]
         cut = replace(routes, tours=tuple(tours))
         if not legs.price(_wanted(scenario, cut)):
             return retold(vehicles, work, cut, options.criterion)
     return None
+
+
+def _cut(legs: TourLegs, work: Work, vehicle: TourVehicle, tour: Tour) -> Tour:
+    if not legs.lines:
+        return stretches([vehicle], work, list(itertools.chain(*tour)))[0]
+    from skyverse.mission.strip_routing import StripNodes
+
+    return StripNodes.along(_strips(legs, work)).cut(vehicle, work, tour)
 
 
 def _wanted(scenario: Scenario, routes: Routes) -> list[tuple[int, Ends]]:

@@ -10,6 +10,7 @@ import shapely
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.numerics.kernel import kernel
+from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.space.ground import height
 from skyverse.space.obstacles import Space
 from skyverse.space.world import World
@@ -183,7 +184,7 @@ class ReliefOffsets:
         found = [low + 0.5 * gap]
         while True:
             gap = self.gap(way, turned, found[-1])
-            if found[-1] + 0.5 * gap >= high:
+            if found[-1] + 0.5 * gap >= high - SWEEP_CONTACT:
                 self.known.append((way, np.array(found)))
                 return np.array(found)
             found.append(min(found[-1] + gap, high - 0.5 * gap))

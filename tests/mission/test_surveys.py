@@ -1,0 +1,95 @@
+"""Surveys as planned: whatever the ground, wind, zones, UAVs and batteries, the referee finds nothing wrong."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.model.verdict import Fault
+
+SIDE, STEP, RISE = 240.0, 6.0, 20.0
+
+
+def hills(rng, steep):
+    """Return heights (n, n) of gentle waves about 0."""
+    x, y = np.meshgrid(*(np.arange(0.0, SIDE + STEP, STEP),) * 2, indexing="ij")
+    a, b = rng.uniform(0.0, 2 * np.pi, 2)
+    return 8.0 * steep * (np.sin(x / rng.uniform(50, 90) + a) + np.cos(y / rng.uniform(50, 90) + b))
+
+
+def random_survey(seed, drones, battery, steep, windy, zone):
+    """Return a scenario with a survey of a small quadrangle."""
+    rng = np.random.default_rng(seed)
+    heights = hills(rng, steep)
+    low, high = rng.uniform(40.0, 70.0, 4), rng.uniform(150.0, 200.0, 4)
+    area = [(low[0], low[1]), (high[0], low[2]), (high[1], high[2]), (low[3], high[3])]
+    uavs = []
+    for i in range(drones):
+        x, y = 30.0 + 12.0 * i, 24.0
+        ground = float(heights[round(x / STEP), round(y / STEP)])
+        uavs.append(
+            sky.UAV(
+                name=f"d{i}",
+                start=(x, y, ground + RISE),
+                end="home",
+                max_speed=float(rng.uniform(8.0, 14.0)),
+                max_acceleration=3.0,
+                max_climb=4.0,
+                max_descent=3.0,
+                separation=float(rng.uniform(2.0, 5.0)),
+                hover_power=400.0,
+                mass=2.0,
+                battery=battery,
+                reserve=0.2,
+            )
+        )
+    zones = ()
+    if zone:
+        centre = (float(rng.uniform(90, 150)), float(rng.uniform(90, 150)))
+        zones = (sky.Cylinder(centre=centre, radius=12.0, low=-60.0, high=250.0, solid=False, kind="no-fly zone"),)
+    return sky.Scenario(
+        name="survey",
+        bounds={"min": (0.0, 0.0, -60.0), "max": (SIDE, SIDE, 220.0)},
+        clearance=3.0,
+        terrain={"origin": (0.0, 0.0), "step": (STEP, STEP), "heights": heights, "clearance": 10.0},
+        wind={"velocity": (3.0, 1.0, 0.0), "gust": 1.0} if windy else None,
+        uavs=tuple(uavs),
+        max_height=120.0,
+        obstacles=zones,
+        surveys=(sky.Survey(area, "mavic-3e", gsd="1.5 cm", overlap=(60, 40)),),
+    )
+
+
+@settings(max_examples=24, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    drones=st.integers(1, 3),
+    battery=st.sampled_from([None, 20.0, 30.0, 50.0]),
+    steep=st.sampled_from([0.0, 0.5, 1.0]),
+    windy=st.booleans(),
+    zone=st.booleans(),
+)
+def test_the_referee_finds_nothing_wrong_with_planned_surveys(seed, drones, battery, steep, windy, zone):
+    scenario = random_survey(seed, drones, battery, steep, windy, zone)
+    mission = sky.plan_mission(scenario, options=sky.MissionOptions(criterion="min-max"))
+    assert [one.message for one in mission.violations if one.fault is not Fault.COVERAGE] == []
+    if mission.unseen:  # by a zone, or since no battery gives what it takes
+        return
+    seen = mission.coverage[0].seen[0]
+    assert seen > 0.9999
+    flown = sum(len(sortie.strips) for own in mission.sorties for sortie in own)
+    assert flown >= drones or battery is not None
+
+
+def test_a_survey_with_batteries_is_flown_in_sorties_that_they_give():
+    scenario = random_survey(35, 1, 20.0, 1.0, False, False)
+    mission = sky.plan_mission(scenario, options=sky.MissionOptions(criterion="min-max"))
+    assert mission.violations == ()
+    assert len(mission.sorties[0]) > 1
+
+
+def test_a_strip_that_no_battery_reaches_is_told():
+    scenario = random_survey(23, 1, 8.0, 0.0, False, False)
+    mission = sky.plan_mission(scenario, options=sky.MissionOptions(criterion="min-max"))
+    assert {gap.why for gap in mission.unseen} == {"not flown: no battery gives what it takes to go there and back"}
+    assert {one.fault for one in mission.violations} == {Fault.COVERAGE}
