@@ -65,7 +65,8 @@ def _course(scene: MissionScene, one: NumberedSortie) -> list[Trace]:
         points = {"x": flat([last]), "y": flat([100 * float(np.interp(last, battery.instants, battery.left))])}
         told = f"{name}<br>point of no return, t = {told_seconds(last)}<br>from here on it goes on along the plan"
         marker = {"symbol": "x", "size": 10, "color": track.colour, "line": {"width": 1}}
-        beside = {"textposition": ("top right", "bottom left")[one.uav % 2], "textfont": {"color": track.colour}}
+        sides = ("top right", "bottom left", "top left", "bottom right")
+        beside = {"textposition": sides[one.uav % len(sides)], "textfont": {"color": track.colour}}
         more = {"text": [f"no return {told_seconds(math.floor(last))}"], "marker": marker, **beside}
         hover = f"{told}<extra></extra>"
         role = {"role": "no return", "uav": one.uav}

@@ -122,7 +122,7 @@
     const t = survey.time[now], [middle, coarsest] = [0, 1].map((m) => (100 * survey.gsd[2 * now + m]).toFixed(2)), uav = survey.uav[now];
     const ground = (survey.corners[12 * now + 2] + survey.corners[12 * now + 8]) / 2;
     $("photo").value = now;
-    const text = `Photo ${whole.format(now + 1)} of ${whole.format(survey.count)} · ${tracks[uav].name}, sortie ${survey.sortie[now]} · t = ${t.toFixed(1)} s · ${middle} cm in its middle, ${coarsest} cm at most · z ${survey.position[3 * now + 2].toFixed(1)} m`;
+    const text = `Photo ${whole.format(now + 1)} of ${whole.format(survey.count)} · ${tracks[uav].name}, sortie ${survey.sortie[now]} · t = ${t.toFixed(1)} s · ${middle} cm in its middle, ${coarsest} cm in its farthest corner · z ${survey.position[3 * now + 2].toFixed(1)} m`;
     $("taken").textContent = text;
     $("photo").setAttribute("aria-valuetext", text);
     paint();

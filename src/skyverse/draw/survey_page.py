@@ -111,8 +111,8 @@ def _told(drawn: DrawnSurvey) -> Iterator[tuple[str, str]]:
 def _proven(proof: Coverage) -> Iterator[tuple[str, str]]:
     tone, _ = _TONES[proof.verdict]
     yield "Proven", f'<span class="pill {tone}">{proof.verdict.value}</span>'
-    for many, share in enumerate(proof.seen, 1):
-        yield f"Seen by {counted(many, 'photo')} or more", told_share(share)
+    for many in sorted({1, 2, 3, 5, len(proof.seen)} & {*range(1, len(proof.seen) + 1)}):
+        yield f"Seen by {counted(many, 'photo')} or more", told_share(proof.seen[many - 1])
     yield "Coarsest best photo of any place", told_gsd(proof.gsd)
     yield "… of 95 % of the places", told_gsd(proof.gsd_95)
     yield "Coarsest place in any photo", told_gsd(proof.gsd_any)
