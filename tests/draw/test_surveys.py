@@ -169,6 +169,16 @@ def test_the_page_of_a_scenario_shows_what_is_to_be_seen():
         assert np.nanmax(numbers(outline["x"])) == 40
 
 
+def test_figures_show_the_survey_and_a_dot_for_each_photo():
+    mission = surveyed()
+    photos = sky.photos_of(mission).position
+    (axes,) = sky.plot(mission).axes
+    drawn = [np.column_stack(line.get_data_3d()) for line in axes.get_lines() if line.get_marker() == "."]
+    assert [dots.tolist() for dots in drawn] == [photos.tolist()]
+    (axes,) = sky.plot(mission.scenario).axes
+    assert max(len(line.get_data_3d()[0]) for line in axes.get_lines()) == len(scene(mission).surveys[0].outlines[0])
+
+
 def test_a_walk_through_photos_shows_each_and_moves_the_flight(tmp_path, tab):
     mission = surveyed()
     (tmp_path / "page.html").write_text(page(scene(mission)), encoding="utf-8")

@@ -21,6 +21,7 @@ from skyverse.draw.map_figure import (
     map_figure,
     plain,
     ring,
+    surveys,
     uav,
 )
 from skyverse.draw.scenes import MissionScene, Scene, SceneFinding, scenario_scene, scene
@@ -151,6 +152,7 @@ def fleet_figure(
     With `t`, seconds, the UAVs are drawn where they are then.
     """
     figure, axes = map_figure(drawn, heading)
+    surveys(axes, drawn)
     for track in drawn.tracks:
         for points, width, alpha in lines(track):
             line(axes, track, points, width=width, alpha=alpha)

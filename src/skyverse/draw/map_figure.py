@@ -10,7 +10,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.ground_relief import along, cleared, relief, tinted
-from skyverse.draw.palette import FINDINGS, LIGHT
+from skyverse.draw.palette import FINDINGS, LIGHT, SURVEY
 from skyverse.draw.scenes import Scene, SceneFinding
 from skyverse.draw.shape_geometry import DrawnShape, brightness, faces, outline, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
@@ -91,6 +91,14 @@ def uav(axes: Any, track: DrawnTrack, place: Floats) -> None:
     _dot(axes, place, MARKERS[track.lap % len(MARKERS)], 9, track.colour, "white", zorder=9)
 
 
+def surveys(axes: Any, drawn: Scene) -> None:
+    """Draw the outlines of what is to be seen, on the ground, and a dot for each photo."""
+    for survey in drawn.surveys:
+        for edge in survey.outlines:
+            axes.plot(*edge.T, color=SURVEY, linewidth=1.2, zorder=4)
+        axes.plot(*survey.photos.position.T, ".", color=SURVEY, markersize=1.8, zorder=6)
+
+
 def ring(axes: Any, finding: SceneFinding) -> None:
     """Draw a ring around the place of a finding, if it has one."""
     if finding.position is not None:
@@ -109,6 +117,9 @@ def legend(figure: "Figure", drawn: Scene) -> None:
         mark: Any = {"markerfacecolor": inside, "markeredgecolor": INK, "markersize": 6}
         lines.append(Line2D([], [], linestyle="", marker=symbol, **mark))
     names = [*(plain(_told(track)) for track in drawn.tracks), "start", "target"]
+    if drawn.surveys:
+        lines.append(Line2D([], [], color=SURVEY, linewidth=1.2, marker=".", markersize=4))
+        names.append("survey and its photos")
     patches, words = legend_entries(drawn)
     shape: Any = {"ncols": _columns(drawn), "handlelength": 2.6}
     figure.legend(

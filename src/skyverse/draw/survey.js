@@ -27,6 +27,7 @@
 
   // ---- the map ----
   const traces = () => {
+    const strips = new Set(Array.from({ length: survey.count }, (_, k) => `${survey.uav[k]},${survey.strip[k]}`)).size, thick = Math.min(1.6, Math.max(0.5, 40 / (strips || 1)));
     const ways = flown().map(({ uav, sortie, photos }) => {
       const x = [], y = [];
       photos.forEach((k, n) => {
@@ -34,7 +35,7 @@
         x.push(survey.position[3 * k]);
         y.push(survey.position[3 * k + 1]);
       });
-      return { type: "scatter", mode: survey.count <= MOST_DOTS ? "lines+markers" : "lines", x, y, hoverinfo: "skip", line: { color: tone(uav, sortie), width: 1.6 }, marker: { size: 3.2 } };
+      return { type: "scatter", mode: survey.count <= MOST_DOTS ? "lines+markers" : "lines", x, y, hoverinfo: "skip", line: { color: tone(uav, sortie), width: thick }, marker: { size: 3.2 } };
     });
     const x = [], y = [];
     for (let k = 0; k < survey.count; k++) {

@@ -99,7 +99,7 @@ def _told(drawn: DrawnSurvey) -> Iterator[tuple[str, str]]:
     asked = told_gsd(survey.gsd) if survey.gsd is not None else f"from {survey.height:g} m"
     yield "Pattern", survey.pattern
     yield "Camera", escape(survey.camera.name or NO_VALUE)
-    yield "Asked", f"{asked}, overlap {along:g} and {across:g} %"
+    yield "Asked", f"{asked}, overlap {along:g} and {across:g}\u00a0%"
     flown = {(uav, sortie) for uav, sortie in zip(drawn.photos.uav.tolist(), drawn.sortie.tolist(), strict=True)}
     yield "Photos", f"{len(drawn.photos):,} in {counted(len(flown), 'sortie')}" if len(drawn.photos) else "none"
     if proof is None:
