@@ -163,7 +163,7 @@ def surveys_of(
     files: Sequence[str], seen: SeenOptions, crs: str | None, origin: "Origin | None" = None
 ) -> "list[Survey]":
     """Return the surveys that options ask for, in a frame; without an origin, one about the file itself."""
-    from skyverse.maps.readers.areas import corners_of, read_area, read_lines
+    from skyverse.maps.readers.areas import corners_of, joined, read_area, read_lines
     from skyverse.model.frame import Origin
     from skyverse.model.survey import Survey
 
@@ -181,7 +181,7 @@ def surveys_of(
         origin = Origin(latitude=north, longitude=east, altitude=0.0)
     if seen.pattern == "corridor":
         return [Survey(line=line, **data) for file in files for line in read_lines(file, origin, crs=crs)]
-    return [Survey(area=tuple(part for file in files for part in read_area(file, origin, crs=crs)), **data)]
+    return [Survey(area=joined(part for file in files for part in read_area(file, origin, crs=crs)), **data)]
 
 
 def _camera(given: str) -> "Camera":

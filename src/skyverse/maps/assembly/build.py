@@ -44,6 +44,8 @@ from skyverse.model.short_lines import counted, listed
 from skyverse.model.uav import UAV, with_limits
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES, FleetLimits
 
+FARTHEST = 30_000.0
+"""Metres between what a scenario is built around, at most: surveys and the places where UAVs start."""
 OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0, tracking_error=(1.6, 3.0))
 """Limits of outdoor flight, where none are given.
 
@@ -257,6 +259,8 @@ def _around(options: BuildOptions) -> list[tuple[str, GlobalPlace]]:
     """Return the outermost corners of what a scenario is built around, each with the name of its file."""
     if not options.around:
         return []
+    import pyproj
+
     from skyverse.maps.readers.areas import corners_of
 
     crs = None if options.reading is None else options.reading.crs
@@ -266,6 +270,12 @@ def _around(options: BuildOptions) -> list[tuple[str, GlobalPlace]]:
             found += named_places({f"{one[0]:g},{one[1]:g}": (*one, AboveSea(0.0))}, "place").items()
         else:
             found += [(str(one), (float(y), float(x), AboveSea(0.0))) for x, y in corners_of(one, crs)]
+    (first, (latitude, longitude, _)), middle = found[0], pyproj.Geod(ellps="WGS84")
+    for name, (y, x, _) in found:
+        away = middle.inv(longitude, latitude, x, y)[2]
+        if away > FARTHEST:
+            expected = f"expected all within {FARTHEST / 1000:g} km of one another"
+            raise InputError(f"{name}: {expected}, found it {away / 1000:,.0f} km from {first}")
     return found
 
 

@@ -1,6 +1,6 @@
 """What surveys see, from files: areas and lines on the globe, and as regions and points of a local frame."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, path_of, require_file, require_kind, require_libraries
 from skyverse.maps.georeference.coordinate_systems import WGS84, to_globe
-from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED
+from skyverse.maps.georeference.feature import SWAPPED
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers import geojson, kml
 from skyverse.maps.readers.polygons import in_one_piece, pieces, unwrapped
@@ -60,12 +60,17 @@ def read_area(path: str | Path, origin: Origin, *, crs: str | None = None) -> tu
     require_kind(origin, Origin, "origin")
     parts = []
     for polygon, where in read_shapes(path, crs, Polygon):
-        whole = shapely.segmentize(in_one_piece(polygon, where, beside=origin.longitude), LONGEST_EDGE)
+        whole = in_one_piece(polygon, where, beside=origin.longitude)
         rings = [
-            local_places(shapely.get_coordinates(ring), origin, where) for ring in (whole.exterior, *whole.interiors)
+            local_places(_with_short_edges(ring, where), origin, where) for ring in (whole.exterior, *whole.interiors)
         ]
         parts += _without_holes(rings, origin, where)
-    return tuple(_region(part) for part in pieces(shapely.union_all(parts)))
+    return _regions(parts)
+
+
+def joined(parts: Iterable[Region]) -> tuple[Region, ...]:
+    """Return the parts of an area, those that overlap as one, which several files may hold."""
+    return _regions([Polygon(part.vertices, part.holes) for part in parts])
 
 
 def read_lines(
@@ -157,6 +162,14 @@ def local_places(places: Floats, origin: Origin, where: str) -> Floats:
     )
 
 
+def _with_short_edges(ring: Any, where: str) -> Floats:
+    """Return the corners of a ring, and some between; of a polygon, shapely would mend what is wrong with it."""
+    places = shapely.get_coordinates(ring)
+    if len(np.unique(places, axis=0)) < 3:
+        raise InputError(f"{where}: expected an area, found an outline of fewer than three corners")
+    return shapely.get_coordinates(shapely.segmentize(LineString(places), LONGEST_EDGE))
+
+
 def _without_holes(rings: list[Floats], origin: Origin, where: str) -> list[Polygon]:
     """Return what lies in an outline and in none of its holes, whose rings are (n, 2) metres."""
     outline, *holes = (_sound(ring, origin, where) for ring in rings)
@@ -170,7 +183,7 @@ def _sound(ring: Floats, origin: Origin, where: str) -> Polygon:
     """Return what a ring encloses, or raise `InputError` if it is no outline of an area, with the place."""
     polygon: Polygon = shapely.remove_repeated_points(Polygon(ring), SAME_PLACE)
     corners = len(np.unique(shapely.get_coordinates(polygon), axis=0))
-    if corners < 3 or polygon.buffer(0).is_empty:
+    if corners < 3 or shapely.make_valid(polygon).area == 0:
         raise InputError(f"{where}: expected an area, found an outline of {corners} corners that encloses nothing")
     if not polygon.is_valid:
         x, y = map(float, shapely.is_valid_reason(polygon).rpartition("[")[2].rstrip("]").split())
@@ -182,6 +195,10 @@ def _sound(ring: Floats, origin: Origin, where: str) -> Polygon:
     if polygon.buffer(-HAIRLINE / 2).is_empty:
         raise InputError(f"{where}: expected an area, found a hairline that is nowhere wider than {HAIRLINE:g} m")
     return polygon
+
+
+def _regions(parts: list[Polygon]) -> tuple[Region, ...]:
+    return tuple(_region(part) for part in pieces(shapely.union_all(parts)))
 
 
 def _region(part: Polygon) -> Region:
@@ -199,9 +216,4 @@ def corners_of(path: str | Path, crs: str | None = None) -> Floats:
     places = shapely.get_coordinates([shape for shape, _ in read_shapes(path, crs, Polygon, LineString)])
     places[:, 0] = places[0, 0] + (places[:, 0] - places[0, 0] + 180) % 360 - 180  # also across the antimeridian
     outer = shapely.get_coordinates(shapely.MultiPoint(places).convex_hull)
-    first = Origin(latitude=outer[0, 1], longitude=(outer[0, 0] + 180) % 360 - 180, altitude=0.0)
-    away = float(np.abs(to_local(first, np.column_stack([outer[:, ::-1], np.zeros(len(outer))]))[:, :2]).max())
-    if away > MAX_WIDTH:
-        found = f"found some {away / 1000:.0f} km apart"
-        raise InputError(f"{path}: expected areas within {MAX_WIDTH / 1000:g} km of one another, {found}")
     return np.column_stack([(outer[:, 0] + 180) % 360 - 180, outer[:, 1]])
