@@ -299,8 +299,9 @@ def plan_scenario(
     refuse_output(out, scenario)
     if written.page:
         refuse_output(out.with_suffix(".html"))
-    wings = ["aeroplane"] if any(uav.fixed_wing for uav in asked.uavs) else []
-    before_compiling(lambda: compile_with_bar(["mission", type(method).__name__, mission.shape, *wings]))
+    kinds = {"aeroplane": any(uav.fixed_wing for uav in asked.uavs), "survey": bool(asked.surveys)}
+    needed = ["mission", type(method).__name__, mission.shape, *(name for name, there in kinds.items() if there)]
+    before_compiling(lambda: compile_with_bar(needed))
     with (
         stop_rule(budget.iterations, budget.paths, budget.seconds) as stop,
         progress_bar(asked, stop) as on_progress,
