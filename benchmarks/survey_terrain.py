@@ -2,12 +2,14 @@
 
 import math
 import time
-from itertools import pairwise
 
 import numpy as np
 from machine import table
 
 import skyverse as sky
+from skyverse.model.photos import Photos
+from skyverse.referee.ground_cells import area_of, grid_of
+from skyverse.referee.photo_overlaps import SHORT, overlaps_of
 from skyverse.survey.ground_lines import GroundSurvey, ground_lines
 from skyverse.survey.lines import PhotoLine
 
@@ -53,18 +55,15 @@ def photos(line: PhotoLine) -> tuple[np.ndarray, np.ndarray]:
 def judged(given: sky.Scenario, lines: tuple[PhotoLine, ...], side: float) -> tuple[float, float, float, float]:
     """Return the coarsest of any place in a photo, of the best photo of each, the share of pairs as asked, the least.
 
-    Pairs are judged by the depth of the highest ground that both photos show.
+    Pairs are judged by the referee.
     """
-    camera, (front, beside) = given.surveys[0].camera, (share / 100 for share in given.surveys[0].overlap)
-    across, along = camera.half_widths
+    survey = given.surveys[0]
+    across, along = survey.camera.half_widths
     axis = np.arange(0.0, side + GRID / 2, GRID)
     x, y = (one.ravel() for one in np.meshgrid(axis, axis, indexing="ij"))
-    z, best, coarsest, spare = given.terrain.height(np.column_stack([x, y])), np.full(len(x), np.inf), 0.0, []
+    z, best, coarsest = given.terrain.height(np.column_stack([x, y])), np.full(len(x), np.inf), 0.0
     taken = [photos(line) for line in lines]
-    way = taken[0][1]
-    shown: list[list[tuple[np.ndarray, np.ndarray]]] = []
     for where, ahead in taken:
-        shown.append([])
         for px, py, pz in where:
             near = np.flatnonzero(np.hypot(x - px, y - py) < 200.0)
             u, v, depth = x[near] - px, y[near] - py, pz - z[near]
@@ -74,25 +73,15 @@ def judged(given: sky.Scenario, lines: tuple[PhotoLine, ...], side: float) -> tu
             near, depth = near[seen], depth[seen]
             best[near] = np.minimum(best[near], depth)
             coarsest = max(coarsest, depth.max(initial=0.0))
-            shown[-1].append((near, depth))
-
-    def held(one: tuple, other: tuple, spacing: float, half: float) -> float:
-        _, i, j = np.intersect1d(one[0], other[0], assume_unique=True, return_indices=True)
-        depth = np.minimum(one[1][i], other[1][j]).min(initial=np.inf)
-        return 1.0 - spacing / (2.0 * half * depth) if len(i) else math.nan
-
-    for line, row in zip(lines, shown, strict=True):
-        spare += [held(a, b, line.every, along) - front for a, b in pairwise(row)]
-    offsets = np.array([where[0, 0] * way[1] - where[0, 1] * way[0] for where, _ in taken])
-    for k in np.argsort(offsets):
-        later = np.flatnonzero(offsets > offsets[k] + 1.0)
-        for q in later[offsets[later] < offsets[later].min(initial=np.inf) + 1.0]:
-            apart = np.abs((taken[k][0][:, None, :2] - taken[q][0][None, :, :2]) @ way)
-            for i, j in enumerate(apart.argmin(axis=1)):
-                if apart[i, j] <= 0.75 * lines[k].every:
-                    spare.append(held(shown[k][i], shown[q][j], offsets[q] - offsets[k], across) - beside)
-    kept = np.array(spare)[~np.isnan(spare)]
-    return coarsest * camera.pixel, best.max() * camera.pixel, float((kept >= -1e-3).mean()), float(kept.min())
+    counts = [len(where) for where, _ in taken]
+    heading = np.repeat([math.degrees(math.atan2(*ahead)) % 360.0 for _, ahead in taken], counts)
+    none = np.zeros(len(heading))
+    strip, uav = np.repeat(np.arange(len(lines)), counts), np.zeros(len(heading), dtype=np.int64)
+    shots = Photos(np.concatenate([where for where, _ in taken]), heading, none - 90.0, none, none, uav, strip)
+    shared = overlaps_of(shots, survey.camera, grid_of(given, survey, area_of(survey)))
+    spare = np.concatenate([pairs - asked for pairs, asked in zip(shared, survey.overlap, strict=True)])
+    pixel = survey.camera.pixel
+    return coarsest * pixel, best.max() * pixel, float((spare >= -SHORT).mean()), float(spare.min()) / 100
 
 
 def terrain(runs: int = 3) -> None:

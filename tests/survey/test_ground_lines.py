@@ -1,6 +1,7 @@
 """Lines over the ground beside dense samples of what their photos show: how finely, how much of it, and what not."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -154,31 +155,40 @@ def test_over_relief_all_is_seen_finely_and_clear_of_the_ground(seed, gsd_of):
 def test_photos_overlap_over_relief_as_asked(seed):
     survey = sky.Survey(FIELD, "mavic-3e", gsd=GSD, overlap=(75, 60), direction=15.0 * (seed % 24))
     given = scenario(survey, relief(seed))
-    xy = places(wanted_ground(survey), 3.0)
-    across, along = survey.camera.half_widths
     lines = ground_lines(given, 0).lines
-    fields = [in_picture(given, line, xy) for line in lines]
-    where = [photos(line)[0] for line in lines]
-    pairs = []
-    for (shown, depth), line in zip(fields, lines, strict=True):
-        shared = shown[1:] & shown[:-1]
-        least = np.where(shared, np.minimum(depth[1:], depth[:-1]), np.inf).min(axis=1)
-        pairs.append((1.0 - line.every / (2.0 * along * least) - 0.75)[shared.any(axis=1)])
-    way = photos(lines[0])[1][0]
-    offsets = np.array([one[0, 0] * way[1] - one[0, 1] * way[0] for one in where])
-    for one in range(len(lines)):
-        beside = np.flatnonzero(offsets > offsets[one] + 1.0)
+    where = [photos(line) for line in lines]
+
+    def shared(one, other, ahead):
+        """Return what photos share of what the one of them shows that shows less, by points one metre apart."""
+        shown = []
+        for place in (one, other):
+            dx, dy, drop = xy[:, 0] - place[0], xy[:, 1] - place[1], place[2] - ground
+            a, b = dx * ahead[0] + dy * ahead[1], dx * ahead[1] - dy * ahead[0]
+            shown.append((np.abs(b) <= across * drop) & (np.abs(a) <= along * drop))
+        return (shown[0] & shown[1]).sum() / max(min(one.sum() for one in shown), 1)
+
+    across, along = survey.camera.half_widths
+    xy = places(wanted_ground(survey), 1.0)
+    ground, area, spare = given.terrain.height(xy), wanted_ground(survey), []
+    way = where[0][1][0]
+    offsets = np.array([one[0, 0] * way[1] - one[0, 1] * way[0] for one, _ in where])
+    for number, (row, ahead) in enumerate(where):
+        pairs = [(one, other, 0.75) for one, other in pairwise(row)]
+        beside = np.flatnonzero(offsets > offsets[number] + 1.0)
         nearest = beside[offsets[beside] < offsets[beside].min(initial=np.inf) + 1.0]
         for other in nearest:
-            apart = np.abs((where[one][:, None, :2] - where[other][None, :, :2]) * way).sum(axis=2)
-            for k, j in enumerate(apart.argmin(axis=1)):
-                shared = fields[one][0][k] & fields[other][0][j]
-                if apart[k, j] <= 0.75 * lines[one].every and shared.any():
-                    depth = np.minimum(fields[one][1][k], fields[other][1][j])[shared].min()
-                    spacing = offsets[other] - offsets[one]
-                    pairs.append(np.array([1.0 - spacing / (2.0 * across * depth) - 0.6]))
-    spare = np.concatenate(pairs)
-    assert (spare >= -0.001).mean() >= 0.995
+            path = lines[other].path
+            at, start = (path[:, :2] - path[0, :2]) @ way, path[0, :2] @ way
+            for one in row:
+                along_it = one[:2] @ way - start
+                if 0.0 <= along_it * np.sign(at[-1]) <= abs(at[-1]):
+                    z = np.interp(along_it * np.sign(at[-1]), at * np.sign(at[-1]), path[:, 2])
+                    pairs.append((one, np.r_[path[0, :2] + along_it * way, z], 0.6))
+        for one, other, asked in pairs:
+            if area.contains(shapely.Point(0.5 * (one + other)[:2])):
+                spare.append(shared(one, other, ahead[0]) - asked)
+    assert (np.array(spare) >= -0.02).mean() >= 0.995  # a row of points is 2 % of a picture
+    assert np.median(spare) <= 0.15
 
 
 @settings(max_examples=20, deadline=None)

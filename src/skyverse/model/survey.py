@@ -75,7 +75,8 @@ class Survey(Model):
         Where the ground sample distance is kept: ``"photo"``, all over each photo's part of the area, or ``"place"``,
         in the photos that are taken nearest to each place, which on steep ground takes half as many.
     overlap
-        Per cent that a photo shows of the one before it on its strip, and of the strip beside it, at least.
+        Per cent that photos share with the one before on their strip, and with those of the strip beside it, at least:
+        the area, on a map, of the ground to be seen that both show, as a share of what that one shows which shows less.
     pattern
         ``"strips"``; ``"cross"``, strips in two directions; ``"oblique"``, strips straight down and slanting in four
         directions; ``"corridor"``; ``"facade"``, layers around structures; ``"viewpoints"``, as few photos of them as

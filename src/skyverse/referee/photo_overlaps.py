@@ -1,28 +1,31 @@
 """Overlaps: what neighbouring photos share, one after the other on a strip, and from strip to strip.
 
-They are judged by the nominal poses. Two photos that are taken some way apart share what one shows of its width, or its
-height, less that way; the less the nearer the ground is, so that the highest ground that both show counts.
+They are judged by the nominal poses: the area, on a map, of the ground to be seen that both photos show, as a share of
+what that one of them shows which shows less. Over level ground this is what is left of a picture's width or height when
+the way from camera to camera is taken off. Photos of strips beside each other are seldom taken abreast, so the other
+one is taken to be where its UAV flies abreast of the first. Pairs count whose middle is ground to be seen.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from skyverse._typing import Floats, Indices
+from skyverse._typing import Bools, Floats, Indices
 from skyverse.model.camera import Camera
 from skyverse.model.photos import Photos
 from skyverse.referee.ground_cells import CellGrid
 from skyverse.referee.photo_views import PhotoView, frames_of, views_of
-from skyverse.referee.tolerances import APART, NEARER_AHEAD, STEEP_VIEW
+from skyverse.referee.tolerances import APART, NEARER_AHEAD, NO_LENGTH, STEEP_VIEW
 from skyverse.referee.tracking_error import EXACT
 
 PARALLEL = 0.966
 """The cosine of 15 degrees, by which strips, and the directions of cameras, may differ that are neighbours."""
 FACING = 0.75
 """How far ahead a neighbour on another strip may be, as a share of the way to the next photo on its own."""
-MOST_NODES = 50
-"""Places along x and along y at which the ground is looked at that two photos share, about."""
-SHORT = 0.1
+MOST_NODES = 40
+"""Cells along x and along y at whose middles the ground is looked at that two photos show, about."""
+SHORT = 0.3
 """Per cent by which an overlap may be less than asked: it depends on how finely the ground is looked at."""
 
 
@@ -50,19 +53,31 @@ def overlaps_of(photos: Photos, camera: Camera, grid: CellGrid) -> Overlaps:
     centre, deep = _centres(photos.position, frames[:, 0], grid)
     width = _width(np.column_stack([-course[:, 1], course[:, 0]]), frames, camera) * deep
     beside = _neighbours(level, course, spacing, frames[:, 0], width)
-    middle = (centre[beside[:, 0]] + centre[beside[:, 1]]) / 2
-    beside = beside[_in_area(middle, grid)]
-    found = []
-    for pairs, across in ((np.column_stack([first, first + 1]), False), (beside, True)):
-        way = level[pairs[:, 1]] - level[pairs[:, 0]]
-        ahead = course[pairs[:, 0]]
-        direction = np.column_stack([-ahead[:, 1], ahead[:, 0]]) if across else ahead
-        apart = np.abs(np.einsum("ij,ij->i", way, direction))
-        nearest = np.array([_nearest(views[i], views[j], grid) for i, j in pairs])
-        shown = _width(direction, frames[pairs[:, 0]], camera) * nearest
-        share = 100.0 * (1.0 - apart / shown)
-        found.append(share[np.isfinite(nearest)] if len(pairs) else np.zeros(0))
-    return Overlaps(*found)
+    shares: list[Floats] = []
+    for pairs in (np.column_stack([first, first + 1]), beside):
+        pairs = pairs[_in_area((centre[pairs[:, 0]] + centre[pairs[:, 1]]) / 2, grid)]
+        others = photos.position[pairs[:, 1]] if len(shares) == 0 else _abreast(pairs, photos.position, course, same)
+        found = [
+            _shared(views[i], replace(views[j], position=place), grid)
+            for (i, j), place in zip(pairs.tolist(), others, strict=True)
+        ]
+        shares.append(np.array([one for one in found if one == one]))
+    return Overlaps(*shares)
+
+
+def _abreast(pairs: Indices, position: Floats, course: Floats, same: Bools) -> Floats:
+    """Return where the second UAVs of pairs (n, 2) fly abreast of the first ones, (n, 3) metres.
+
+    `same` tells of each photo but the last whether the next one is on its strip.
+    """
+    i, j = pairs.T
+    on = course[j]
+    ahead = np.einsum("ij,ij->i", position[i, :2] - position[j, :2], on)
+    k = np.clip(j + np.where(ahead > 0, 1, -1), 0, len(position) - 1)
+    leads = same[np.minimum(np.minimum(j, k), len(same) - 1)] & (k != j)
+    run = np.hypot(*(position[k] - position[j])[:, :2].T)
+    rise = np.where(leads, position[k, 2] - position[j, 2], 0.0) / np.where(run > 0, run, 1.0)
+    return position[j] + np.column_stack([ahead[:, None] * on, np.abs(ahead) * rise])
 
 
 def _width(direction: Floats, frames: Floats, camera: Camera) -> Floats:
@@ -126,14 +141,28 @@ def _neighbours(level: Floats, course: Floats, spacing: Floats, axis: Floats, wi
     return np.array(sorted(found), dtype=np.intp).reshape(-1, 2)
 
 
-def _nearest(one: PhotoView, other: PhotoView, grid: CellGrid) -> float:
-    """Return the least depth of the ground that two photos share, metres; NaN where they share none of the area."""
+def _shared(one: PhotoView, other: PhotoView, grid: CellGrid) -> float:
+    """Return what two photos share of the ground that one of them shows, per cent; NaN where one shows none.
+
+    A cell at the edge of a picture counts in part, as told by how far its middle is from that edge, and by how much
+    that changes from cell to cell.
+    """
     a, b = (view.window(*grid.ends) for view in (one, other))
-    here = grid.between(np.array([np.maximum(a[0], b[0]), np.minimum(a[1], b[1])]))
+    here = grid.between(np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])]))
     if here is None:
         return np.nan
     i, j = (slice(s.start, s.stop, max((s.stop - s.start) // MOST_NODES, 1)) for s in here)
-    x, y, z = grid.x[i, None], grid.y[None, j], grid.z[i, j]
-    (margin, depth), (another, deeper) = one.look(x, y, z), other.look(x, y, z)
-    both = (margin >= 0) & (another >= 0) & grid.whole[i, j]
-    return float(np.minimum(depth, deeper).min(initial=np.inf, where=both)) if both.any() else np.nan
+    x, y = (0.5 * (line[:-1] + line[1:])[part] for line, part in ((grid.x, i), (grid.y, j)))
+    z, asked = 0.5 * (grid.z[:-1, :-1] + grid.z[1:, 1:])[i, j], grid.whole[i, j]
+    if min(z.shape) < 2:
+        return np.nan
+    inside, another = (view.look(x[:, None], y[None], z)[0] for view in (one, other))
+    shown = [float(_part(margin)[asked].sum()) for margin in (inside, another, np.minimum(inside, another))]
+    return 100.0 * shown[2] / min(shown[:2]) if min(shown[:2]) > 0.0 else np.nan
+
+
+def _part(margin: Floats) -> Floats:
+    """Return which part of each cell (n, m) lies in a picture, by how far its middle does."""
+    change = sum(np.abs(one) for one in np.gradient(margin))
+    part: Floats = np.clip(0.5 + margin / np.maximum(change, NO_LENGTH), 0.0, 1.0)
+    return part

@@ -10,7 +10,7 @@ import shapely
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.survey import Survey
-from skyverse.survey.footprints import shared_depths
+from skyverse.survey.footprints import shared_shares
 from skyverse.survey.spacing import LEAST_SHARE, MOST_STRIPS, SHORTEST, STATIONS, GroundSight, LineWay
 
 SHARP = 30.0
@@ -80,8 +80,8 @@ def _overlap(sight: GroundSight, run: Floats, gap: float, count: int) -> bool:
     ahead = way.ahead(at)
     right = np.column_stack([ahead[:, 1], -ahead[:, 0]])
     rows = [way.places(at) + ((k + 0.5) * gap - 0.5 * gap * count) * right for k in range(count)]
-    cameras = [np.column_stack([row, sight.heights(at, row, ahead, 0.5 * at[1])[1]]) for row in rows]
+    cameras = [np.column_stack([row, sight.heights(at, row, ahead, at[1])[1]]) for row in rows]
     return all(
-        float(shared_depths(sight.cells, sight.photo, one, other, ahead).min()) >= sight.needed(gap, True)
+        float(shared_shares(sight.rough, sight.photo, one, other, ahead).min()) >= sight.overlap[1]
         for one, other in pairwise(cameras)
     )

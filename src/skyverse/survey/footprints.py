@@ -1,4 +1,4 @@
-"""What photos show of the ground: how high a camera may be for it, and how deep below two cameras what both show is.
+"""What photos show of the ground: how high a camera may be for it, and how much of it two photos share.
 
 A camera looks ahead and down. What it shows of ground so many metres ahead, beside and below it is told by the depth of
 that ground along the optical axis, and by where that is in the picture.
@@ -143,24 +143,16 @@ def height_limits(cells: GroundCells, view: GroundView, places: Floats, ahead: F
     return limits
 
 
-@inner_query
-def _shows(view: GroundView, a: float, b: float, drop: float, ra: float, rb: float) -> bool:
-    """Tell whether a photo shows some of what is within ra along and rb across of a place ahead, beside and below."""
-    c, s, w = view.level, view.down, view.along
-    near, far = drop * (c - w * s) / (s + w * c), drop * (c + w * s) / (s - w * c)
-    return near - ra <= a <= far + ra and abs(b) <= view.across * ((a + ra) * c + drop * s) + rb
-
-
 @kernel
-def shared_depths(cells: GroundCells, view: GroundView, first: Floats, other: Floats, ahead: Floats) -> Floats:
-    """Return the least depth (n,) below either of two cameras of ground to be seen that both show.
+def shared_shares(cells: GroundCells, view: GroundView, first: Floats, other: Floats, ahead: Floats) -> Floats:
+    """Return the share (n,) that two photos show in common of the ground to be seen, of which one shows less.
 
-    It is infinite where they show none.
+    Areas are those on a map. The share is infinite where the middle between them is not to be seen.
 
     Parameters
     ----------
     cells
-        The ground.
+        The ground; of those that photos show in part, the part counts.
     view
         What photos show of it.
     first, other
@@ -168,43 +160,56 @@ def shared_depths(cells: GroundCells, view: GroundView, first: Floats, other: Fl
     ahead
         (n, 2) the unit vectors in which both look.
     """
-    depths = np.empty(len(first))
-    nx, ny = cells.high.shape
-    c, s, w = view.level, view.down, view.along
-    lowest = np.min(cells.block_low)
+    shares = np.empty(len(first))
+    nx, ny = cells.low.shape
+    wide, deep = cells.step[0], cells.step[1]
+    level_drop = view.depth * (view.down - view.along * view.level)
+    lowest, c, s, w = np.min(cells.block_low), view.level, view.down, view.along
     for k in range(len(first)):
-        x, y, ex, ey = first[k, 0], first[k, 1], ahead[k, 0], ahead[k, 1]
-        z, up = min(first[k, 2], other[k, 2]), other[k, 2] - first[k, 2]
-        u, v = other[k, 0] - x, other[k, 1] - y
+        x, y, z, ex, ey = first[k, 0], first[k, 1], first[k, 2], ahead[k, 0], ahead[k, 1]
+        u, v, up = other[k, 0] - x, other[k, 1] - y, other[k, 2] - z
         da, db = u * ex + v * ey, u * ey - v * ex
-        wide, deep = cells.step[0], cells.step[1]
         ra, rb = 0.5 * (abs(ex) * wide + abs(ey) * deep), 0.5 * (abs(ey) * wide + abs(ex) * deep)
-        drop = max(max(first[k, 2], other[k, 2]) - lowest, 0.0)
-        scale = min(drop / (view.depth * (s - w * c)), 2.0)
-        reach = max(view.before, view.behind) * scale
-        side = view.beside * scale
-        these = _blocks(cells, x, y, (abs(ex) * reach + abs(ey) * side, abs(ey) * reach + abs(ex) * side))
-        least = math.inf
-        for bi in range(these[0], these[1]):
-            for bj in range(these[2], these[3]):
-                u = cells.origin[0] + (bi + 0.5) * BLOCK * wide - x
-                v = cells.origin[1] + (bj + 0.5) * BLOCK * deep - y
-                a = u * ex + v * ey - max(da, 0.0) - ra * BLOCK
-                if a * c + (z - cells.block_high[bi, bj]) * s >= least:
+        i, j = int((x + 0.5 * u - cells.origin[0]) / wide), int((y + 0.5 * v - cells.origin[1]) / deep)
+        i, j = min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)
+        fall = (z + 0.5 * up - cells.middle[i, j]) * view.level / view.down
+        i += math.floor(0.5 + fall * ex / wide)
+        j += math.floor(0.5 + fall * ey / deep)
+        if not (0 <= i < nx and 0 <= j < ny and cells.low[i, j] < math.inf):
+            shares[k] = math.inf
+            continue
+        scale = min(max(z + max(up, 0.0) - lowest, 0.0) / level_drop, 2.0)
+        reach, side = max(view.before, view.behind) * scale + abs(da), view.beside * scale + abs(db)
+        along, beside = abs(ex) * reach + abs(ey) * side, abs(ey) * reach + abs(ex) * side
+        i0, i1 = int((x - along - cells.origin[0]) / wide), int((x + along - cells.origin[0]) / wide) + 1
+        j0, j1 = int((y - beside - cells.origin[1]) / deep), int((y + beside - cells.origin[1]) / deep) + 1
+        # from the middle of a cell to its sides is half a unit, along and across
+        ka, kb = 0.5 / ra, 0.5 / rb
+        near, far, half = ka * (c - w * s) / (s + w * c), ka * (c + w * s) / (s - w * c), kb * view.across
+        da, db, one, another, both = da * ka, db * kb, 0.0, 0.0, 0.0
+        for i in range(max(i0, 0), min(i1, nx)):
+            u = cells.origin[0] + (i + 0.5) * wide - x
+            for j in range(max(j0, 0), min(j1, ny)):
+                v = cells.origin[1] + (j + 0.5) * deep - y
+                a, drop = (u * ex + v * ey) * ka, z - cells.middle[i, j]
+                p0, p1 = max(near * drop - a, -0.5), min(far * drop - a, 0.5)
+                q0, q1 = max(near * (drop + up) - a + da, -0.5), min(far * (drop + up) - a + da, 0.5)
+                if (p1 <= p0 and q1 <= q0) or cells.low[i, j] == math.inf:
                     continue
-                for i in range(bi * BLOCK, min((bi + 1) * BLOCK, nx)):
-                    for j in range(bj * BLOCK, min((bj + 1) * BLOCK, ny)):
-                        ground = cells.high[i, j]
-                        u = cells.origin[0] + (i + 0.5) * wide - x
-                        v = cells.origin[1] + (j + 0.5) * deep - y
-                        a, b = u * ex + v * ey, u * ey - v * ex
-                        here = (a - max(da, 0.0)) * c + (z - ground) * s
-                        if here < least:
-                            drop = first[k, 2] - ground
-                            if _shows(view, a, b, drop, ra, rb) and _shows(view, a - da, b - db, drop + up, ra, rb):
-                                least = here
-        depths[k] = least
-    return depths
+                b, depth = (u * ey - v * ex) * kb, a / ka * c + drop * s
+                side, beyond = half * depth, half * (depth - da / ka * c + up * s)
+                r0, r1, t0, t1 = (
+                    max(-side - b, -0.5),
+                    min(side - b, 0.5),
+                    max(db - beyond - b, -0.5),
+                    min(db + beyond - b, 0.5),
+                )
+                one += max(p1 - p0, 0.0) * max(r1 - r0, 0.0)
+                another += max(q1 - q0, 0.0) * max(t1 - t0, 0.0)
+                both += max(min(p1, q1) - max(p0, q0), 0.0) * max(min(r1, t1) - max(r0, t0), 0.0)
+        least = min(one, another)
+        shares[k] = both / least if least > 0.0 else math.inf
+    return shares
 
 
 @by_reference

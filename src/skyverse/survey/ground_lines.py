@@ -17,32 +17,35 @@ from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.space.world import World
 from skyverse.survey.corridor import corridor_strips
-from skyverse.survey.footprints import GroundView, Unsteady, mark_seen, shared_depths
+from skyverse.survey.footprints import GroundView, Unsteady, mark_seen, shared_shares
 from skyverse.survey.free_area import FreeArea, free_area
 from skyverse.survey.ground import GroundCells, ground_cells, wanted_ground
 from skyverse.survey.heights import fewest_points, gentle
 from skyverse.survey.leg_time import LegTime
 from skyverse.survey.lines import PhotoLine, SurveyLines
 from skyverse.survey.spacing import (
-    LEAST_SHARE,
     MOST_STRIPS,
     SHORTEST,
-    SPARED,
     STATIONS,
     GroundSight,
     LineWay,
     ReliefOffsets,
     best_direction,
+    greatest_spacing,
     unit,
 )
 from skyverse.survey.sweep import sweep
 
 CELLS_ALONG = 60
 """Cells of the ground along the shorter side of a photo."""
+ROUGH_ALONG = 18
+"""Those from which overlaps are found."""
 STEEPEST = 1.0
 """Metres of height a metre: lines are nowhere steeper, whatever the UAVs can do."""
 TUBE = 0.15
 """The share of the height above ground by which a line may be lower than it might be, to have fewer bends."""
+LEAST_TUBE = 0.001
+"""By so much of it a line may be lower in any case: overlaps suffer less than it matters."""
 CLEAR_PARTS = 7
 """How often a line that is not clear is halved to find its clear parts."""
 
@@ -105,9 +108,16 @@ class GroundSurvey:
     @cached_property
     def cells(self) -> GroundCells:
         """That ground, and what is around it."""
-        reach = 2.0 * self.survey.distance
+        return self._cells(CELLS_ALONG)
+
+    @cached_property
+    def rough(self) -> GroundCells:
+        """The same in larger cells."""
+        return self._cells(ROUGH_ALONG)
+
+    def _cells(self, along: int) -> GroundCells:
         side = 2.0 * min(self.survey.camera.half_widths) * self.survey.distance
-        return ground_cells(self.scenario, self.wanted, side / CELLS_ALONG, reach)
+        return ground_cells(self.scenario, self.wanted, side / along, 2.0 * self.survey.distance)
 
     @cached_property
     def world(self) -> World:
@@ -178,7 +188,9 @@ class GroundSurvey:
                 limit = limit._replace(before=0.0, behind=0.0, level=0.0, down=1.0, depth=depth / s)
         free = free_area(self.scenario, self.error, self.cells, limit)
         speed = min(min(uav.max_speed for uav in self.uavs), steps[0] / survey.camera.min_interval)
-        sight = GroundSight(self.cells, limit, photo, (steps[0], steps[1]), overlap, free, self.world, STEEPEST)
+        sight = GroundSight(
+            self.cells, self.rough, limit, photo, (steps[0], steps[1]), overlap, free, self.world, STEEPEST
+        )
         return replace(sight, steepest=min(self.steepest(speed), STEEPEST))
 
     def steepest(self, speed: float) -> float:
@@ -319,22 +331,20 @@ def _path(flown: _LineFlown, way: LineWay, at: Floats, limits: tuple[Floats, Flo
     sight, (floor, most) = flown.sight, limits
     places, ahead, length = way.places(at), way.ahead(at), float(at[-1] - at[0])
     cameras = np.column_stack([places, most])
-    step = sight.steps[0]
-    for _ in range(8):
-        depth = float(_shared_ahead(sight, cameras, ahead, at, step).min())
-        spared = 0.0 if flown.task.scenario.terrain is None else SPARED
-        held = max(min(step, (1.0 - spared) * depth / sight.needed(1.0, False)), LEAST_SHARE * sight.steps[0])
-        if held >= step * (1.0 - 0.25 * SPARED):
-            break
-        step = held
-    every = length / max(math.ceil(length / min(step, held) - 1e-9), 1)
-    spare = np.maximum(_shared_ahead(sight, cameras, ahead, at, every) - sight.needed(every, False), 0.0)
+    step = greatest_spacing(
+        sight, lambda step: float(_shared_ahead(sight, cameras, ahead, at, step).min()), sight.steps[0], side=False
+    )
+    every = length / max(math.ceil(length / step - 1e-9), 1)
+    spare = _spare(at, _shared_ahead(sight, cameras, ahead, at, every), sight.overlap[0])
+    right = np.column_stack([ahead[:, 1], -ahead[:, 0]])
     for side in (-flown.gap, flown.gap):
-        beside = np.column_stack([places + side * np.column_stack([ahead[:, 1], -ahead[:, 0]]), most])
-        both = shared_depths(sight.cells, sight.photo, cameras, beside, ahead)
-        spare = np.minimum(spare, np.maximum(both - sight.needed(flown.gap, True), 0.0))
-    rate = max(sight.photo.down, 1.0 / (sight.photo.down + sight.photo.along * sight.photo.level))
-    low = np.maximum(most - np.minimum(spare / rate, TUBE * sight.limit.drop), floor)
+        z = sight.heights(at, places + side * right, ahead, at[1] - at[0])[1]
+        beside = np.column_stack([places + side * right, z])
+        spare = np.minimum(
+            spare, _spare(at, shared_shares(sight.rough, sight.photo, cameras, beside, ahead), sight.overlap[1])
+        )
+    lower = np.clip(spare, LEAST_TUBE, TUBE) * sight.limit.drop
+    low = np.maximum(most - lower, floor)
     low = np.minimum(gentle(at, np.minimum(low, most), sight.steepest, -1.0), most)
     found = fewest_points(at, low, most, sight.steepest)
     found = found if len(found) else np.column_stack([at, most])
@@ -344,16 +354,29 @@ def _path(flown: _LineFlown, way: LineWay, at: Floats, limits: tuple[Floats, Flo
     return every, np.column_stack([way.places(along), np.interp(along, found[:, 0], found[:, 1])])
 
 
+def _spare(at: Floats, shares: Floats, asked: float) -> Floats:
+    """Return by which share of their height photos may be lower that overlap by more than is asked.
+
+    It is a third of what it is over level ground, as ground beside may be nearer, and cut off. Where there is no
+    neighbour, that of the next photo that has one counts.
+    """
+    known = np.isfinite(shares)
+    if not known.any():
+        return np.full(len(at), np.inf)
+    spare = 1.0 - np.maximum(1.0 - shares[known], 0.0) / (1.0 - asked)
+    return np.interp(at, at[known], 0.3 * np.maximum(spare, 0.0))
+
+
 def _shared_ahead(sight: GroundSight, cameras: Floats, ahead: Floats, at: Floats, step: float) -> Floats:
-    """Return for each camera the least depth of what it shows together with the next photo or the one before."""
-    depths = np.full(len(at), np.inf)
+    """Return for each camera the least share that it shows together with the next photo or the one before."""
+    shares = np.full(len(at), np.inf)
     for side in (-step, step):
         there = at + side
         others = np.column_stack([cameras[:, :2] + side * ahead, np.interp(there, at, cameras[:, 2])])
-        both = shared_depths(sight.cells, sight.photo, cameras, others, ahead)
+        both = shared_shares(sight.rough, sight.photo, cameras, others, ahead)
         inside = (there >= at[0] - 0.5 * step) & (there <= at[-1] + 0.5 * step)
-        depths = np.minimum(depths, np.where(inside, both, np.inf))
-    return depths
+        shares = np.minimum(shares, np.where(inside, both, np.inf))
+    return shares
 
 
 def _mark(task: GroundSurvey, sight: GroundSight, line: PhotoLine, seen: Bools) -> None:

@@ -1,6 +1,7 @@
 """Where strips are flown, and how far apart: so near that the photos of neighbours overlap as asked on all relief."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,17 +15,23 @@ from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.space.ground import height
 from skyverse.space.obstacles import Space
 from skyverse.space.world import World
-from skyverse.survey.footprints import GroundView, height_limits, shared_depths
+from skyverse.survey.footprints import GroundView, height_limits, shared_shares
 from skyverse.survey.free_area import FreeArea
 from skyverse.survey.ground import GroundCells
 from skyverse.survey.heights import gentle
 
 LEAST_SHARE = 0.2
 """Of what level ground allows: strips and photos are not nearer to each other, however steep the ground is."""
-SPARED = 0.02
+ROUGHNESS = 1e-3
+"""By which shares of overlap may be less than asked, as they are found from larger cells."""
+SPARED = 0.025
 """The share by which strips are nearer than they need be, so that altitudes may be chosen between limits."""
 STATIONS = 16
 """Places in what a photo shows along the flight at which heights are found."""
+COMPARED = 4
+"""Of so many of these places, what photos share is found at one to compare directions."""
+SEARCHED = 8
+"""Distances between neighbours that are tried."""
 MOST_STRIPS = 2000
 """Strips at most of one direction."""
 SHORTEST = 1.0
@@ -79,8 +86,8 @@ class GroundSight:
 
     Attributes
     ----------
-    cells
-        The ground.
+    cells, rough
+        The ground, and the same in larger cells, from which overlaps are found.
     limit
         What of it limits the heights.
     photo
@@ -98,6 +105,7 @@ class GroundSight:
     """
 
     cells: GroundCells
+    rough: GroundCells
     limit: GroundView
     photo: GroundView
     steps: tuple[float, float]
@@ -106,10 +114,11 @@ class GroundSight:
     world: World
     steepest: float
 
-    def needed(self, spacing: float, side: bool) -> float:
-        """Return the depth below cameras so far apart at which they still overlap as asked, metres."""
-        half = self.photo.across if side else self.photo.along
-        return spacing / ((1.0 - self.overlap[side]) * 2.0 * half)
+    def held(self, spacing: float, share: float, side: bool) -> float:
+        """Return about how far apart photos overlap as asked that overlap by a share when they are so far apart."""
+        return (
+            spacing * (1.0 - self.overlap[side]) * (1.0 - SPARED) / max(1.0 - share, 0.1 * (1.0 - self.overlap[side]))
+        )
 
     def heights(self, at: Floats, places: Floats, ahead: Floats, half: float) -> tuple[Floats, Floats]:
         """Return the least and the greatest z (n,) between which lines may be, nowhere too steep.
@@ -133,6 +142,21 @@ def _under(cells: GroundCells, places: Floats) -> Floats:
     index = np.floor((places - cells.origin) / cells.step).astype(np.intp)
     i, j = np.clip(index, 0, np.array(cells.middle.shape) - 1).T
     return cells.middle[i, j]
+
+
+def greatest_spacing(sight: GroundSight, share: Callable[[float], float], most: float, *, side: bool) -> float:
+    """Return about the greatest distance, metres, at which photos share what is asked, by the least share at others."""
+    asked, low, high, spacing = sight.overlap[side], LEAST_SHARE * sight.steps[side], most, most
+    for _ in range(SEARCHED):
+        found = share(spacing)
+        if found >= asked - ROUGHNESS:
+            low = max(low, spacing)
+        else:
+            high = min(high, spacing)
+        if low >= high * (1.0 - 0.5 * SPARED):
+            break
+        spacing = min(max(sight.held(spacing, found, side), low + 0.1 * (high - low)), high - 0.1 * (high - low))
+    return low
 
 
 @kernel
@@ -191,7 +215,7 @@ class ReliefOffsets:
 
     def gap(self, way: Floats, turned: Any, offset: float) -> float:
         """Return the greatest distance to the next strip at which the photos of both overlap as asked, metres."""
-        sight, (widest, least) = self.sight, (self.sight.steps[1], LEAST_SHARE * self.sight.steps[1])
+        sight, widest = self.sight, self.sight.steps[1]
         band = shapely.intersection(turned, shapely.box(offset - widest, -1e9, offset + widest, 1e9))
         if band.is_empty:
             return widest
@@ -202,16 +226,14 @@ class ReliefOffsets:
 
         def cameras(x: float) -> Floats:
             places = at[:, None] * way + x * np.array([way[1], -way[0]])
-            return np.column_stack([places, sight.heights(at, places, ahead, 0.5 * (at[1] - at[0]))[1]])
+            return np.column_stack([places, sight.heights(at, places, ahead, at[1] - at[0])[1]])
 
-        first, gap = cameras(offset), widest
-        for _ in range(20):
-            depth = float(shared_depths(sight.cells, sight.photo, first, cameras(offset + gap), ahead).min())
-            held = max(min((1.0 - SPARED) * depth / sight.needed(1.0, True), gap), least)
-            if held >= gap * (1.0 - 0.25 * SPARED):
-                break
-            gap = held
-        return max(held, least)
+        first = cameras(offset)
+
+        def share(gap: float) -> float:
+            return float(shared_shares(sight.rough, sight.photo, first, cameras(offset + gap), ahead).min())
+
+        return greatest_spacing(sight, share, widest, side=True)
 
 
 def best_direction(sight: GroundSight, area: Any) -> Floats:
@@ -239,10 +261,12 @@ def _photos(sight: GroundSight, area: Any, way: Floats) -> float:
     for x in x0 + (np.arange(TRIED_STRIPS) + 0.5) * (x1 - x0) / TRIED_STRIPS:
         at = np.linspace(y0, y1, max(int((y1 - y0) * (1.0 - sight.overlap[0]) / sight.steps[0] * STATIONS), 1) + 1)
         places, ahead = at[:, None] * way + x * np.array([way[1], -way[0]]), np.tile(way, (len(at), 1))
-        z = sight.heights(at, places, ahead, 0.5 * (at[1] - at[0]))[1]
+        z = sight.heights(at, places, ahead, at[1] - at[0])[1]
         cameras = np.column_stack([places, z])
         ahead_too = np.column_stack([places + sight.steps[0] * way, z])
-        depth = float(shared_depths(sight.cells, sight.photo, cameras, ahead_too, ahead).min())
-        step = min(max(depth / sight.needed(1.0, False), LEAST_SHARE * sight.steps[0]), sight.steps[0])
+        share = float(
+            shared_shares(sight.rough, sight.photo, cameras[::COMPARED], ahead_too[::COMPARED], ahead[::COMPARED]).min()
+        )
+        step = min(max(sight.held(sight.steps[0], share, False), LEAST_SHARE * sight.steps[0]), sight.steps[0])
         photos += ((y1 - y0) / step + 2.0) * (x1 - x0) / TRIED_STRIPS / offsets.gap(way, turned, float(x))
     return photos
