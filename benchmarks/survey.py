@@ -5,6 +5,8 @@
 - ``bound FOLDER COSTS``: gaps to our lower bounds on the maps with 15 holes.
 - ``terrain [RUNS]``: strips over random alps: ground sample distance, overlap, photos, bends, seconds for 1 km2.
 - ``zones_planar [RUNS]``: random areas with up to 20 zones, judged by shapely.
+- ``peers PYTHON ... [FOLDER]``: strips beside those of other planners at equal coverage; the Pythons are of virtual
+  environments that have them, the folder has areas of others.
 - ``structure [MESH.stl] [SECONDS]``: viewpoints beside the linear programme of set cover, their tour beside PyVRP's.
 """
 
@@ -20,6 +22,7 @@ PARTS = {
     "bound": "survey_ac",
     "terrain": "survey_terrain",
     "zones_planar": "survey_zones",
+    "peers": "survey_peers",
     "structure": "survey_structure",
 }
 

@@ -80,6 +80,28 @@ def test_swaths_reach_over_slanted_borders_and_lines_do_not():
     assert swaths.unreached.area < 0.1
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.5, 15.0))
+def test_strips_end_as_much_earlier_as_is_seen_beyond_their_ends_and_see_no_less(seed, reach):
+    wanted, free, width = random_area(seed)
+    if wanted.intersection(free).area < width**2:
+        return
+    up = np.array([[0.0, 1.0]])
+    full, short = (sweep(wanted, free, width, cost=COST, directions=up, reach=far) for far in (0.0, reach))
+    long, ends = (np.sort(plan.strips[plan.cell >= 0][..., 1], axis=1) for plan in (full, short))
+    assert (ends[:, 0] < ends[:, 1]).all()
+    assert (ends[:, 0] >= long[:, 0] - 1e-9).all()
+    assert (ends[:, 1] <= long[:, 1] + 1e-9).all()
+    assert (ends[:, 0] - reach <= long[:, 0] + 1e-9).all()
+    assert (ends[:, 1] + reach >= long[:, 1] - 1e-9).all()
+
+
+def test_strips_over_a_square_end_half_a_photo_before_its_border():
+    plan = sweep(SQUARE, SQUARE, 10.0, cost=COST, directions=np.array([[0.0, 1.0]]), reach=4.0)
+    assert np.sort(plan.strips[..., 1], axis=1) == pytest.approx(np.tile([4.0, 96.0], (10, 1)))
+    assert plan.unreached.area < 1e-3
+
+
 def test_a_zone_that_cuts_an_area_in_two_leaves_strips_on_both_sides():
     free = shapely.union(shapely.box(0, 0, 45, 100), shapely.box(55, 0, 100, 100))
     plan = sweep(SQUARE, free, 10.0, cost=COST, start=np.zeros(2))

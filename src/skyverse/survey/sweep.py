@@ -34,6 +34,9 @@ _SPARED = 0.4
 _OVERRUN = 3.0
 """Half widths by which a strip goes on at most so that its swath reaches over a slanted border."""
 
+_LEAST_SHARE = 0.2
+"""Of a strip that is left at least, however far it is seen beyond its ends."""
+
 
 @dataclass(frozen=True, eq=False)
 class StripPlan:
@@ -74,6 +77,7 @@ class _Task:
     cost: LegTime
     ends: Literal["line", "swath"]
     start: Floats | None
+    reach: float
     flown: Any = field(init=False)
     terms: dict[tuple[float, float], tuple[float, float, float]] = field(default_factory=dict)
 
@@ -96,6 +100,7 @@ def sweep(
     directions: Floats | None = None,
     ends: Literal["line", "swath"] = "swath",
     start: Floats | None = None,
+    reach: float = 0.0,
 ) -> StripPlan:
     """Cover an area by straight strips so that one route along all of them takes little time.
 
@@ -117,6 +122,8 @@ def sweep(
         passed, as far as it is free there.
     start
         Where the route starts and ends (2,), metres; None: wherever that costs nothing.
+    reach
+        Metres that are seen beyond the ends of a strip, which may end that much earlier if `ends` is "swath".
 
     Raises
     ------
@@ -125,7 +132,7 @@ def sweep(
     """
     if not callable(width) and not (np.isfinite(width) and width > 0.0):
         raise InputError(f"The width of strips must be a length above 0 m, not {width}.", field="width")
-    task = _Task(_polygons(wanted), None if free is None else _polygons(free), width, cost, ends, start)
+    task = _Task(_polygons(wanted), None if free is None else _polygons(free), width, cost, ends, start, reach)
     if task.flown.is_empty:
         raise InputError("Nothing of the area that is to be seen may be flown over.", field="free")
     across = 2 * float(shapely.minimum_bounding_radius(task.flown)) / task.step
@@ -149,7 +156,7 @@ def sweep(
     used = np.array([way for _, way in plan])
     pairs = np.arange(2 * len(strips)).reshape(-1, 2)
     unreached = _unreached(task, strips)
-    seen = 0.0 if callable(width) else float(task.flown.difference(unreached).area) / width
+    seen = 0.0 if callable(width) or reach > 0.0 else float(task.flown.difference(unreached).area) / width
     bound = SweepBound(
         any_strips_bound(seen, float(shapely.minimum_bounding_radius(task.flown)) * 2, cost),
         these_strips_bound(prices[best], pairs, 2 * len(strips), 2 * len(strips)),
@@ -273,7 +280,8 @@ def _missing(task: _Task, strips: Floats) -> Any:
         return np.empty(0, dtype=object)
     half = 0.5 * task.width
     caps: Any = "flat" if task.ends == "line" else "round"
-    seen = shapely.union_all(shapely.buffer(shapely.linestrings(strips), half, cap_style=caps), grid_size=SWEEP_CONTACT)
+    swaths = shapely.buffer(shapely.linestrings(_reaching(task, strips)), half, cap_style=caps)
+    seen = shapely.union_all(swaths, grid_size=SWEEP_CONTACT)
     missing = shapely.get_parts(task.flown.difference(seen))
     return missing[shapely.area(missing) > _SPARED * half**2]
 
@@ -323,7 +331,7 @@ def _border_strips(task: _Task, strips: Floats, edges: Floats) -> Floats:
 
 
 def _overrun(task: _Task, lines: Floats, way: Floats) -> Floats:
-    """Let lines go on over the extremes of what their swaths are to see, as far as it is free."""
+    """Let lines go on until they reach the extremes of what their swaths are to see, as far as it is free."""
     half = _halves(task, lines)
     wanted, x = _turned_area(task.wanted, way), lines[:, 0]
     most = _OVERRUN * half
@@ -334,6 +342,7 @@ def _overrun(task: _Task, lines: Floats, way: Floats) -> Floats:
     low, high = lines[:, 1].copy(), lines[:, 2].copy()
     np.minimum.at(low, which[on], bounds[:, 1])
     np.maximum.at(high, which[on], bounds[:, 3])
+    first, last = low + task.reach, high - task.reach
     if task.free is not None:
         grown = shapely.linestrings(_upright(np.stack([x, low, high], 1)))
         parts, which = shapely.get_parts(shapely.intersection(grown, _turned_area(task.free, way)), return_index=True)
@@ -343,7 +352,18 @@ def _overrun(task: _Task, lines: Floats, way: Floats) -> Floats:
         low, high = lines[:, 1].copy(), lines[:, 2].copy()
         np.minimum.at(low, which[on], bounds[on, 1])
         np.maximum.at(high, which[on], bounds[on, 3])
+    middle, least = 0.5 * (low + high), 0.5 * _LEAST_SHARE * (high - low)
+    low, high = np.maximum(low, np.minimum(first, middle - least)), np.minimum(high, np.maximum(last, middle + least))
     return np.stack([x, low, high], 1)
+
+
+def _reaching(task: _Task, strips: Floats) -> Floats:
+    """Return strips from where to where they see."""
+    if task.reach <= 0.0:
+        return strips
+    legs = strips[:, 1] - strips[:, 0]
+    on = task.reach * legs / np.hypot(legs[:, 0], legs[:, 1])[:, None]
+    return np.stack([strips[:, 0] - on, strips[:, 1] + on], 1)
 
 
 def _halves(task: _Task, lines: Floats) -> Floats:
@@ -381,5 +401,5 @@ def _route(prices: Floats, rounds: int) -> StripOrder:
 def _unreached(task: _Task, strips: Floats) -> Any:
     if callable(task.width):
         return shapely.Polygon()
-    seen = shapely.buffer(shapely.linestrings(strips), 0.5 * task.width)
+    seen = shapely.buffer(shapely.linestrings(_reaching(task, strips)), 0.5 * task.width)
     return task.wanted.difference(shapely.union_all(seen, grid_size=SWEEP_CONTACT))
