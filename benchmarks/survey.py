@@ -7,6 +7,7 @@
 - ``zones_planar [RUNS]``: random areas with up to 20 zones, judged by shapely.
 - ``peers PYTHON ... [FOLDER]``: strips beside those of other planners at equal coverage; the Pythons are of virtual
   environments that have them, the folder has areas of others.
+- ``triggers [SURVEYS] [FIRST]``: photos of random planned surveys, replayed from their files by autopilots' rules.
 - ``structure [MESH.stl] [SECONDS]``: viewpoints beside the linear programme of set cover, their tour beside PyVRP's.
 """
 
@@ -23,6 +24,7 @@ PARTS = {
     "terrain": "survey_terrain",
     "zones_planar": "survey_zones",
     "peers": "survey_peers",
+    "triggers": "survey_triggers",
     "structure": "survey_structure",
 }
 

@@ -17,8 +17,14 @@ from skyverse.model.sortie import Sortie, Strip, Visit
 from skyverse.model.trajectory import Trajectory
 
 ORIGIN = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=48.0)
-POLL = {"px4": 0.05, "ardupilot": 0.02, "dji": 0.05}
+POLL = {"px4": 0.05, "ardupilot": 0.02, "dji": 0.0}
 """Seconds between two looks at the distance: of PX4's `CameraTrigger::Run` and of ArduPilot's `AP_Camera::update`."""
+ORDER = 60
+"""By how many photos the numbers of one that is taken and one that is planned may differ."""
+LEFT_OUT = 4.0
+"""Metres that a photo counts which is not planned, or not taken."""
+GUSTS = 0.03
+"""Share by which the speed comes and goes."""
 CORNER = 2.0
 """m/s at which autopilots are taken to turn at sharp corners."""
 
@@ -251,7 +257,8 @@ class Flight:
                 most = min(step.speed, math.sqrt(2 * self.acceleration * max(length - near, 0.0) + corner**2) + 0.05)
                 seconds = min(0.005, 0.02 / max(pace, 0.1)) if not self.poll else self.poll / 5
                 pace = min(pace + self.acceleration * seconds, most)
-                self.at = self.at + way / length * min(pace * seconds, length)
+                gust = 1.0 + GUSTS * math.sin(1.7 * self.now)
+                self.at = self.at + way / length * min(pace * gust * seconds, length)
                 self.moved(seconds)
             if step.stops:
                 pace = 0.0
@@ -274,18 +281,53 @@ def planned(file):
     return proj_local(ORIGIN, *columns), pitch, np.array([int(row["strip"]) for row in rows])
 
 
+def matched(taken, places):
+    """For each photo taken the number of the planned one that it is, or -1: both come in their order.
+
+    Of all ways to leave some out and to match the others in order, the one of the fewest metres (Needleman, Wunsch).
+    """
+    apart = np.linalg.norm(taken[:, None, :3] - places, axis=2)
+    n, m = apart.shape
+    best, came = np.full((n + 1, m + 1), np.inf), np.zeros((n + 1, m + 1), dtype=int)
+    best[0, 0] = 0.0
+    for i in range(n + 1):
+        for j in range(max(i - ORDER, 0), min(i + ORDER, m) + 1):
+            ways = (
+                best[i - 1, j - 1] + apart[i - 1, j - 1] if i and j else np.inf,
+                best[i - 1, j] + LEFT_OUT if i else np.inf,
+                best[i, j - 1] + LEFT_OUT if j else np.inf,
+            )
+            if i or j:
+                came[i, j] = int(np.argmin(ways))
+                best[i, j] = ways[came[i, j]]
+    found, i, j = np.full(n, -1), n, m
+    while i or j:
+        way = came[i, j]
+        i, j = i - (way != 2), j - (way != 1)
+        if way == 0:
+            found[i] = j
+    return found
+
+
+def compared(taken, places, strips):
+    """Metres of the farthest planned photo, differences of counts on strips, and what is matched; see `matched`."""
+    own = matched(taken, places)
+    missing = np.setdiff1d(np.arange(len(places)), own)
+    off = np.linalg.norm(taken[own >= 0, :3] - places[own[own >= 0]], axis=1).max(initial=0.0)
+    lost = [np.linalg.norm(taken[:, :3] - places[k], axis=1).min() for k in missing]
+    last = np.maximum.accumulate(np.where(own < 0, 0, own))  # one that is not planned is of the strip of the one before
+    return max(off, *lost, 0.0), [int((strips[last] == k).sum() - (strips == k).sum()) for k in np.unique(strips)], own
+
+
 def differences(file, home, beside="", **how):
     """How a flight of a file takes the photos that are planned.
 
-    Metres of the farthest planned photo, the largest difference of counts on a strip, photos that are nowhere near a
-    planned one, and photos with another pitch.
+    Metres of the farthest planned photo, the largest difference of counts on a strip, photos that are not planned, and
+    photos with another pitch.
     """
-    steps, _ = steps_of(file, beside, home[2])
-    taken = Flight(steps, home, **how).run()
+    steps, name = steps_of(file, beside, home[2])
+    taken = Flight(steps, home, poll=POLL[name], **how).run()
     places, pitch, strips = planned(file)
-    apart = np.linalg.norm(taken[:, None, :3] - places, axis=2)
-    nearest = apart.argmin(axis=1)
-    own = strips[nearest]
-    counts = [abs(int((own == one).sum() - (strips == one).sum())) for one in np.unique(strips)]
-    stray = int((apart.min(axis=1) > 1.5).sum())
-    return apart.min(axis=0).max(), max(counts), stray, int((np.abs(taken[:, 3] - pitch[nearest]) > 0.1).sum())
+    off, counts, own = compared(taken, places, strips)
+    turned = np.abs(taken[:, 3] - pitch[own])[own >= 0] > 0.1
+    return off, int(np.abs(counts).max()), int((own < 0).sum()), int(turned.sum())

@@ -226,6 +226,10 @@ def takeoff_cut(name: AutopilotName, radius: float) -> float:
     return corner_acceptance(AUTOPILOTS[name], radius).altitude if name == "px4" else 0.0
 
 
+LOOKS: dict[AutopilotName, float] = {"px4": 0.05, "ardupilot": 0.02, "dji": 0.0}
+"""Seconds between two looks of an autopilot at the distance: `CameraTrigger::Run`, `AP_Camera_Backend::update`."""
+
+
 def trigger_lead(name: AutopilotName, radius: float, slope: float) -> float:
     """Return how many metres behind a photo a waypoint lies at which an autopilot switches a camera on in flight.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.camera_items import interval
+from skyverse.exports.camera_items import interval, spacing
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.mavlink_formats import FlightFile, wanted_heading
@@ -89,7 +89,7 @@ def _headings(points: Floats, vehicle: UAV) -> list[float]:
 
 def _photo_at(plan: FlightPlan, k: int) -> bool:
     """Return whether a UAV stands at waypoint k for a photo."""
-    return any(run.on == k == run.off for run in plan.route.runs)
+    return any(run.standing_at(k) for run in plan.route.runs)
 
 
 def _camera(plan: FlightPlan, k: int) -> tuple[float | None, str]:
@@ -104,7 +104,7 @@ def _camera(plan: FlightPlan, k: int) -> tuple[float | None, str]:
         return pitch, "-1,-1"
     if taken.trigger == "time":
         return pitch, f"{written(interval(plan, taken), 3)},-1"
-    return pitch, f"-1,{written(taken.spacing, 3)}"
+    return pitch, f"-1,{written(spacing(plan, taken), 3)}"
 
 
 def _acts(name: str, seconds: float, photo: bool) -> list[str]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices
 from skyverse.errors import InputError
-from skyverse.exports.autopilots import AutopilotName, AutopilotRates, trigger_lead
+from skyverse.exports.autopilots import LOOKS, AutopilotName, AutopilotRates, trigger_lead
 from skyverse.exports.waypoint_placement import distances_to_segment
 from skyverse.model.arrays import arctan2
 from skyverse.model.photos import photo_times
@@ -25,20 +25,22 @@ from skyverse.model.survey import Trigger
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import SAME_PLACE
 
-MOST_RADIUS = 1.0
-"""Metres: the largest acceptance radius of a multirotor that takes photos."""
+MOST_RADII: dict[AutopilotName, float] = {"px4": 1.0, "ardupilot": 0.6, "dji": 1.0}
+"""Metres: the largest acceptance radius of a multirotor that takes photos; ArduPilot turns somewhere within it."""
 OFF_WAY = 0.05
 """Metres by which the straight parts of a strip may be off its trajectory."""
 MOST_ASIDE = 0.7
 """Metres that a cut corner may lead beside a strip; the UAV stops at sharper bends."""
+MOST_OFF = 0.8
+"""Metres by which photos may be off along a strip, with a probability of 95 %, as autopilots look only now and then."""
 MOST_LATE = 0.15
 """Metres by which photos may be late behind bends, across which autopilots count the distance straight."""
-LATE = 0.4
-"""Metres by which the last photo of a run is told to come early: autopilots look at the distance every 20 to 50 ms."""
 OVERRUN = 3.0
 """Metres behind the last photo, at most, in which a late last photo may still be taken."""
 AFTER_CORNER = 1.0
 """Metres of a run-in beside twice the acceptance radius."""
+LEAST_LEG = 0.6
+"""Metres between the waypoints of a strip at least, as DJI's aircraft take none below half a metre."""
 LEAST_GAP = 0.5
 """Seconds between strips, or from the beginning of a flight, in which there is time for a run-in."""
 SAMPLES_IN_PIECE = 16
@@ -70,6 +72,8 @@ class PhotoRun:
         As those of `Strip`.
     fastest
         m/s: what the camera keeps up with.
+    stands
+        Whether the UAV stops at `off`, where its last photo is to be taken: that is told by itself.
     """
 
     strip: int
@@ -82,11 +86,11 @@ class PhotoRun:
     pitch: float
     heading: float | None
     fastest: float
+    stands: bool
 
-    @property
-    def spacing(self) -> float:
-        """Metres from photo to photo that an autopilot is told."""
-        return round(self.every - LATE / (self.count - 1), 3) if self.count > 1 else self.every
+    def standing_at(self, k: int) -> bool:
+        """Return whether the UAV takes a photo standing at waypoint k."""
+        return self.stands and k == self.off
 
     def moved(self, at: Indices) -> "PhotoRun":
         """Return the same run after waypoints have been added, each before the one that had such a number."""
@@ -224,7 +228,7 @@ class StripWay:
         if self.alone:
             stops = {float(along): True for along in self.photos}
             stations = self._stations({**dict.fromkeys(at[1:-1].tolist(), False), **stops}, steady=False)
-            return stations, [self._run(stations, along, along, 1) for along in stops]
+            return stations, [self._run(stations, along, along, 1, stands=True) for along in stops]
         halts = halts[0] and not how.wing, halts[1] and not how.wing
         sharp = how.radius * np.sin(np.minimum(self.bends, math.pi / 2)) > MOST_ASIDE
         sharp |= not how.through
@@ -234,23 +238,25 @@ class StripWay:
             raise InputError(f"{self.name}: photos by time need a steady speed, and {why}; take them by distance")
         run_in = self._run_in(how.rates) if self.trigger == "time" and not how.wing else 0.0
         over = 0.0 if halts[1] else how.radius + min(self.strip.every / 2, OVERRUN)
-        marks = []
-        for first, last, corner in self._uninterrupted(how.radius):
-            on = float(self.photos[first])
-            on += 0.0 if halts[0] and not first else self._lead(how, on)
-            marks.append((on, float(at[corner]) if corner else self.length + over, last - first + 1))
-        switched = {mark[0]: False for mark in marks} | {marks[0][0]: halts[0]}
-        offs = {mark[1]: False for mark in marks} | {marks[-1][1]: halts[1]}
+        parts = [*self._uninterrupted(how)]
+        ons = [float(self.photos[first]) for first, _, _ in parts]
+        ons = [on + (0.0 if halts[0] and not k else self._lead(how, on)) for k, on in enumerate(ons)]
+        ends = [float(at[corner]) if corner else on for (*_, corner), on in zip(parts[:-1], ons[1:], strict=True)]
+        offs_at = [*ends, self.length + over]
+        marks = [(on, off, last - first + 1) for on, off, (first, last, _) in zip(ons, offs_at, parts, strict=True)]
+        switched = dict.fromkeys(ons, False) | {ons[0]: halts[0]}
+        offs = dict.fromkeys(offs_at, False) | {offs_at[-1]: halts[1]}
         inner = dict(zip(at[1:-1].tolist(), sharp[1:-1].tolist(), strict=True))
-        far = [along for along in inner if min(abs(along - on) for on in switched) > how.radius / 2]
+        told = [*switched, *offs]
+        far = [along for along in inner if min(abs(along - one) for one in told) > max(how.radius / 2, LEAST_LEG)]
         placed = {along: inner[along] for along in far}
-        placed |= {along: inner.get(along, stop) for along, stop in offs.items()} | switched
+        placed |= {along: inner.get(along, False) or stop for along, stop in offs.items()} | switched
         if not halts[0] and not how.wing:
             placed[-(2 * how.radius + AFTER_CORNER + run_in)] = False
         if run_in:
             placed[self.length + over + run_in] = False
         stations = self._stations(placed, steady=not any(halts) and not sharp.any())
-        return stations, [self._run(stations, *mark) for mark in marks]
+        return stations, [self._run(stations, *mark, stands=halts[1] and mark is marks[-1]) for mark in marks]
 
     def _stations(self, placed: dict[float, bool], *, steady: bool) -> list[Station]:
         return [
@@ -258,11 +264,11 @@ class StripWay:
             for along in sorted(placed)
         ]
 
-    def _run(self, stations: Sequence[Station], on: float, off: float, count: int) -> PhotoRun:
+    def _run(self, stations: Sequence[Station], on: float, off: float, count: int, *, stands: bool) -> PhotoRun:
         where, strip = [station.along for station in stations], self.strip
         every = 0.0 if self.alone else strip.every
         at = where.index(on), where.index(off), count, every
-        return PhotoRun(self.number, strip.survey, *at, self.trigger, strip.pitch, strip.heading, self.fastest)
+        return PhotoRun(self.number, strip.survey, *at, self.trigger, strip.pitch, strip.heading, self.fastest, stands)
 
     def _run_in(self, rates: AutopilotRates) -> float:
         """Return the way in which a UAV comes from rest to its speed, metres."""
@@ -276,21 +282,27 @@ class StripWay:
         slope = abs(float(b[2] - a[2])) / float(at[k] - at[k - 1])
         return min(trigger_lead(how.autopilot, how.radius, slope), max(float(at[k]) - along, 0.0) / 2)
 
-    def _uninterrupted(self, radius: float) -> Iterator[tuple[int, int, int]]:
-        """Yield the first and the last photo of each run, and the number of the corner where it ends; 0 for the end.
+    def _uninterrupted(self, how: Approach) -> Iterator[tuple[int, int, int]]:
+        """Yield the first and the last photo of each run, and the number of the corner where it ends; 0 for no corner.
 
-        Autopilots count the distance straight from photo to photo. Where bends would make that too late, the count ends
-        at a bend and begins anew at the next photo.
+        Autopilots count the distance straight from photo to photo, and look at it only now and then. Where bends would
+        make that too late, or looks too unsure, the count begins anew at the next photo; it ends at a bend if there is
+        room.
         """
         at, first, late = self.along[self.corners], 0, 0.0
+        unsure = how.radius / 2 if how.autopilot == "ardupilot" else 0.0
+        spread = LOOKS[how.autopilot] * self.pace / math.sqrt(3.0)  # two standard deviations of an even distribution
+        most = ((MOST_OFF - unsure) / spread) ** 2 if spread and self.trigger == "distance" else math.inf
         places = np.array([self.place(float(along))[:2] for along in self.photos])
         for k, (a, b) in enumerate(pairwise(self.photos.tolist()), 1):
             within = np.flatnonzero((at > a) & (at < b))
             if len(within):
                 late += b - a - math.dist(places[k - 1], places[k])
-                if late > MOST_LATE and at[within[0]] - a > radius + AFTER_CORNER:
-                    yield first, k - 1, int(within[0])
-                    first, late = k, 0.0
+            if late > MOST_LATE or k - first > most:
+                bend = at[within[0]] if len(within) else a
+                room = bend - a > how.radius + AFTER_CORNER and b - bend > LEAST_LEG
+                yield first, k - 1, int(within[0]) if room else 0
+                first, late = k, 0.0
         yield first, len(self.photos) - 1, 0
 
 

@@ -12,11 +12,11 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw import LandingPlace, page, scene
 from skyverse.errors import Remedy, Sentence
-from skyverse.exports.autopilots import End
+from skyverse.exports.autopilots import LOOKS, End
+from skyverse.exports.camera_items import look_late
 from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.global_positions import home_on_globe, origin_of
 from skyverse.exports.landing import slow_touch_down, starts_in_the_air, why_not_level
-from skyverse.exports.photo_strips import LATE
 from skyverse.exports.requirements import ExportOptions
 from skyverse.exports.separation import Apart, FleetApart, circle_reach, few, fleet_apart, named_pairs
 from skyverse.exports.speed_limits import may_return_too_fast, zones_of
@@ -42,8 +42,6 @@ MAX_OTHERS = 3
 """Names of other UAVs in a cell of the table; of more it says only how many."""
 LAUNCH = 1.0
 """Metres by which the place of a launch may be off, level and in height."""
-LOOKS = {"px4": 0.05, "ardupilot": 0.02, "dji": 0.0}
-"""Seconds between two looks of an autopilot at the distance: `CameraTrigger::Run`, `AP_Camera_Backend::update`."""
 HIGH = 120.0
 """Metres above home: most rules allow no more above ground."""
 HEADS = ("UAV", "legs", "at its end", "way home, m above home", "apart in flight")
@@ -428,12 +426,12 @@ def _of_photos(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
         f"within {LAUNCH:g} m of {latitude:.6f}, {longitude:.6f} and {LAUNCH:g} m of {ground:z.1f} m above mean sea "
         "level."
     )
-    late = max((plan.speeds[run.on] * LOOKS[plan.autopilot.name] / 2 * (run.count - 1) for run in spans), default=0.0)
+    late = max((look_late(plan, run) * (run.count - 1) for run in spans), default=0.0)
     if late and all(run.trigger == "distance" for run in spans):
         every = 1000 * LOOKS[plan.autopilot.name]
         yield (
-            f"{name}: {plan.autopilot.title} looks at the distance every {every:.0f} ms: on its longest strip the last "
-            f"photo may be {max(late - LATE, 0.0):.2g} m late, {Caution.NOT} proven."
+            f"{name}: {plan.autopilot.title} looks at the distance every {every:.0f} ms, half of which is counted in: "
+            f"where on its longest strip the last photo is, within {late:.2g} m, is {Caution.NOT} proven."
         )
     if plan.autopilot.name == "dji" and through:
         yield f"{name}: how DJI's aircraft turn is not published: bends and run-ins of strips are {Caution.NOT} proven."

@@ -15,7 +15,7 @@ from skyverse.exports.leg_geometry import ground_allowance
 from skyverse.exports.legs import LegChecker, Polyline
 from skyverse.exports.photo_strips import (
     LEAST_GAP,
-    MOST_RADIUS,
+    MOST_RADII,
     Approach,
     PhotoRun,
     Station,
@@ -267,7 +267,7 @@ def _route_of_photos(
     """Return the waypoints of a flight with strips: it stops at the ends of those to which no run-in is proven."""
     vehicle, autopilot = legs.scenario.uavs[flight.uav], AUTOPILOTS[takeoff.autopilot]
     wing = vehicle.fixed_wing is not None
-    radius = radius if wing else min(radius, MOST_RADIUS)
+    radius = radius if wing else min(radius, MOST_RADII[takeoff.autopilot])
     busy = [flight.begin, flight.end, *(t for stay in flight.stays for t in (stay.arrival, stay.departure))]
     ways = strip_ways(legs.scenario, flight.uav, flight.trajectory, flight.strips, busy)
     halts = [[not through or gap < LEAST_GAP for gap in way.room] for way in ways]

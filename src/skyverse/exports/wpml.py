@@ -4,7 +4,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from skyverse.exports.camera_items import interval
+from skyverse.exports.camera_items import interval, spacing
 from skyverse.exports.global_positions import GlobalPositions, geoid_of, global_positions, origin_of
 from skyverse.exports.map_formats import KML, add_texts, document_text
 from skyverse.exports.mavlink_formats import FlightFile, wanted_heading
@@ -50,7 +50,7 @@ def stay_at(file: FlightFile, k: int) -> float:
     if of_plan == 0:
         return file.plan.hover
     route, begins = file.plan.route, k == 0  # a part begins where the one before has stayed
-    stays = route.waypoint_targets[of_plan] >= 0 or any(run.on == of_plan == run.off for run in route.runs)
+    stays = route.waypoint_targets[of_plan] >= 0 or any(run.standing_at(of_plan) for run in route.runs)
     return 0.0 if begins or not stays else float(route.waypoint_holds[of_plan])
 
 
@@ -179,15 +179,15 @@ def _add_camera(mark: ET.Element, file: FlightFile, k: int) -> None:
         turns = not before or before[-1].pitch != run.pitch
         if turns and k == (max(on - 1, 0) if on < off else on):
             angle: Params = {"gimbalPitchRotateEnable": "1", "gimbalPitchRotateAngle": run.pitch}
-            _action(mark, first + 2 * n, (k, k), "gimbalRotate", GIMBAL | angle)
-        if k == on:
-            trigger = None
-            if on < off:
-                by_time = run.trigger == "time"
-                step = interval(file.plan, run) if by_time else run.spacing
-                trigger = ("multipleTiming" if by_time else "multipleDistance", step)
-            photo: Params = {"payloadPositionIndex": "0", "useGlobalPayloadLensIndex": "0"}
-            _action(mark, first + 2 * n + 1, (on, off), "takePhoto", photo, trigger)
+            _action(mark, first + 3 * n, (k, k), "gimbalRotate", GIMBAL | angle)
+        photo: Params = {"payloadPositionIndex": "0", "useGlobalPayloadLensIndex": "0"}
+        if k == on < off:
+            by_time = run.trigger == "time"
+            step = interval(file.plan, run) if by_time else spacing(file.plan, run)
+            trigger = ("multipleTiming" if by_time else "multipleDistance", step)
+            _action(mark, first + 3 * n + 1, (on, off), "takePhoto", photo, trigger)
+        if run.standing_at(part[k]):
+            _action(mark, first + 3 * n + 2, (k, k), "takePhoto", photo)
 
 
 def _action(
