@@ -8,6 +8,7 @@
 - ``peers PYTHON ... [FOLDER]``: strips beside those of other planners at equal coverage; the Pythons are of virtual
   environments that have them, the folder has areas of others.
 - ``triggers [SURVEYS] [FIRST]``: photos of random planned surveys, replayed from their files by autopilots' rules.
+- ``readers FOLDER [FIRST]``: files of planned surveys, read by others' readers; a folder of plans of QGroundControl.
 - ``structure [MESH.stl] [SECONDS]``: viewpoints beside the linear programme of set cover, their tour beside PyVRP's.
 """
 
@@ -25,6 +26,7 @@ PARTS = {
     "zones_planar": "survey_zones",
     "peers": "survey_peers",
     "triggers": "survey_triggers",
+    "readers": "survey_readers",
     "structure": "survey_structure",
 }
 

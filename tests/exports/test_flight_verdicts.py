@@ -11,7 +11,7 @@ import skyverse as sky
 from skyverse import Origin
 from skyverse.errors import in_words
 from skyverse.exports import Apart, verdict_table
-from skyverse.exports.report import HEADS
+from skyverse.exports.verdicts import HEADS
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 

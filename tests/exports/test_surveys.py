@@ -55,3 +55,11 @@ def test_aeroplanes_circle_where_they_have_started(tmp_path, suffix):
     options = sky.ExportOptions(altitude="amsl", end="loiter")
     sky.export(mission, tmp_path / f"m.{suffix}", options, on_certificate=seen.append)
     assert "of its start" in seen[0].flights[0].at_end
+
+
+def test_heights_above_a_launch_place_of_unknown_height_are_refused(tmp_path):
+    uavs = [{"name": "uav-1", "start": (-20.0, -40.0, 30.0), "end": "home", "max_speed": 10.0, "max_acceleration": 3.0}]
+    mission = planned_survey("flat", uavs=uavs)
+    with pytest.raises(sky.InputError, match="a known height of the ground where it is launched"):
+        flown(mission, tmp_path, "litchi.csv")
+    assert flown(mission, tmp_path, "wpml.kmz")[0][1] == 0

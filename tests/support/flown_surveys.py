@@ -19,7 +19,7 @@ from skyverse.model.trajectory import Trajectory
 ORIGIN = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=48.0)
 POLL = {"px4": 0.05, "ardupilot": 0.02, "dji": 0.0}
 """Seconds between two looks at the distance: of PX4's `CameraTrigger::Run` and of ArduPilot's `AP_Camera::update`."""
-ORDER = 60
+ORDER = 12
 """By how many photos the numbers of one that is taken and one that is planned may differ."""
 LEFT_OUT = 4.0
 """Metres that a photo counts which is not planned, or not taken."""
@@ -310,13 +310,12 @@ def matched(taken, places):
 
 
 def compared(taken, places, strips):
-    """Metres of the farthest planned photo, differences of counts on strips, and what is matched; see `matched`."""
+    """Metres that each planned photo is off, differences of counts on strips, and what is matched; see `matched`."""
     own = matched(taken, places)
-    missing = np.setdiff1d(np.arange(len(places)), own)
-    off = np.linalg.norm(taken[own >= 0, :3] - places[own[own >= 0]], axis=1).max(initial=0.0)
-    lost = [np.linalg.norm(taken[:, :3] - places[k], axis=1).min() for k in missing]
+    off = np.array([np.linalg.norm(taken[:, :3] - place, axis=1).min() for place in places])  # for those not taken
+    off[own[own >= 0]] = np.linalg.norm(taken[own >= 0, :3] - places[own[own >= 0]], axis=1)
     last = np.maximum.accumulate(np.where(own < 0, 0, own))  # one that is not planned is of the strip of the one before
-    return max(off, *lost, 0.0), [int((strips[last] == k).sum() - (strips == k).sum()) for k in np.unique(strips)], own
+    return off, [int((strips[last] == k).sum() - (strips == k).sum()) for k in np.unique(strips)], own
 
 
 def differences(file, home, beside="", **how):
@@ -330,4 +329,4 @@ def differences(file, home, beside="", **how):
     places, pitch, strips = planned(file)
     off, counts, own = compared(taken, places, strips)
     turned = np.abs(taken[:, 3] - pitch[own])[own >= 0] > 0.1
-    return off, int(np.abs(counts).max()), int((own < 0).sum()), int(turned.sum())
+    return off.max(), int(np.abs(counts).max()), int((own < 0).sum()), int(turned.sum())

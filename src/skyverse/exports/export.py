@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from skyverse.errors import InputError, path_of, require_kind
 from skyverse.exports.global_positions import with_origin
 from skyverse.exports.map_formats import geo_csv_text, geojson_text, gpx_text, kml_text
-from skyverse.exports.report import ExportCertificate, export_page
+from skyverse.exports.report import export_page
 from skyverse.exports.requirements import (
     ALTITUDE_REFERENCES,
     ROUTE_SUFFIXES,
@@ -32,6 +32,7 @@ from skyverse.exports.sampled_formats import (
     show_csv,
     trajectory_message,
 )
+from skyverse.exports.verdicts import ExportCertificate
 from skyverse.exports.waypoint_files import waypoint_files
 from skyverse.files import write
 from skyverse.model.mission import Mission

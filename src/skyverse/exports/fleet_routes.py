@@ -21,7 +21,8 @@ from skyverse.exports.requirements import (
     require_plausible_homes,
     with_zones_always_active,
 )
-from skyverse.exports.route import Route, Takeoff, route
+from skyverse.exports.route import Route, Takeoff
+from skyverse.exports.route_search import route
 from skyverse.exports.separation import fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds, with_waypoints_at_zones
 from skyverse.model.frame import Origin

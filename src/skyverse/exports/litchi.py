@@ -16,8 +16,9 @@ from skyverse.exports.camera_items import interval, spacing
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.mavlink_formats import FlightFile, wanted_heading
-from skyverse.exports.report import MAX_TOLD, ExportedFleet
+from skyverse.exports.report import MAX_TOLD
 from skyverse.exports.separation import few
+from skyverse.exports.verdicts import ExportedFleet
 from skyverse.exports.wpml import part_positions, part_speeds, stay_at
 from skyverse.model.arrays import arctan2
 from skyverse.model.caution import Caution

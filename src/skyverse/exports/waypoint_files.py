@@ -14,7 +14,7 @@ from skyverse.exports.expected_photos import SUFFIXES as PHOTO_FILES
 from skyverse.exports.expected_photos import photo_files
 from skyverse.exports.fleet_routes import routes
 from skyverse.exports.flight_plan import FlightPlan, flight_plans, in_turn
-from skyverse.exports.landing import landing_places, require_landings, stands
+from skyverse.exports.landing import landing_places, require_landings, stands, starts_in_the_air
 from skyverse.exports.litchi import litchi_settings, litchi_text
 from skyverse.exports.mavlink_formats import FlightFile, geofence, plan_text, waypoints_text
 from skyverse.exports.parameters import parameter_file, parameters_text
@@ -22,11 +22,8 @@ from skyverse.exports.report import (
     AS_PLANNED,
     MAX_TOLD,
     OTHER_ENDS,
-    ExportCertificate,
-    ExportedFleet,
     cautions,
     details,
-    flight_verdicts,
     loading,
     not_apart_when_returning,
 )
@@ -34,6 +31,7 @@ from skyverse.exports.requirements import Contents, ExportOptions, file_for_each
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.separation import Apart, FleetApart, few, fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds
+from skyverse.exports.verdicts import ExportCertificate, ExportedFleet, flight_verdicts
 from skyverse.exports.way_home import WayHome, moved, ways_home
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.mission import Mission
@@ -69,6 +67,8 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     """
     scenario, altitude = mission.scenario, options.return_altitude
     plans = _plans(mission, suffix, options)
+    if options.altitude == "home":
+        _require_launch_places(scenario, plans)
     if altitude is not None:
         require_return_altitude(plans[0].autopilot, altitude)
     returns = ways_home(scenario, plans, altitude)
@@ -90,6 +90,17 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     certificate = ExportCertificate(apart, tuple(returns), flight_verdicts(told))
     files = [file for file in contents if file not in rates and not file.name.endswith(PHOTO_FILES)]
     return WaypointFiles(contents, files, certificate, notes)
+
+
+def _require_launch_places(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
+    """Raise `InputError` for flights with photos whose heights are counted from ground that nobody knows."""
+    photographing = [plan.route for plan in plans if plan.route.runs]
+    unknown = [one.name(scenario) for one in photographing if starts_in_the_air(scenario, one.uav)]
+    if unknown:
+        raise InputError(
+            f"{few(unknown, MAX_TOLD)}: expected a known height of the ground where it is launched, as the heights of "
+            "its photos are counted from there, found a start in the air, no home and no terrain"
+        )
 
 
 def _require_returns(scenario: Scenario, backs: Sequence[tuple[FlightPlan, WayHome | None]]) -> None:

@@ -59,7 +59,7 @@ class Order:
     spacing
         Metres between two photos, from here on; 0 ends it.
     to, times
-        The number of the order to which it jumps, and how often; -1 is for ever.
+        The number of the order to which it jumps, and how often; -1 is for ever. Of a camera, how many photos it takes.
     curved
         Whether the legs at it are flown in curves that nobody publishes.
     """

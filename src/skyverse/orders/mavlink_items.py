@@ -96,14 +96,14 @@ MEANINGS = MappingProxyType(
         195: _Meaning(_K.LOOK_AT, "DO_SET_ROI_LOCATION", True),
         197: _Meaning(_K.LOOK_AT, "DO_SET_ROI_NONE"),
         201: _Meaning(_K.LOOK_AT, "DO_SET_ROI", True),
-        203: _Meaning(_K.CAMERA, "DO_DIGICAM_CONTROL"),
+        203: _Meaning(_K.CAMERA, "DO_DIGICAM_CONTROL", False, {"times": 4}),
         205: _Meaning(_K.GIMBAL, "DO_MOUNT_CONTROL"),
         206: _Meaning(_K.CAMERA, "DO_SET_CAM_TRIGG_DIST", False, {"spacing": 0}),
         214: _Meaning(_K.CAMERA, "DO_SET_CAM_TRIGG_INTERVAL"),
         530: _Meaning(_K.CAMERA, "SET_CAMERA_MODE"),
         601: _Meaning(_K.JUMP, "DO_JUMP_TAG", False, {"to": 0, "times": 1}),
         1000: _Meaning(_K.GIMBAL, "DO_GIMBAL_MANAGER_PITCHYAW"),
-        2000: _Meaning(_K.CAMERA, "IMAGE_START_CAPTURE"),
+        2000: _Meaning(_K.CAMERA, "IMAGE_START_CAPTURE", False, {"times": 2}),
         2001: _Meaning(_K.CAMERA, "IMAGE_STOP_CAPTURE"),
         2500: _Meaning(_K.CAMERA, "VIDEO_START_CAPTURE"),
         2501: _Meaning(_K.CAMERA, "VIDEO_STOP_CAPTURE"),
@@ -113,6 +113,8 @@ MEANINGS = MappingProxyType(
     }
 )
 """By the number of the MAV_CMD; all others may lead anywhere."""
+MOST_PHOTOS = 100_000
+"""Photos of one item that are counted."""
 _USUAL_IF_ZERO = ("radius",)
 """Fields that 0 leaves to the autopilot's own setting."""
 
@@ -133,6 +135,8 @@ def order_of(item: StoredItem, number: int, index: int, where: str) -> Order:
         value = item.numbers[at]
         if math.isnan(value) or (name in _USUAL_IF_ZERO and value == 0):
             continue
+        if meaning.kind is OrderKind.CAMERA and name == "times" and value not in range(MOST_PHOTOS):
+            continue  # photos without an end, or something else
         least = {"times": FOR_EVER, "heading": -math.inf, "radius": -math.inf, "speed": -math.inf}.get(name, 0.0)
         if not least <= value < math.inf or (name in ("to", "times") and value != int(value)):
             what = f"a number of at least {least:g}" if least > -math.inf else "a number"

@@ -38,6 +38,8 @@ OFF_HOME = 10.0
 """Metres by which the altitude of home in a file may be off the ground there; relative heights are off as much."""
 SPEED_ROUNDING = 0.05
 """m/s to which files round speeds."""
+ONE_PHOTO = ("take photo", "takePhoto")
+"""What formats of DJI's aircraft call one photo."""
 NOT_BACK = "the way back along the mission is not clear"
 """Why no return is proven of a vehicle that retraces its mission."""
 
@@ -93,7 +95,7 @@ class CheckedMission:
 
     @property
     def photos(self) -> int | None:
-        """How many photos its triggers by distance take; ``None`` if it has none."""
+        """How many photos it takes, as far as its file tells; ``None`` if it tells none."""
         return _photos(self.flown)
 
     @property
@@ -353,14 +355,18 @@ def _heights(flown: FlownMission, scenario: Scenario) -> tuple[Height, Height]:
 
 
 def _photos(flown: FlownMission) -> int | None:
-    """Return how many photos the triggers by distance take along the flight."""
-    spacing, count, found = 0.0, 0.0, False
+    """Return how many photos a mission takes: by the distance since each trigger was told, and one by one."""
+    spacing, along, count, found = 0.0, 0.0, 0, False
     number = {id(visit.order): k for k, visit in enumerate(flown.visits)}
     points = flown.plan.waypoints
     for order in flown.waypoints.orders:
         k = number.get(id(order))
         if k is not None and k > 0 and spacing > 0:
-            count += math.floor(math.dist(points[k - 1], points[k]) / spacing + SAME_PLACE) + 1
+            along += math.dist(points[k - 1][:2], points[k][:2])
         if order.spacing is not None:
-            spacing, found = order.spacing, True
-    return int(count) if found else None
+            count += math.floor(along / spacing + SAME_PLACE) + 1 if spacing > 0 and along > 0 else 0
+            spacing, along, found = order.spacing, 0.0, True
+        elif order.kind is OrderKind.CAMERA and (order.times > 0 or order.name in ONE_PHOTO):
+            count, found = count + max(order.times, 1), True
+    count += math.floor(along / spacing + SAME_PLACE) + 1 if spacing > 0 and along > 0 else 0
+    return count if found else None

@@ -113,7 +113,7 @@ def check_table(fleet: CheckedFleet, number: int) -> list[tuple[str, str]]:
     if mission.of(Subject.ORDERS):
         rows.append(("orders", f"{Caution.NOT} all followed"))
     if mission.photos is not None:
-        rows.append(("photos", f"{mission.photos:,} by distance"))
+        rows.append(("photos", f"{mission.photos:,}"))
     rows.append(("limits", "kept" if not mission.of(Subject.LIMITS) else f"{Caution.NOT} kept"))
     for pair, kind in fleet.apart.pairs.items():
         if number in pair:
