@@ -364,7 +364,8 @@ def _photos(flown: FlownMission) -> int | None:
         if k is not None and k > 0 and spacing > 0:
             along += math.dist(points[k - 1][:2], points[k][:2])
         if order.spacing is not None:
-            count += math.floor(along / spacing + SAME_PLACE) + 1 if spacing > 0 and along > 0 else 0
+            if spacing > 0 and along > 0:  # where the count begins anew, the photo that is due is its first one
+                count += round(along / spacing) if order.spacing > 0 else math.floor(along / spacing + SAME_PLACE) + 1
             spacing, along, found = order.spacing, 0.0, True
         elif order.kind is OrderKind.CAMERA and (order.times > 0 or order.name in ONE_PHOTO):
             count, found = count + max(order.times, 1), True
