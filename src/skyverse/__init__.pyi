@@ -160,6 +160,7 @@ from .referee import Certificates as Certificates
 from .referee import certify as certify
 from .referee import check as check
 from .referee import check_result as check_result
+from .referee.flown_photos import check_photos as check_photos
 from .samples.city import random_city as random_city
 from .samples.city import random_downtown as random_downtown
 from .samples.jacksboro import jacksboro as jacksboro

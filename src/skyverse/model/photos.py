@@ -14,6 +14,9 @@ from skyverse.model.trajectory import Trajectory
 STEPS_IN_PIECE = 64
 """Samples in each polynomial piece of a trajectory from which the length of the way is found."""
 
+SAME_COURSE = 5.0
+"""Degrees by which the ways from photo to photo differ that are of strips in one direction."""
+
 
 @dataclass(frozen=True, eq=False)
 class Photos(ArrayRecord):
@@ -46,6 +49,25 @@ class Photos(ArrayRecord):
     def taken(self, which: Ints) -> "Photos":
         """Return some of the photos, by their numbers or by a truth value for each."""
         return Photos(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+    def joined(self, more: "Photos") -> "Photos":
+        """Return these photos, and more that were taken after them."""
+        return Photos(
+            *(np.concatenate([getattr(one, name) for one in (self, more)]) for name in self.__dataclass_fields__)
+        )
+
+    @property
+    def direction(self) -> float | None:
+        """Of most strips, degrees clockwise from north, below 180; ``None`` where there is but one photo."""
+        steps = np.diff(self.position[:, :2], axis=0)
+        steps = steps[np.hypot(*steps.T) > 0]
+        if not len(steps):
+            return None
+        course = np.degrees(arctan2(*steps.T)) % 180.0
+        off = np.abs((course[:, None] - course + 90.0) % 180.0 - 90.0)
+        most = course[(off < SAME_COURSE).sum(axis=1).argmax()]
+        near = (course - most + 90.0) % 180.0 - 90.0
+        return float((most + np.median(near[np.abs(near) < SAME_COURSE])) % 180.0)
 
 
 def strips_of(mission: Mission, survey: int | None = None) -> Iterator[tuple[int, int, Strip]]:

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from skyverse.model.camera import Camera, camera_of
+from skyverse.model.coverage import Coverage
 from skyverse.model.quantities import Model, NonNegative, Number, Place, Point, Positive, listed
 from skyverse.model.shapes import Region
 
@@ -140,6 +141,33 @@ class Survey(Model):
             if given[name] != needs:
                 raise ValueError(f"pattern {self.pattern!r} {'needs a' if needs else 'has no'} {name}")
         return self
+
+    def without(self, coverage: Coverage, direction: float | None = None) -> "tuple[Survey, ...]":
+        """Return surveys of what is missing, with the same camera, distance and overlap; none if nothing is.
+
+        Parameters
+        ----------
+        coverage
+            What was seen of it, as `check_photos` judges it.
+        direction
+            Of strips, degrees clockwise from north, as in `Photos.direction` of those that were taken, whose neighbours
+            they then are; that of the survey, or north, if it is left out.
+        """
+        from skyverse.model.missing import boxes_of, facets_of  # shapely loads only where it is needed
+
+        given = {name: getattr(self, name) for name in type(self).model_fields}
+        if not self.of_ground:
+            facets = facets_of(coverage)
+            again = given | {"structures": (), "facets": facets, "pattern": "viewpoints"}
+            return (type(self)(**again),) if facets else ()
+        given |= {"pattern": "strips", "line": (), "width": None} if self.line else {}
+        given |= {"margin": 0.0, "direction": direction if direction is not None else self.direction or 0.0}
+        near = (1 - self.overlap[0] / 100) * self.distance * self.camera.half_widths[1]
+        boxes = boxes_of(coverage, given["direction"], near) if coverage.gaps else []
+        name = f"{self.name or 'survey'} again"
+        return tuple(
+            type(self)(**given | {"area": box.tolist(), "name": f"{name} {k}"}) for k, box in enumerate(boxes, 1)
+        )
 
     @property
     def distance(self) -> float:

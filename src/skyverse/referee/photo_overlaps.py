@@ -36,10 +36,24 @@ class Overlaps(NamedTuple):
     between: Floats
 
 
+class Neighbours(NamedTuple):
+    """Pairs (n, 2) of photos, what each share (n,), per cent, and where both look, (n, 2, 2) metres, about."""
+
+    pairs: Indices
+    share: Floats
+    centre: Floats
+
+
 def overlaps_of(photos: Photos, camera: Camera, grid: CellGrid) -> Overlaps:
     """Return what the photos of strips share of the ground, of which only whole cells count."""
+    return Overlaps(*(found.share for found in neighbours_of(photos, camera, grid)))
+
+
+def neighbours_of(photos: Photos, camera: Camera, grid: CellGrid) -> tuple[Neighbours, Neighbours]:
+    """Return the neighbours along strips and between strips that look at whole cells and share some of the ground."""
     if len(photos) < 2:
-        return Overlaps(np.zeros(0), np.zeros(0))
+        none = Neighbours(np.zeros((0, 2), dtype=np.intp), np.zeros(0), np.zeros((0, 2, 2)))
+        return none, none
     same = (photos.uav[1:] == photos.uav[:-1]) & (photos.strip[1:] == photos.strip[:-1]) & (photos.strip[1:] >= 0)
     first = np.flatnonzero(same)
     level = photos.position[:, :2]
@@ -53,16 +67,18 @@ def overlaps_of(photos: Photos, camera: Camera, grid: CellGrid) -> Overlaps:
     centre, deep = _centres(photos.position, frames[:, 0], grid)
     width = _width(np.column_stack([-course[:, 1], course[:, 0]]), frames, camera) * deep
     beside = _neighbours(level, course, spacing, frames[:, 0], width)
-    shares: list[Floats] = []
+    found: list[Neighbours] = []
     for pairs in (np.column_stack([first, first + 1]), beside):
         pairs = pairs[_in_area((centre[pairs[:, 0]] + centre[pairs[:, 1]]) / 2, grid)]
-        others = photos.position[pairs[:, 1]] if len(shares) == 0 else _abreast(pairs, photos.position, course, same)
-        found = [
+        others = photos.position[pairs[:, 1]] if not found else _abreast(pairs, photos.position, course, same)
+        shares = [
             _shared(views[i], replace(views[j], position=place), grid)
             for (i, j), place in zip(pairs.tolist(), others, strict=True)
         ]
-        shares.append(np.array([one for one in found if one == one]))
-    return Overlaps(*shares)
+        share = np.array(shares).reshape(len(pairs))
+        some = np.isfinite(share)
+        found.append(Neighbours(pairs[some], share[some], centre[pairs[some]]))
+    return found[0], found[1]
 
 
 def _abreast(pairs: Indices, position: Floats, course: Floats, same: Bools) -> Floats:

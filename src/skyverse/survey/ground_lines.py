@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ from skyverse.survey.spacing import (
     LineWay,
     ReliefOffsets,
     best_direction,
+    even_offsets,
     greatest_spacing,
     unit,
 )
@@ -247,6 +248,8 @@ def _swept(
         raise InputError(f"{said} or a coarser gsd", field="area")
     relief: Any = sight.steps[1] if task.scenario.terrain is None else ReliefOffsets(sight)
     way = None if direction is None else unit(direction + one.turned)
+    if way is not None and task.scenario.terrain is None:
+        relief = partial(even_offsets, sight.steps[1])
     if way is None and (task.scenario.terrain is not None or sight.photo.level > 0.0):
         way = best_direction(sight, task.wanted)
     uav = task.uavs[0]

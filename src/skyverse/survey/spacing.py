@@ -236,6 +236,13 @@ class ReliefOffsets:
         return greatest_spacing(sight, share, widest, side=True)
 
 
+def even_offsets(widest: float, way: Floats, area: Any, low: float, high: float) -> Floats:
+    """Return the offsets (n,) of strips over level ground, as far from each other as twice from either border."""
+    count = max(math.ceil((high - low) / widest - SWEEP_CONTACT), 1)
+    offsets: Floats = low + (np.arange(count) + 0.5) * (high - low) / count
+    return offsets
+
+
 def best_direction(sight: GroundSight, area: Any) -> Floats:
     """Return the unit vector along which strips over relief take the fewest photos, by a few strips each.
 
