@@ -204,12 +204,13 @@ def _shown(drawn: DrawnSurvey) -> Iterator[int]:
     """Yield a photo of each UAV, of which what it shows is drawn."""
     for uav in sorted(set(drawn.photos.uav.tolist())):
         own = np.flatnonzero(drawn.photos.uav == uav)
-        yield int(own[int(0.44 * len(own))])
+        yield int(own[int(0.3 * len(own))])
 
 
 def _words(figure: Any, drawn: DrawnSurvey, mission: sky.Mission) -> None:
     proof = drawn.coverage
     assert proof is not None
+    assert proof.verdict is sky.Verdict.PROVEN
     assert drawn.survey.gsd is not None
     survey, scenario = drawn.survey, mission.scenario
     figure.text(0.03, 0.915, "Every place seen, and proven", color=INK, fontsize=22, weight="bold")
