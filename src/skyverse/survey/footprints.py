@@ -164,7 +164,7 @@ def shared_shares(cells: GroundCells, view: GroundView, first: Floats, other: Fl
     nx, ny = cells.low.shape
     wide, deep = cells.step[0], cells.step[1]
     level_drop = view.depth * (view.down - view.along * view.level)
-    lowest, c, s, w = np.min(cells.block_low), view.level, view.down, view.along
+    c, s, w = view.level, view.down, view.along
     for k in range(len(first)):
         x, y, z, ex, ey = first[k, 0], first[k, 1], first[k, 2], ahead[k, 0], ahead[k, 1]
         u, v, up = other[k, 0] - x, other[k, 1] - y, other[k, 2] - z
@@ -178,9 +178,16 @@ def shared_shares(cells: GroundCells, view: GroundView, first: Floats, other: Fl
         if not (0 <= i < nx and 0 <= j < ny and cells.low[i, j] < math.inf):
             shares[k] = math.inf
             continue
-        scale = min(max(z + max(up, 0.0) - lowest, 0.0) / level_drop, 2.0)
-        reach, side = max(view.before, view.behind) * scale + abs(da), view.beside * scale + abs(db)
-        along, beside = abs(ex) * reach + abs(ey) * side, abs(ey) * reach + abs(ex) * side
+        scale, along, beside = 2.0, 0.0, 0.0
+        for _ in range(2):  # first as wide as can be, and then as the lowest ground there allows
+            reach, side = max(view.before, view.behind) * scale + abs(da), view.beside * scale + abs(db)
+            along, beside = abs(ex) * reach + abs(ey) * side, abs(ey) * reach + abs(ex) * side
+            these = _blocks(cells, x, y, (along, beside))
+            lowest = math.inf
+            for i in range(these[0], these[1]):
+                for j in range(these[2], these[3]):
+                    lowest = min(lowest, cells.block_low[i, j])
+            scale = min(max(z + max(up, 0.0) - lowest, 0.0) / level_drop, scale)
         i0, i1 = int((x - along - cells.origin[0]) / wide), int((x + along - cells.origin[0]) / wide) + 1
         j0, j1 = int((y - beside - cells.origin[1]) / deep), int((y + beside - cells.origin[1]) / deep) + 1
         # from the middle of a cell to its sides is half a unit, along and across
@@ -250,12 +257,13 @@ def mark_seen(cells: GroundCells, view: GroundView, off: Unsteady, photos: Float
     """
     nx, ny = cells.middle.shape
     c, s = view.level, view.down
-    lowest, reach = np.min(cells.middle), max(max(view.before, view.behind), view.beside)
+    lowest = np.min(cells.middle)
     off_axis = math.sqrt(off.aside * off.aside + off.up * off.up) * off.sine
     for k in range(len(photos)):
         x, y, z, ex, ey = photos[k, 0], photos[k, 1], photos[k, 2], ahead[k, 0], ahead[k, 1]
-        radius = 1.42 * reach * min(max((z - lowest) / (view.depth * (s - view.along * c)), 1.0), 2.0)
-        these = _blocks(cells, x, y, (radius, radius))
+        scale = min(max((z - lowest) / (view.depth * (s - view.along * c)), 1.0), 2.0)
+        reach, side = max(view.before, view.behind) * scale, view.beside * scale
+        these = _blocks(cells, x, y, (abs(ex) * reach + abs(ey) * side, abs(ey) * reach + abs(ex) * side))
         for i in range(these[0] * BLOCK, min(these[1] * BLOCK, nx)):
             for j in range(these[2] * BLOCK, min(these[3] * BLOCK, ny)):
                 if seen[i, j]:

@@ -335,7 +335,10 @@ def _path(flown: _LineFlown, way: LineWay, at: Floats, limits: tuple[Floats, Flo
     places, ahead, length = way.places(at), way.ahead(at), float(at[-1] - at[0])
     cameras = np.column_stack([places, most])
     step = greatest_spacing(
-        sight, lambda step: float(_shared_ahead(sight, cameras, ahead, at, step).min()), sight.steps[0], side=False
+        sight,
+        lambda step, every: float(_shared_ahead(sight, cameras[::every], ahead[::every], at[::every], step).min()),
+        sight.steps[0],
+        side=False,
     )
     every = length / max(math.ceil(length / step - 1e-9), 1)
     spare = _spare(at, _shared_ahead(sight, cameras, ahead, at, every), sight.overlap[0])

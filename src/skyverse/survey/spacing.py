@@ -22,8 +22,8 @@ from skyverse.survey.heights import gentle
 
 LEAST_SHARE = 0.2
 """Of what level ground allows: strips and photos are not nearer to each other, however steep the ground is."""
-ROUGHNESS = 1e-3
-"""By which shares of overlap may be less than asked, as they are found from larger cells."""
+SURER = 2e-3
+"""By which shares of overlap are more than asked, as they are found from larger cells."""
 SPARED = 0.025
 """The share by which strips are nearer than they need be, so that altitudes may be chosen between limits."""
 STATIONS = 16
@@ -144,18 +144,36 @@ def _under(cells: GroundCells, places: Floats) -> Floats:
     return cells.middle[i, j]
 
 
-def greatest_spacing(sight: GroundSight, share: Callable[[float], float], most: float, *, side: bool) -> float:
-    """Return about the greatest distance, metres, at which photos share what is asked, by the least share at others."""
-    asked, low, high, spacing = sight.overlap[side], LEAST_SHARE * sight.steps[side], most, most
-    for _ in range(SEARCHED):
-        found = share(spacing)
-        if found >= asked - ROUGHNESS:
-            low = max(low, spacing)
-        else:
-            high = min(high, spacing)
-        if low >= high * (1.0 - 0.5 * SPARED):
-            break
-        spacing = min(max(sight.held(spacing, found, side), low + 0.1 * (high - low)), high - 0.1 * (high - low))
+def greatest_spacing(
+    sight: GroundSight, share: Callable[[float, int], float], most: float, *, side: bool, finely: bool = True
+) -> float:
+    """Return about the greatest distance, metres, at which photos share what is asked.
+
+    Parameters
+    ----------
+    sight
+        How the ground is photographed.
+    share
+        Tells of a distance the least share, found at one of so many places.
+    most
+        Metres that it is at most.
+    side
+        Whether it is that of strips, or of photos on one.
+    finely
+        Whether all places are asked in the end.
+    """
+    if sight.world.scenario.terrain is None:
+        return most
+    asked, high, spacing, low = sight.overlap[side] + SURER, most, most, 0.0
+    for every in (COMPARED, 1) if finely else (COMPARED,):
+        low = LEAST_SHARE * sight.steps[side]
+        for _ in range(SEARCHED):
+            found = share(spacing, every)
+            low, high = (max(low, spacing), high) if found >= asked else (low, min(high, spacing))
+            if low >= high * (1.0 - 0.5 * SPARED):
+                break
+            spacing = min(max(sight.held(spacing, found, side), low + 0.1 * (high - low)), high - 0.1 * (high - low))
+        spacing = low
     return low
 
 
@@ -213,7 +231,7 @@ class ReliefOffsets:
                 return np.array(found)
             found.append(min(found[-1] + gap, high - 0.5 * gap))
 
-    def gap(self, way: Floats, turned: Any, offset: float) -> float:
+    def gap(self, way: Floats, turned: Any, offset: float, finely: bool = True) -> float:
         """Return the greatest distance to the next strip at which the photos of both overlap as asked, metres."""
         sight, widest = self.sight, self.sight.steps[1]
         band = shapely.intersection(turned, shapely.box(offset - widest, -1e9, offset + widest, 1e9))
@@ -224,16 +242,19 @@ class ReliefOffsets:
         at = np.linspace(begin, end, max(int((end - begin) / length * STATIONS), 1) + 1)
         ahead = np.tile(way, (len(at), 1))
 
-        def cameras(x: float) -> Floats:
-            places = at[:, None] * way + x * np.array([way[1], -way[0]])
-            return np.column_stack([places, sight.heights(at, places, ahead, at[1] - at[0])[1]])
+        def cameras(x: float, every: int) -> Floats:
+            places = at[::every, None] * way + x * np.array([way[1], -way[0]])
+            return np.column_stack([places, sight.heights(at[::every], places, ahead[::every], at[1] - at[0])[1]])
 
-        first = cameras(offset)
+        first = cameras(offset, 1 if finely else COMPARED)
 
-        def share(gap: float) -> float:
-            return float(shared_shares(sight.rough, sight.photo, first, cameras(offset + gap), ahead).min())
+        def share(gap: float, every: int) -> float:
+            here = first[:: every if finely else 1]
+            return float(
+                shared_shares(sight.rough, sight.photo, here, cameras(offset + gap, every), ahead[::every]).min()
+            )
 
-        return greatest_spacing(sight, share, widest, side=True)
+        return greatest_spacing(sight, share, widest, side=True, finely=finely)
 
 
 def even_offsets(widest: float, way: Floats, area: Any, low: float, high: float) -> Floats:
@@ -275,5 +296,5 @@ def _photos(sight: GroundSight, area: Any, way: Floats) -> float:
             shared_shares(sight.rough, sight.photo, cameras[::COMPARED], ahead_too[::COMPARED], ahead[::COMPARED]).min()
         )
         step = min(max(sight.held(sight.steps[0], share, False), LEAST_SHARE * sight.steps[0]), sight.steps[0])
-        photos += ((y1 - y0) / step + 2.0) * (x1 - x0) / TRIED_STRIPS / offsets.gap(way, turned, float(x))
+        photos += ((y1 - y0) / step + 2.0) * (x1 - x0) / TRIED_STRIPS / offsets.gap(way, turned, float(x), finely=False)
     return photos
