@@ -3,7 +3,9 @@
 - ``ac_eth FOLDER COSTS``, ``ac_agarwal FOLDER COSTS``: strips of AC maps beside published costs. The folder is AC300 of
   https://github.com/UNCCharlotte-CS-Robotics/AreaCoverage-dataset, the costs a table of the published ones.
 - ``bound FOLDER COSTS``: gaps to our lower bounds on the maps with 15 holes.
-- ``terrain [RUNS]``: strips over random alps: ground sample distance, overlap, photos, bends, seconds for 1 km2.
+- ``terrain [RUNS] [DEM.tif]``: strips over random alps, and over the steepest square of an elevation model in metres:
+  ground sample distance, overlap, photos, bends.
+- ``scale [SIDE ...]``: seconds by phase and memory of whole surveys over a ground grid of 1 m, with zones and UAVs.
 - ``zones_planar [RUNS]``: random areas with up to 20 zones, judged by shapely.
 - ``peers PYTHON ... [FOLDER]``: strips beside those of other planners at equal coverage; the Pythons are of virtual
   environments that have them, the folder has areas of others.
@@ -23,6 +25,7 @@ PARTS = {
     "ac_agarwal": "survey_ac",
     "bound": "survey_ac",
     "terrain": "survey_terrain",
+    "scale": "survey_scale",
     "zones_planar": "survey_zones",
     "peers": "survey_peers",
     "triggers": "survey_triggers",

@@ -2,6 +2,7 @@
 
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 from machine import table
@@ -10,11 +11,11 @@ import skyverse as sky
 from skyverse.model.photos import Photos
 from skyverse.referee.ground_cells import area_of, grid_of
 from skyverse.referee.photo_overlaps import SHORT, overlaps_of
-from skyverse.survey.ground_lines import GroundSurvey, ground_lines
+from skyverse.survey.ground_lines import ground_lines
 from skyverse.survey.lines import PhotoLine
 
 GSD = 0.02
-AROUND = 300.0
+AROUND, SIDE = 300.0, 600.0
 GRID = 4.0
 
 
@@ -29,7 +30,11 @@ def alps(cells: int, step: float, steepest: float, seed: int) -> np.ndarray:
 
 
 def scenario(side: float, step: float, steepest: float, seed: int, gsd_of: str = "photo") -> sky.Scenario:
-    heights = alps(int((side + 2 * AROUND) / step) + 1, step, steepest, seed)
+    return over(alps(int((side + 2 * AROUND) / step) + 1, step, steepest, seed), step, side, gsd_of)
+
+
+def over(heights: np.ndarray, step: float, side: float, gsd_of: str) -> sky.Scenario:
+    """Return a survey of a square over heights that reach beyond it."""
     top = float(heights.max())
     uav = sky.UAV(start=(-200.0, -200.0, top + 50.0), end="home", max_speed=12.0, max_climb=6.0, max_descent=6.0)
     corners = ((0.0, 0.0), (side, 0.0), (side, side), (0.0, side))
@@ -84,40 +89,58 @@ def judged(given: sky.Scenario, lines: tuple[PhotoLine, ...], side: float) -> tu
     return coarsest * pixel, best.max() * pixel, float((spare >= -SHORT).mean()), float(spare.min()) / 100
 
 
-def terrain(runs: int = 3) -> None:
-    """Judge strips over alps of 30 degrees, and time 1 km2 with a ground grid of 1 m."""
+def mountain(dem: Path, gsd_of: str) -> tuple[sky.Scenario, float]:
+    """Return a survey of the part of an elevation model whose mean slope is nearest to 30 degrees, and its grid."""
+    import rasterio
+
+    with rasterio.open(dem) as raster:
+        heights, step = raster.read(1).T[:, ::-1].astype(float), float(raster.res[0])
+    wide, inner = round((SIDE + 2 * AROUND) / step) + 1, round(AROUND / step)
+    slope = np.degrees(np.arctan(np.hypot(*np.gradient(heights, step))))
+    best, at = math.inf, (0, 0)
+    for i in range(0, heights.shape[0] - wide, 25):
+        for j in range(0, heights.shape[1] - wide, 25):
+            mean = slope[i + inner : i + wide - inner, j + inner : j + wide - inner].mean()
+            if abs(mean - 30.0) < best and np.isfinite(heights[i : i + wide, j : j + wide]).all():
+                best, at = abs(mean - 30.0), (i, j)
+    part = heights[at[0] : at[0] + wide, at[1] : at[1] + wide]
+    return over(part - part.min(), step, SIDE, gsd_of), step
+
+
+def terrain(runs: int = 3, dem: Path | None = None) -> None:
+    """Judge strips over alps, those of 30 degrees among them."""
     ground_lines(scenario(300.0, 2.0, 10.0, 0), 0)  # compiled
     rows = []
-    for steepest in (0.0, 10.0, 20.0, 30.0):
-        for gsd_of in ("photo", "place"):
-            for seed in range(runs if steepest else 1):
-                given = scenario(600.0, 2.0, max(steepest, 0.01), seed, gsd_of)
-                begun = time.perf_counter()
-                found = ground_lines(given, 0)
-                seconds = time.perf_counter() - begun
-                lines = found.lines
-                count = sum(len(photos(line)[0]) for line in lines)
-                survey, (across, along) = given.surveys[0], given.surveys[0].camera.half_widths
-                ideal = 600.0**2 / (0.2 * 2 * along * survey.distance * 0.3 * 2 * across * survey.distance)
-                slope = np.hypot(*np.gradient(given.terrain.heights, 2.0))[150:450, 150:450]
-                coarsest, best, share, least = judged(given, lines, 600.0)
-                points, length = sum(len(line.path) for line in lines), sum(photos_length(line) for line in lines)
-                rows.append(
-                    [
-                        *(f"{steepest:g}", gsd_of, str(seed), f"{100 * coarsest:.3f}", f"{100 * best:.3f}"),
-                        *(f"{100 * share:.2f}", f"{100 * least:+.1f}", str(count)),
-                        f"{count / (ideal * np.sqrt(1 + slope**2).mean()):.2f}",
-                        *(str(points), f"{points / (length / 10.0):.2f}", f"{len(found.unseen)}", f"{seconds:.1f}"),
-                    ]
-                )
-    heads = ["steepest", "gsd_of", "seed", "GSD cm any", "best", "pairs as asked %", "least spare", "photos"]
+    for gsd_of in ("photo", "place"):
+        sites = [
+            (f"{steepest:g}, {seed}", scenario(SIDE, 2.0, max(steepest, 0.01), seed, gsd_of), 2.0)
+            for steepest in (0.0, 10.0, 20.0, 30.0)
+            for seed in range(runs if steepest else 1)
+        ]
+        sites += [(dem.stem, *mountain(dem, gsd_of))] if dem is not None else []
+        for name, given, step in sites:
+            begun = time.process_time()
+            found = ground_lines(given, 0)
+            seconds = time.process_time() - begun
+            lines = found.lines
+            count = sum(len(photos(line)[0]) for line in lines)
+            survey, (across, along) = given.surveys[0], given.surveys[0].camera.half_widths
+            ideal = SIDE**2 / (0.2 * 2 * along * survey.distance * 0.3 * 2 * across * survey.distance)
+            inner = slice(round(AROUND / step), -round(AROUND / step))
+            slope = np.hypot(*np.gradient(given.terrain.heights, step))[inner, inner]
+            coarsest, best, share, least = judged(given, lines, SIDE)
+            points, length = sum(len(line.path) for line in lines), sum(photos_length(line) for line in lines)
+            rows.append(
+                [
+                    *(name, f"{math.degrees(np.arctan(slope).mean()):.0f}", gsd_of),
+                    *(f"{100 * coarsest:.3f}", f"{100 * best:.3f}", f"{100 * share:.2f}", f"{100 * least:+.1f}"),
+                    *(str(count), f"{count / (ideal * np.sqrt(1 + slope**2).mean()):.2f}", str(points)),
+                    *(f"{points / (length / 10.0):.2f}", f"{len(found.unseen)}", f"{seconds:.1f}"),
+                ]
+            )
+    heads = ["steepest, seed", "mean", "gsd_of", "GSD cm any", "best", "pairs as asked %", "least spare", "photos"]
     table([*heads, "x flat / cos", "points", "x every 10 m", "gaps", "s"], rows)
-    print("The highest ground that two photos share tells their overlap, so slopes take more photos than 1 / cos.")
-    given = scenario(1000.0, 1.0, 20.0, 1)
-    begun = time.perf_counter()
-    lines = ground_lines(given, 0).lines
-    print(f"1 km2, grid of 1 m, 20 degrees: {len(lines)} lines in {time.perf_counter() - begun:.1f} s", end=", ")
-    print(f"{GroundSurvey(given, 0).cells.low.size:,} cells")
+    print("Photos of level ground exceed the flat ideal by what cameras and UAVs are off, and by whole strips.")
 
 
 def photos_length(line: PhotoLine) -> float:
