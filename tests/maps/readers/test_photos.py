@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.exports.expected_photos import HEADER
 from skyverse.model.frame import Origin
 
 pytest.importorskip("pyproj")
@@ -21,6 +22,13 @@ def test_a_table_of_exiftool_and_a_geo_text_say_the_same(tmp_path):
         photos = sky.read_photos(path, HERE)
         assert np.allclose(photos.position, sky.to_local(HERE, [(46.801, 9.85, 1575.5)]), atol=1e-3)
         assert (photos.heading[0], photos.pitch[0], photos.roll[0]) == (270.0, -80.0, 0.0)
+
+
+def test_the_table_of_expected_photos_is_read_as_one_of_photos_that_were_taken(tmp_path):
+    (tmp_path / "field.photos.csv").write_text(f'{HEADER}\np1,46.801,9.85,1575.5,270,-80,5,1,1,"a, b"\n')
+    photos = sky.read_photos(tmp_path / "field.photos.csv", HERE)
+    assert np.allclose(photos.position, sky.to_local(HERE, [(46.801, 9.85, 1575.5)]), atol=1e-3)
+    assert (photos.heading[0], photos.pitch[0], photos.roll[0]) == (270.0, -80.0, 5.0)
 
 
 def test_a_pitch_that_is_missing_must_be_given(tmp_path):

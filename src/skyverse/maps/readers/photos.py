@@ -22,10 +22,18 @@ from skyverse.model.photos import Photos
 _COLUMNS = {
     "latitude": ("gpslatitude", "latitude", "lat"),
     "longitude": ("gpslongitude", "longitude", "lon"),
-    "altitude": ("absolutealtitude", "gpsaltitude", "altitudeamsl", "altitudeellipsoid", "altitude", "alt"),
-    "heading": ("gimbalyawdegree", "heading", "yaw"),
-    "pitch": ("gimbalpitchdegree", "pitch"),
-    "roll": ("gimbalrolldegree", "roll"),
+    "altitude": (
+        "absolutealtitude",
+        "gpsaltitude",
+        "altitudeamsl",
+        "altitudeamslm",
+        "altitudeellipsoid",
+        "altitude",
+        "alt",
+    ),
+    "heading": ("gimbalyawdegree", "heading", "headingdeg", "yaw"),
+    "pitch": ("gimbalpitchdegree", "pitch", "pitchdeg"),
+    "roll": ("gimbalrolldegree", "roll", "rolldeg"),
 }
 """The plain names of columns, the best first; exiftool puts the group of a tag before its name, with a colon."""
 _DEGREES = re.compile(r"([\d.]+)\s*(?:deg|°)\s*([\d.]+)\s*'\s*([\d.]+)\s*\"\s*([NSEW]?)")
@@ -135,7 +143,7 @@ def _of_table(path: Path) -> tuple[list[_Shot], Reference | None]:
     named = known[found["altitude"] or 0]
     if named == "altitudeellipsoid":
         return shots, "ellipsoid"
-    return shots, None if fixed and named != "altitudeamsl" else "amsl"
+    return shots, None if fixed and not named.startswith("altitudeamsl") else "amsl"
 
 
 def _angle(text: str, side: str, where: str) -> float:
