@@ -51,10 +51,11 @@ def test_litchi_stops_at_waypoints_and_takes_no_photos_by_time(tmp_path):
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
 def test_aeroplanes_circle_where_they_have_started(tmp_path, suffix):
-    mission, seen = survey("wing"), []
+    mission, seen, notes = survey("wing"), [], []
     options = sky.ExportOptions(altitude="amsl", end="loiter")
-    sky.export(mission, tmp_path / f"m.{suffix}", options, on_certificate=seen.append)
+    sky.export(mission, tmp_path / f"m.{suffix}", options, on_certificate=seen.append, on_note=notes.append)
     assert "of its start" in seen[0].flights[0].at_end
+    assert any("switches its camera where it turns" in note for note in notes) == (suffix == "plan")
 
 
 def test_heights_above_a_launch_place_of_unknown_height_are_refused(tmp_path):

@@ -253,6 +253,8 @@ def _of_photos(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
             f"{name}: {plan.autopilot.title} looks at the distance every {every:.0f} ms, half of which is counted in: "
             f"where on its longest strip the last photo is, within {late:.2g} m, is {Caution.NOT} proven."
         )
+    if not plan.corners_proven:
+        yield f"{name}: it switches its camera where it turns, at a distance of its own: that is {Caution.NOT} proven."
     if plan.autopilot.name == "dji" and through:
         yield f"{name}: how DJI's aircraft turn is not published: bends and run-ins of strips are {Caution.NOT} proven."
     if any(run.trigger == "time" for run in spans):

@@ -176,8 +176,7 @@ def _searched(
                 said, blocked = found, tuple(instants[[*search.blocked]].tolist())
             elif len(found) <= MAX_WAYPOINTS:
                 made = _made(flight, search, instants, found, base, climb, lowered)
-                runs = _runs(given, made, instants[[k for k, _ in found]])
-                return replace(made, runs=runs)
+                return replace(made, runs=_runs(given, made, instants[[k for k, _ in found]]))
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break

@@ -94,8 +94,8 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
 
 def _require_launch_places(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` for flights with photos whose heights are counted from ground that nobody knows."""
-    photographing = [plan.route for plan in plans if plan.route.runs]
-    unknown = [one.name(scenario) for one in photographing if starts_in_the_air(scenario, one.uav)]
+    flown = [plan.route for plan in plans if plan.route.runs]
+    unknown = [one.name(scenario) for one in flown if starts_in_the_air(scenario, one.uav)]
     if unknown:
         raise InputError(
             f"{few(unknown, MAX_TOLD)}: expected a known height of the ground where it is launched, as the heights of "
