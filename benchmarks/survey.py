@@ -6,6 +6,8 @@
 - ``terrain [RUNS] [DEM.tif]``: strips over random alps, and over the steepest square of an elevation model in metres:
   ground sample distance, overlap, photos, bends.
 - ``scale [SIDE ...]``: seconds by phase and memory of whole surveys over a ground grid of 1 m, with zones and UAVs.
+- ``sorties FOLDER COSTS [EVERY]``: AC maps in sorties of 1,200 s beside one route.
+- ``fleet FOLDER COSTS VM25 CTU [EVERY]``: three UAVs, the longest flight beside its bound.
 - ``zones_planar [RUNS]``: random areas with up to 20 zones, judged by shapely.
 - ``peers PYTHON ... [FOLDER]``: strips beside those of other planners at equal coverage; the Pythons are of virtual
   environments that have them, the folder has areas of others.
@@ -26,6 +28,8 @@ PARTS = {
     "bound": "survey_ac",
     "terrain": "survey_terrain",
     "scale": "survey_scale",
+    "sorties": "survey_sorties",
+    "fleet": "survey_fleet",
     "zones_planar": "survey_zones",
     "peers": "survey_peers",
     "triggers": "survey_triggers",

@@ -9,12 +9,14 @@ a vehicle begins, its home, and nowhere, where open tours end.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 
 from skyverse._typing import Bools, Floats, Ints
+from skyverse.mission.routing import Tour
 from skyverse.numerics.kernel import inner, kernel
 
 NO_WAY = 1e15
@@ -102,12 +104,18 @@ class StripSorties(NamedTuple):
     finish: Floats
 
 
-def no_sorties(fleet: StripFleet, most: int) -> StripSorties:
-    """Return tours without strips, of at most so many sorties."""
+def sorties_of(fleet: StripFleet, most: int, tours: Sequence[Tour] = ()) -> StripSorties:
+    """Return tours of at most so many sorties, which are not measured; empty ones if none are given."""
     v, m = len(fleet.kind), len(fleet.nodes)
     rows, numbers = np.zeros((most * v, m), dtype=np.int64), np.zeros((4, most * v))
     size, used, row = (np.zeros(count, dtype=np.int64) for count in (most * v, v, m))
-    return StripSorties(rows, size, used, row - 1, numbers[0], numbers[1], numbers[2], np.zeros(v))
+    row -= 1
+    for i, tour in enumerate(tours):
+        used[i] = len(tour)
+        for at, nodes in enumerate(tour, i * most):
+            rows[at, : len(nodes)], size[at] = nodes, len(nodes)
+            row[fleet.strip[list(nodes)]] = at
+    return StripSorties(rows, size, used, row, numbers[0], numbers[1], numbers[2], np.zeros(v))
 
 
 @kernel
@@ -136,6 +144,8 @@ def ruin_and_recreate(
     strips = len(fleet.nodes)
     taken = np.empty(strips, dtype=np.int64)
     if values[0] == math.inf:
+        for i in range(len(now.used)):
+            _measure(fleet, now, i)
         recreate(fleet, now, taken, _left_out(now, taken), rng)
         values[0], values[1] = _value(fleet, now)
         _copy(now, best)
