@@ -60,7 +60,14 @@ def sorties(folder: Path, costs: Path, every: int = 1) -> None:
         assert not routes.unvisited
         one_route = min(single, alone)
         found.append(
-            (one.holes, routes.swaps + 1, routes.price / one_route, routes.lower_bound / one_route, seconds, alone / single)
+            (
+                one.holes,
+                routes.swaps + 1,
+                routes.price / one_route,
+                routes.lower_bound / one_route,
+                seconds,
+                alone / single,
+            )
         )
         print(one.name, len(strips), *(f"{value:.5g}" for value in found[-1][1:]), flush=True)
     numbers = np.array(found)
@@ -74,5 +81,7 @@ def sorties(folder: Path, costs: Path, every: int = 1) -> None:
         )
     table(["holes", "two sorties", "sum / one route", "most", f"<= {MOST_SUM}", "bound", "s"], rows)
     sums = numbers[:, 2]
-    print(f"all {len(numbers)}: two sorties on {(numbers[:, 1] == 2).sum()}, sum / one route {np.median(sums):.4f} in the")
+    print(
+        f"all {len(numbers)}: two sorties on {(numbers[:, 1] == 2).sum()}, sum / one route {np.median(sums):.4f} in the"
+    )
     print(f"median, {sums.max():.4f} at most, {(sums <= MOST_SUM).sum()} within {MOST_SUM}")

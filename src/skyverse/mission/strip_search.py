@@ -12,14 +12,15 @@ from skyverse.mission.assignment import Criterion
 from skyverse.mission.given_order import stretches
 from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible
 from skyverse.mission.strip_kernel import NO_WAY, StripFleet, StripSorties, ruin_and_recreate, sorties_of
-from skyverse.survey.strip_order import order_strips
 from skyverse.stop import Progress
+from skyverse.survey.strip_order import order_strips
 
 _CHANGES = 40_000, 400  # of a search, and how many more for each strip
 _QUICK = 0.1  # the share of them in a quick search, and in one that only asks how many batteries are needed
 _AT_ONCE = 2_000_000  # changes of one strip between two looks at the clock
 _HEAT = 0.1, 0.0005  # the first and the last temperature, of the mean cost of a strip
 _COOL = 0.1  # how much cooler a search begins that begins from good sorties
+_SHARES = 0.5, 0.25, 0.25  # of the changes, between which each sortie's order is improved
 _KICKS = 500  # of one route along all strips, and of each sortie's
 _ROUTES = 4  # along all strips, from which a search begins
 _NEAR = 100  # strips that count as near one
@@ -61,11 +62,12 @@ class StripSearch:
             flown = max(int(best.size.sum()), 1)
             swaps = min(enough, swaps + 1 + left * int(best.used.sum()) // (2 * flown))
         begin = begin if swaps == enough else None
-        found, shares = begin, (0.5, 0.25, 0.25)
-        for k, share in enumerate(shares):
-            found = self._told(self._run(swaps, int(share * changes), begin=found, cool=float(k > 0 or begin is not None))[0])
-            if not fleet.rules[1]:
-                found = [tuple(self._polished(i, sortie, at, len(tour)) for at, sortie in enumerate(tour)) for i, tour in enumerate(found)]
+        found = begin
+        for share in _SHARES:
+            found = self._told(self._run(swaps, int(share * changes), begin=found)[0])
+            for i, tour in enumerate(found if not fleet.rules[1] else ()):
+                found[i] = tuple(self._polished(i, sortie, at, len(tour)) for at, sortie in enumerate(tour))
+        assert found is not None
         return [tuple(tuple(self._able[list(sortie)].tolist()) for sortie in tour) for tour in found], self._cancelled
 
     def _told(self, best: StripSorties) -> list[Tour]:
@@ -74,7 +76,7 @@ class StripSearch:
         return [tuple(map(tuple, rows[i * most : i * most + int(used)])) for i, used in enumerate(best.used)]
 
     def _run(
-        self, swaps: int, changes: int, *, complete: bool = False, begin: Sequence[Tour] | None = None, cool: float = 0.0
+        self, swaps: int, changes: int, *, complete: bool = False, begin: Sequence[Tour] | None = None
     ) -> tuple[StripSorties, int]:
         """Return the best sorties with so many swaps that a search finds, and how many strips they leave out."""
         fleet = self._fleet._replace(rules=np.array([*self._fleet.rules[:2], swaps]))
@@ -83,7 +85,7 @@ class StripSearch:
         values = np.full(2, math.inf)
         ruin_and_recreate(fleet, states, values, self._rng, np.empty(0), complete)
         mean = float(states[0].finish.sum()) / len(fleet.nodes)
-        heats = mean * np.geomspace(_HEAT[0] * _COOL**cool, _HEAT[1], changes)
+        heats = mean * np.geomspace(_HEAT[0] * (1.0 if begin is None else _COOL), _HEAT[1], changes)
         step = max(_AT_ONCE // len(fleet.nodes), 1)
         for at in range(0, changes, step):
             if self._over() or (complete and np.all(states[1].row >= 0)):
@@ -118,7 +120,9 @@ class StripSearch:
             places = np.concatenate([[begin], nodes, [end]])
             return float(matrix[k, places[:-1], places[1:]].sum())
 
-        better = summed(fleet.cost, other) < summed(fleet.cost, sortie) and summed(fleet.joules, other) <= fleet.usable[i]
+        better = (
+            summed(fleet.cost, other) < summed(fleet.cost, sortie) and summed(fleet.joules, other) <= fleet.usable[i]
+        )
         return tuple(other.tolist()) if better else sortie
 
     def _cut(self) -> list[Tour] | None:
