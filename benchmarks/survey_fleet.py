@@ -1,7 +1,7 @@
 """Three UAVs on AC maps, VM25 and CTU's cases: the longest flight beside what no flights of the same strips go below.
 
 A part of ``python benchmarks/survey.py fleet AC300 COSTS VM25 CTU [EVERY]``: every so manieth AC map from the start of
-Agarwal and Akella. On VM25 (units of 0.1 m) and on CTU's zones all begin and end at the first corner.
+Agarwal and Akella. On VM25 and on CTU's zones all begin and end at the first corner.
 """
 
 import time
@@ -45,15 +45,15 @@ def fleet(folder: Path, costs: Path, vm25: Path, ctu: Path, every: int = 4) -> N
 
 
 def _environment(folder: Path) -> Map:
-    """Return one of VM25, in metres."""
-    outer, holes = np.loadtxt(folder / "outer_polygon") / 10.0, folder / "holes"
+    """Return one of VM25; its coordinates are metres."""
+    outer, holes = np.loadtxt(folder / "outer_polygon"), folder / "holes"
     blocks = holes.read_text(encoding="utf-8").strip().split("\n\n") if holes.exists() else []
-    rings = [np.array(block.split(), float).reshape(-1, 2) / 10.0 for block in blocks if block.strip()]
+    rings = [np.array(block.split(), float).reshape(-1, 2) for block in blocks if block.strip()]
     return _from_corner(folder.name, outer, rings)
 
 
 def _zone(folder: Path, name: str) -> Map:
-    """Return one of CTU's fly zones, in metres about its first corner, scaled by 0.3: strips that are 10 m apart become 3 m apart."""
+    """Return one of CTU's fly zones about its first corner, scaled by 0.3: its strips 10 m apart are 3 m apart here."""
     read = [
         np.loadtxt(path, delimiter=",")[:, ::-1]
         for path in (folder / f"{name}_fly_zone.csv", *sorted(folder.glob(f"{name}_no_fly_zone_*.csv")))

@@ -76,8 +76,10 @@ def sorties(folder: Path, costs: Path, every: int = 1) -> None:
         two, sums = (part[:, 1] == 2).sum(), part[:, 2]
         within = f"{(sums <= MOST_SUM).sum()} of {len(part)}"
         rows.append(
-            [f"{holes:.0f}", f"{two} of {len(part)}", f"{np.median(sums):.4f}", f"{sums.max():.4f}", within]
-            + [f"{np.median(part[:, 3]):.4f}", f"{part[:, 4].mean():.2f}"]
+            [
+                *(f"{holes:.0f}", f"{two} of {len(part)}", f"{np.median(sums):.4f}", f"{sums.max():.4f}", within),
+                *(f"{np.median(part[:, 3]):.4f}", f"{part[:, 4].mean():.2f}"),
+            ]
         )
     table(["holes", "two sorties", "sum / one route", "most", f"<= {MOST_SUM}", "bound", "s"], rows)
     sums = numbers[:, 2]
