@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from skyverse.cli.check_photos import PhotoOptions, check_photos
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_missions import judged, refuse_outputs, taking_missions, tell
 from skyverse.cli.given_scenario import judging_scenario, without_way
@@ -14,6 +15,8 @@ from skyverse.cli.report import json_text, violation_data
 from skyverse.errors import InputError, require_file
 from skyverse.model.short_lines import counted
 
+_PHOTOS = PhotoOptions()
+
 
 @taking_missions
 def check(
@@ -21,6 +24,7 @@ def check(
     scenario: GivenScenario | None = None,
     as_json: AsJson = False,
     page: Path | None = None,
+    photos: PhotoOptions = _PHOTOS,
     **given: Any,
 ) -> int:
     """Judge missions: those of ground stations and apps as their autopilots fly them, and those of skyverse.
@@ -33,9 +37,12 @@ def check(
     A mission of skyverse (.json) is judged by the referee, whatever planned it: what is wrong, and what is proven of
     each UAV's flight and of the fleet.
 
+    Photos that were taken (.csv of exiftool, geo.txt) are judged by the survey that they are of.
+
     Examples: `skyverse check flight.plan --terrain dem.tif --vehicle camera`,
     `skyverse check one.plan two.plan --terrain dem.tif --zones zones.geojson --page check.html`,
-    `skyverse check out/table-4.8.json --scenario table-4.8`
+    `skyverse check out/table-4.8.json --scenario table-4.8`,
+    `skyverse check flown.csv --survey field.json --reflight again.json`
 
     Exit code: 0 when all is proven but for what the verdict names; 1 when anything is wrong or cannot be decided, or
     when a UAV has no way; 2 for bad input.
@@ -54,6 +61,13 @@ def check(
     """
     if not missions:
         raise InputError("expected a mission to judge, found none", field="missions")
+    if photos.survey is not None:
+        altitude = given.pop("altitude", None)
+        if given or scenario is not None or page is not None:
+            raise InputError("--survey: expected --reflight, --position-error and --altitude at most, found more")
+        return check_photos(missions, photos.survey, photos, altitude, as_json=as_json)
+    if photos != _PHOTOS:
+        raise InputError("--reflight and --position-error: expected --survey and photos, found none")
     import skyverse as sky
 
     planned = [one for one in missions if Path(one).suffix.lower() in ("", ".json")]

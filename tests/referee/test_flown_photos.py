@@ -1,0 +1,106 @@
+"""Photos that were taken: those of a plan are proven, what is missing is found where it is, and flown again."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from planned_surveys import planned_survey
+
+CORNERS = [(0.0, 0.0), (150.0, 0.0), (140.0, 130.0), (0.0, 120.0)]
+
+
+@cache
+def flown(kind, overlap=(75, 40)):
+    survey = sky.Survey(CORNERS, "mavic-3e", gsd=0.015, overlap=overlap)
+    mission = planned_survey(kind, 1, surveys=[survey])
+    return mission.scenario, sky.photos_of(mission)
+
+
+def again(scenario, photos, coverage):
+    """The photos of a reflight of what is missing."""
+    missing = scenario.surveys[0].without(coverage, photos.direction)
+    return sky.photos_of(sky.plan_mission(scenario.model_copy(update={"surveys": missing}), rng=1))
+
+
+@pytest.mark.parametrize("kind", ["flat", "hills", "cross", "corridor", "oblique", "viewpoints"])
+def test_the_photos_of_a_plan_are_proven(kind):
+    mission = planned_survey(kind, 1)
+    assert mission.coverage[0].verdict is sky.Verdict.PROVEN
+    (found,) = sky.check_photos(mission.scenario, sky.photos_of(mission))
+    assert found.verdict is sky.Verdict.PROVEN, found.sentence
+    assert mission.scenario.surveys[0].without(found) == ()
+
+
+@settings(max_examples=20, deadline=None)
+@given(kind=st.sampled_from(["flat", "hills"]), first=st.integers(0, 1000), count=st.sampled_from([1, 3, 10]))
+def test_photos_that_are_missing_are_found_where_they_are_and_flown_again(kind, first, count):
+    scenario, photos = flown(kind)
+    first %= len(photos) - count
+    left = np.ones(len(photos), dtype=bool)
+    left[first : first + count] = False
+    taken = photos.taken(left)
+    (found,) = sky.check_photos(scenario, taken)
+    if count == 10:
+        assert found.gaps
+    lost = shapely.union_all(
+        shapely.buffer(shapely.points(photos.position[~left][:, :2]), 45.0)
+    )  # half a photo's width
+    for gap in found.gaps:
+        assert shapely.within(shapely.Polygon(gap.outline).centroid, lost)
+    if found.gaps:
+        assert found.verdict is not sky.Verdict.PROVEN
+        (whole,) = sky.check_photos(scenario, taken.joined(again(scenario, taken, found)))
+        assert whole.seen[0] > 1 - 1e-9, whole.sentence
+
+
+def test_photos_that_look_at_the_horizon_show_nothing_and_harm_nothing():
+    scenario, photos = flown("flat")
+    middle = photos.position[:, :2] - np.array([70.0, 60.0])
+    five = np.argsort(np.hypot(*middle.T), kind="stable")[:5]
+    pitch = photos.pitch.copy()
+    pitch[five] = 0.0
+    tilted = replace(photos, pitch=pitch)
+    (found,) = sky.check_photos(scenario, tilted)
+    assert found.verdict is sky.Verdict.REFUTED
+    (whole,) = sky.check_photos(scenario, tilted.joined(again(scenario, tilted, found)))
+    assert whole.verdict is sky.Verdict.PROVEN, whole.sentence
+
+
+def test_photos_whose_positions_are_not_known_prove_nothing():
+    scenario, photos = flown("flat")
+    (found,) = sky.check_photos(scenario, photos, position_error=30.0)
+    assert found.verdict is not sky.Verdict.PROVEN
+
+
+def test_the_direction_of_strips_is_that_of_most_photos():
+    _, photos = flown("flat")
+    turned = np.radians(33.0)
+    x, y = photos.position[:, 0], photos.position[:, 1]
+    position = np.column_stack(
+        [x * np.cos(turned) + y * np.sin(turned), y * np.cos(turned) - x * np.sin(turned), 0 * x]
+    )
+    assert replace(photos, position=position).direction == pytest.approx((photos.direction + 33.0) % 180.0, abs=0.5)
+    assert photos.taken(np.array([0])).direction is None
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"heading": np.nan}, "photos.heading"),
+        ({"position": np.inf}, "photos.position"),
+        ({"pitch": np.nan}, "photos.pitch"),
+    ],
+)
+def test_numbers_that_are_not_finite_are_refused(change, field):
+    scenario, photos = flown("flat")
+    (name, value), wrong = next(iter(change.items())), {}
+    wrong[name] = getattr(photos, name).copy()
+    wrong[name].flat[3] = value
+    with pytest.raises(sky.InputError, match=rf"{field}.*expected finite numbers of each photo"):
+        sky.check_photos(scenario, replace(photos, **wrong))
