@@ -58,7 +58,7 @@ def check_photos(scenario: Scenario, photos: Photos, *, position_error: float = 
     if not scenario.surveys:
         raise InputError("expected a scenario with surveys, found none", field="scenario")
     if not len(photos):
-        raise InputError("expected photos, found none", field="photos")
+        raise InputError("expected photos, found none")
     if not 0 <= position_error < math.inf:
         raise InputError(f"expected metres from 0 on, found {position_error!r}", field="position_error")
     for name in ("position", "heading", "pitch", "roll"):
