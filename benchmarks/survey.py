@@ -13,6 +13,7 @@
   environments that have them, the folder has areas of others.
 - ``triggers [SURVEYS] [FIRST]``: photos of random planned surveys, replayed from their files by autopilots' rules.
 - ``readers FOLDER [FIRST]``: files of planned surveys, read by others' readers; a folder of plans of QGroundControl.
+- ``reflight [RUNS]``: reflights of random gaps beside the linear programme of strips.
 - ``structure [MESH.stl] [SECONDS]``: viewpoints beside the linear programme of set cover, their tour beside PyVRP's.
 """
 
@@ -34,6 +35,7 @@ PARTS = {
     "peers": "survey_peers",
     "triggers": "survey_triggers",
     "readers": "survey_readers",
+    "reflight": "survey_reflight",
     "structure": "survey_structure",
 }
 
