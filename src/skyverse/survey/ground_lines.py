@@ -259,7 +259,9 @@ def _swept(
         wanted = shapely.transform(wanted, lambda p: p - middle * way)
     if wanted.intersection(sight.free.polygon).area <= 0.0:
         raise InputError(f"expected an area that may be flown over, but {sight.free.why(wanted)}", field="area")
-    plan = sweep(wanted, sight.free.polygon, relief, cost=cost, directions=None if way is None else way[None])
+    only = None if way is None else way[None]
+    # the first and the last photo of a strip show half a step more with all the overlap that is asked for
+    plan = sweep(wanted, sight.free.polygon, relief, cost=cost, directions=only, reach=0.5 * sight.steps[0])
     strips, ways = np.asarray(plan.strips), plan.directions[plan.cell]
     gaps = np.full(len(strips), sight.steps[1])
     if task.scenario.terrain is not None:
