@@ -3,6 +3,7 @@
 - ``ac_eth FOLDER COSTS``, ``ac_agarwal FOLDER COSTS``: strips of AC maps beside published costs. The folder is AC300 of
   https://github.com/UNCCharlotte-CS-Robotics/AreaCoverage-dataset, the costs a table of the published ones.
 - ``bound FOLDER COSTS``: gaps to our lower bounds on the maps with 15 holes.
+- ``coverage [CASES] [FIRST]``: what the certificate claims of random ground beside rays that share no code with it.
 - ``terrain [RUNS] [DEM.tif]``: strips over random alps, and over the steepest square of an elevation model in metres:
   ground sample distance, overlap, photos, bends.
 - ``scale [SIDE ...]``: seconds by phase and memory of whole surveys over a ground grid of 1 m, with zones and UAVs.
@@ -27,6 +28,7 @@ PARTS = {
     "ac_eth": "survey_ac",
     "ac_agarwal": "survey_ac",
     "bound": "survey_ac",
+    "coverage": "survey_coverage",
     "terrain": "survey_terrain",
     "scale": "survey_scale",
     "sorties": "survey_sorties",

@@ -24,7 +24,7 @@ def shared(along, aside, phase, heading, slope):
     terrain = {"origin": (-300.0, -300.0), "step": (20.0, 20.0), "heights": slope * (x * right[0] + y * right[1])}
     bounds = {"min": (-300.0, -300.0, -400.0), "max": (300.0, 300.0, 500.0)}
     uav = sky.UAV(start=(0.0, 0.0, 450.0), end="home")
-    scenario = sky.Scenario(bounds=bounds, uavs=(uav,), terrain=terrain, surveys=(survey,))
+    scenario = sky.Scenario(name="plane", bounds=bounds, uavs=(uav,), terrain=terrain, surveys=(survey,))
     level = np.array([k * along * ahead for k in (-1, 0, 1)])
     level = np.concatenate([level, level + aside * right + phase * along * ahead])
     z = slope * (level @ right) + HEIGHT

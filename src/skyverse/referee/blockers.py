@@ -1,7 +1,7 @@
 """What may hide places from cameras besides the ground: the walls of solid obstacles, and triangles of structures.
 
-An upright solid that a straight line enters, it enters or leaves through a wall. Its walls count from its top down to
-any depth, so that nothing is seen from below what hangs in the air.
+An upright solid that a straight line enters, it enters or leaves through a wall, or its bottom where it hangs.
+Its walls count from its top down to any depth, so that nothing is seen through the air below it from beside it.
 """
 
 from collections.abc import Sequence
@@ -14,11 +14,12 @@ import shapely
 from skyverse._typing import Bools, Floats, Indices
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
 from skyverse.model.survey import Facet
+from skyverse.referee.ground_cells import convex_parts
 from skyverse.referee.photo_views import PhotoView
 from skyverse.referee.tolerances import LET_PASS, NO_LENGTH
 
-ROUND = 32
-"""Corners of the polygons about round solids."""
+ROUND, ROUND_SLAB = 32, 16
+"""Corners of the polygons about cylinders, and about slices of spheres."""
 SLABS = 8
 """Upright solids that stand for a sphere."""
 PAIRS_AT_ONCE = 2**18
@@ -93,13 +94,16 @@ class Blockers:
         most = np.maximum(high, high + longer * (high - c[:2] + stray))
         return some, least, most
 
-    def hide(self, corners: Floats, which: Indices, view: PhotoView) -> Bools:
-        """Return of hulls of corners (n, k, 3) whether some parts (n,) may hide a place in them from the camera."""
-        found = np.zeros(len(which), dtype=np.bool_)
+    def hide(self, corners: Floats, which: Indices, view: PhotoView) -> tuple[Bools, Bools]:
+        """Return of hulls of corners (n, k, 3) whether some parts (n,) may hide places in them from the camera.
+
+        And whether they hide all of them from where the camera is nominally.
+        """
+        found = np.zeros((2, len(which)), dtype=np.bool_)
         for begin in range(0, len(which), PAIRS_AT_ONCE):
             here = slice(begin, begin + PAIRS_AT_ONCE)
-            found[here] = self._hide(corners[here], which[here], view)
-        return found
+            found[:, here] = self._hide(corners[here], which[here], view)
+        return found[0], found[1]
 
     def _hide(self, x: Floats, which: Indices, view: PhotoView) -> Bools:
         normal, anchor = self.normal[which], self.anchor[which]
@@ -109,22 +113,21 @@ class Blockers:
         stray = level * np.hypot(normal[:, 0], normal[:, 1]) + upright * np.abs(normal[:, 2])
         outside, inside = side.min(axis=1) >= -LET_PASS, side.max(axis=1) <= LET_PASS
         before, behind = away - stray >= 0, away + stray <= 0
-        open_ = ~((outside & before) | (inside & behind))
-        inward, outward = outside | behind, inside | before  # which way lines pass that meet the plane
-        some = np.flatnonzero(open_)
-        found = np.zeros(len(which), dtype=np.bool_)
-        found[some] = True
-        x, which = x[some], which[some]
+        some = np.flatnonzero(~((outside & before) | (inside & behind)))
+        does = ((outside & behind) | (inside & before))[some]
+        inward, outward = (outside | behind)[some], (inside | before)[some]  # which way lines pass that meet the plane
         for line in range(3):
-            e, d = self.points[which, line], self.directions[which, line][:, None]
-            a = x - e[:, None]
+            e, d = self.points[which[some], line], self.directions[which[some], line][:, None]
+            a = x[some] - e[:, None]
             w = np.stack([a[:, :, i] * d[:, :, j] - a[:, :, j] * d[:, :, i] for i, j in ((1, 2), (2, 0), (0, 1))])
             turn = sum(w[k] * (view.position[k] - e[:, None, k]) for k in range(3))
             stray = level * np.hypot(w[0], w[1]) + upright * np.abs(w[2])
-            beside = (inward[some] & (turn + stray <= LET_PASS).all(axis=1)) | (
-                outward[some] & (turn - stray >= -LET_PASS).all(axis=1)
-            )
-            found[some[beside]] = False
+            does &= np.where(inward, turn.min(axis=1) > 0, turn.max(axis=1) < 0)
+            may = ~(inward & (turn + stray <= LET_PASS).all(axis=1))
+            may &= ~(outward & (turn - stray >= -LET_PASS).all(axis=1))
+            some, does, inward, outward = some[may], does[may], inward[may], outward[may]
+        found = np.zeros((2, len(outside)), dtype=np.bool_)
+        found[0, some], found[1, some] = True, does
         return found
 
 
@@ -145,13 +148,13 @@ def _upright(shape: AnyShape) -> list[tuple[shapely.Geometry, shapely.Geometry, 
         polygon = shapely.polygons(shape.vertices, list(shape.holes) or None)
         return [(polygon, polygon, shape.low, shape.high)]
     if isinstance(shape, Cylinder):
-        return [(*_about(shape.centre, shape.radius, shape.radius), shape.low, shape.high)]
+        return [(*_about(shape.centre, shape.radius, shape.radius, ROUND), shape.low, shape.high)]
     if isinstance(shape, Sphere):
         z = np.linspace(-shape.radius, shape.radius, SLABS + 1)  # of which the middle one is 0
         wide = np.sqrt(np.maximum(shape.radius**2 - z**2, 0.0))
         (x, y, middle), most, least = shape.centre, np.maximum(wide[1:], wide[:-1]), np.minimum(wide[1:], wide[:-1])
         slabs = zip(most.tolist(), least.tolist(), (middle + z).tolist(), (middle + z[1:]).tolist(), strict=False)
-        return [(*_about((x, y), r, inner), low, high) for r, inner, low, high in slabs]
+        return [(*_about((x, y), r, inner, ROUND_SLAB), low, high) for r, inner, low, high in slabs]
     full = np.pad(shape.occupied, [(0, 0), (0, 0), (1, 1)])
     begins, ends = (np.argwhere(full[:, :, 1:] & ~full[:, :, :-1]), np.argwhere(~full[:, :, 1:] & full[:, :, :-1]))
     (x, y, z0), (dx, dy, dz) = shape.origin, shape.step
@@ -163,11 +166,13 @@ def _upright(shape: AnyShape) -> list[tuple[shapely.Geometry, shapely.Geometry, 
     return found
 
 
-def _about(centre: tuple[float, float], radius: float, inner: float) -> tuple[shapely.Geometry, shapely.Geometry]:
+def _about(
+    centre: tuple[float, float], radius: float, inner: float, corners: int
+) -> tuple[shapely.Geometry, shapely.Geometry]:
     """Return the polygon about a circle, and one in a smaller circle about the same centre."""
-    angle = 2 * np.pi * np.arange(ROUND) / ROUND
+    angle = 2 * np.pi * np.arange(corners) / corners
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    around = shapely.polygons(np.array(centre) + radius / np.cos(np.pi / ROUND) * circle)
+    around = shapely.polygons(np.array(centre) + radius / np.cos(np.pi / corners) * circle)
     return around, shapely.polygons(np.array(centre) + inner * circle)
 
 
@@ -176,8 +181,22 @@ def rings_of(polygon: shapely.Geometry) -> list[Floats]:
     return [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.reverse(shapely.normalize(polygon)))]
 
 
-def blockers_of(solids: Sequence[Solid], facets: Sequence[Facet]) -> Blockers:
-    """Return the walls of solids, and facets."""
+def bottoms_of(solids: Sequence[Solid]) -> Floats:
+    """Return triangles (n, 3, 3) that fill the bottoms of solids, counterclockwise as seen from below."""
+    found, below = [np.zeros((0, 3, 3))], None
+    for solid in solids:
+        resting = below is not None and below.low <= solid.low <= below.high and below.polygon.covers(solid.polygon)
+        below = solid
+        if resting:  # as the upper slices of a sphere, one on the other
+            continue
+        parts = shapely.get_parts(shapely.delaunay_triangles(convex_parts(np.array([solid.polygon]))))
+        level = shapely.get_coordinates(shapely.normalize(parts)).reshape(-1, 4, 2)[:, :3]
+        found.append(np.dstack([level, np.full(level.shape[:2], solid.low)]))
+    return np.concatenate(found)
+
+
+def blockers_of(solids: Sequence[Solid], bottoms: Floats, facets: Sequence[Facet]) -> Blockers:
+    """Return the walls of solids, triangles (n, 3, 3) of their bottoms, and facets."""
     rings, top = [], []
     for solid in solids:
         own = rings_of(solid.polygon)
@@ -192,7 +211,7 @@ def blockers_of(solids: Sequence[Solid], facets: Sequence[Facet]) -> Blockers:
     up = np.tile([0.0, 0.0, 1.0], (len(a), 1))
     left, right = np.column_stack([a, high]), np.column_stack([b, high])
     back = np.column_stack([-way, none])
-    corners = np.array(facets, dtype=np.float64).reshape(-1, 3, 3)
+    corners = np.concatenate([bottoms, np.array(facets, dtype=np.float64).reshape(-1, 3, 3)])
     sides = np.roll(corners, -1, axis=1) - corners
     sides /= np.linalg.norm(sides, axis=2, keepdims=True)
     across = np.cross(sides[:, 0], sides[:, 1])
@@ -205,5 +224,5 @@ def blockers_of(solids: Sequence[Solid], facets: Sequence[Facet]) -> Blockers:
         np.concatenate([left, corners[:, 0]]),
         np.concatenate([np.stack([right, right, left], axis=1), corners]),
         np.concatenate([np.stack([up, back, -up], axis=1), sides]),
-        np.arange(len(a) + len(corners)) < len(a),
+        np.arange(len(a) + len(corners)) < len(a) + len(bottoms),
     )

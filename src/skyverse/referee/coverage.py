@@ -17,7 +17,7 @@ from skyverse.model.short_lines import counted
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
-from skyverse.referee.blockers import Solid, blockers_of, solids_of
+from skyverse.referee.blockers import Solid, blockers_of, bottoms_of, solids_of
 from skyverse.referee.facet_cells import FacetCells, facet_cells
 from skyverse.referee.gaps import Sight, outlines_of, runs, spots
 from skyverse.referee.ground_cells import CellGrid, Pieces, area_of, grid_of, joined
@@ -72,27 +72,31 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     stands = np.array([_stands(scenario, solid) for solid in solids], dtype=bool)
     polygons = np.array([solid.polygon for solid in solids], dtype=object)
     asked = shapely.difference(asked, shapely.union_all(polygons[stands]))
-    below = shapely.intersection(asked, shapely.union_all(polygons[~stands]))
-    grid = grid_of(scenario, survey, shapely.difference(asked, below))
+    grid = grid_of(scenario, survey, asked)
     beyond = shapely.difference(asked, shapely.box(grid.x[0], grid.y[0], grid.x[-1], grid.y[-1]))
-    viewers, sight = _viewers(scenario, survey, photos, errors, solids)
+    hanging = bottoms_of([solid for solid, on_ground in zip(solids, stands, strict=True) if not on_ground])
+    viewers, sight = _viewers(scenario, survey, photos, errors, solids, hanging)
     seen, missed = _look(viewers, grid)
-    lost = np.concatenate([missed, [part for part in (below, beyond) if shapely.area(part) > 0]])
-    gaps, certain = _gaps(sight, number, lost, grid)
+    gaps, certain = _gaps(sight, number, np.append(missed, beyond) if shapely.area(beyond) > 0 else missed, grid)
     overlaps = overlaps_of(photos, survey.camera, grid)
     figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers.deepest, overlaps)
     return figures.judged(survey, number, len(photos), gaps, certain)
 
 
 def _viewers(
-    scenario: Scenario, survey: Survey, photos: Photos, errors: Sequence[TrackingError], solids: list[Solid]
+    scenario: Scenario,
+    survey: Survey,
+    photos: Photos,
+    errors: Sequence[TrackingError],
+    solids: list[Solid],
+    bottoms: Floats,
 ) -> tuple[Viewers, Sight]:
     """Return what photos are certain to show, and what may be between them and what they are of."""
     camera, most = survey.camera, math.inf if survey.gsd is None else survey.gsd / survey.camera.pixel
     views = views_of(photos, camera, [errors[uav] for uav in photos.uav.tolist()], camera.attitude_error)
     exact = views_of(photos, camera, [EXACT] * len(photos), 0.0)
     relief = None if scenario.terrain is None else relief_of(scenario.terrain)
-    viewers = Viewers(views, relief, blockers_of(solids, survey.facets), most)
+    viewers = Viewers(views, relief, blockers_of(solids, bottoms, survey.facets), most)
     return viewers, Sight(scenario, views, exact, viewers.most, solids)
 
 
@@ -100,7 +104,7 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
     """Judge what photos show of walls and facets, of which photos have no neighbours."""
     survey = scenario.surveys[number]
     solids = solids_of(scenario.obstacles)
-    viewers, sight = _viewers(scenario, survey, photos, errors, solids)
+    viewers, sight = _viewers(scenario, survey, photos, errors, solids, bottoms_of(solids))
     cells = facet_cells(scenario, survey, solids)
     area, rows, lost = float(cells.area.sum()), [], []
     for left in range(HALVINGS, -1, -1):

@@ -29,7 +29,7 @@ class Shown:
     depth
         (...,) metres along the optical axis at most; infinite where no photo counts.
     touched
-        (...,) whether a corner is in view of some photo.
+        (...,) whether a corner is in view of some photo, fine enough, and not behind a wall with all of the cell.
     """
 
     count: Floats
@@ -81,12 +81,11 @@ class Viewers:
             i, j = (slice(s.start, s.stop + 1) for s in here)
             margin, depth = view.look(grid.x[i, None], grid.y[None, j], grid.z[i, j])
             slack = grid.slack[here]
+            touched = grid.whole[here] & (_of_four(np.maximum, np.where(depth <= self.most, margin, -1.0)) >= 0)
             least, depth = _of_four(np.minimum, margin), _of_four(np.maximum, depth) + slack
-            whole = grid.whole[here]
-            inside = (least >= slack * (1 + view.sine) - LET_PASS) & whole
-            touched = (_of_four(np.maximum, margin) >= 0) & whole
+            inside = (least >= slack * (1 + view.sine) - LET_PASS) & grid.whole[here]
             self._hide_by_ground(view, inside, grid, here)
-            self._hide_by_walls(view, inside, grid, here)
+            self._hide_by_walls(view, inside, touched, grid, here)
             self._count(shown, here, inside, depth, touched)
         return shown
 
@@ -113,8 +112,9 @@ class Viewers:
             if self.relief is not None:
                 near = np.flatnonzero(inside)
                 inside[near] = self.relief.hides_nothing(_places(part.of(near)), view.position, view.error)
-            self._hide_pieces_by_walls(view, inside, part)
-            self._count(shown, some, inside, depth.max(axis=1) + part.slack, np.any(margin >= 0, axis=1))
+            touched = np.any((margin >= 0) & (depth <= self.most), axis=1)
+            self._hide_pieces_by_walls(view, inside, touched, part)
+            self._count(shown, some, inside, depth.max(axis=1) + part.slack, touched)
         return shown
 
     def _count(self, shown: Shown, where: Any, inside: Bools, depth: Floats, touched: Bools) -> None:
@@ -145,8 +145,10 @@ class Viewers:
                 return
         inside &= ~undecided
 
-    def _hide_by_walls(self, view: PhotoView, inside: Bools, grid: CellGrid, here: tuple[slice, slice]) -> None:
-        """Take out of cells what walls and facets may hide."""
+    def _hide_by_walls(
+        self, view: PhotoView, inside: Bools, touched: Bools, grid: CellGrid, here: tuple[slice, slice]
+    ) -> None:
+        """Take out of cells what walls and facets may hide; what they hide wholly is not touched either."""
         if not len(self.blockers.top) or not inside.any():
             return
         i, j = here
@@ -167,11 +169,12 @@ class Viewers:
             [np.stack([x[m + a], y[n + b], z[m + a, n + b]], axis=1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))],
             axis=1,
         )
-        hidden = self.blockers.hide(_thick(corners, slack[m, n]), parts[of], view)
+        hidden, wholly = self.blockers.hide(_thick(corners, slack[m, n]), parts[of], view)
         inside[m[hidden], n[hidden]] = False
+        touched[m[wholly], n[wholly]] = False
 
-    def _hide_pieces_by_walls(self, view: PhotoView, inside: Bools, pieces: Pieces) -> None:
-        """Take out of pieces what walls and facets may hide."""
+    def _hide_pieces_by_walls(self, view: PhotoView, inside: Bools, touched: Bools, pieces: Pieces) -> None:
+        """Take out of pieces what walls and facets may hide; what they hide wholly is not touched either."""
         near = np.flatnonzero(inside)
         if not len(self.blockers.top) or not len(near):
             return
@@ -187,8 +190,9 @@ class Viewers:
         met = (high[piece] >= np.column_stack([least, np.full(len(parts), -np.inf)])[of]).all(axis=1) & (
             low[piece, 1] <= most[of, 1]
         )
-        hidden = self.blockers.hide(corners[piece[met]], parts[of[met]], view)
+        hidden, wholly = self.blockers.hide(corners[piece[met]], parts[of[met]], view)
         inside[near[piece[met][hidden]]] = False
+        touched[near[piece[met][wholly]]] = False
 
 
 def _thick(corners: Floats, slack: Floats) -> Floats:
