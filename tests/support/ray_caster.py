@@ -308,7 +308,7 @@ def seen(caster, cameras, places, normals=None, random=8, seed=0, most=400_000):
         good = shown.all(axis=1)
         i, p, position, deep = i[good], p[good], position[good], deep[good].max(axis=1)
         rays = np.repeat(places[i], position.shape[1], axis=0)
-        free = ~caster.blocked(rays, position.reshape(-1, 3)).reshape(len(i), -1).any(axis=1)
+        free = ~caster.blocked(rays, position.reshape(-1, 3)).reshape(position.shape[:2]).any(axis=1)
         sure[i[free], p[free]], depth[i[free], p[free]] = True, deep[free]
     return sure, depth
 

@@ -122,7 +122,10 @@ def export(
         placed = with_origin(mission, options.origin, str(path))
         require_format(mission, placed, suffix, options, str(path))
     notes, judged = require_not_refuted(mission, given, path, allow_close=options.allow_close)
-    for note in [*notes, *(caution.sentence for caution in mission_cautions(replace(mission, scenario=given)))]:
+    for note in [
+        *notes,
+        *(caution.sentence for caution in mission_cautions(replace(mission, scenario=given, coverage=judged.coverage))),
+    ]:
         on_note(note)
     left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
     if left:

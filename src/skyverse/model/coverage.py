@@ -40,7 +40,8 @@ class Coverage:
     survey
         The index of the survey.
     verdict, sentence
-        Proven if all of it is seen and every overlap is as asked; refuted if a part is certainly not.
+        Proven if all of it is seen, in all directions of the pattern, and overlaps are as asked in 99.5 % of pairs, the
+        least of the others being told; refuted if a part is certainly not seen, or another of these does not hold.
     photos
         How many photos there are.
     area
@@ -51,7 +52,7 @@ class Coverage:
         Metres: the ground sample distance of the best photo of each place, the worst of all places and that which 95 %
         do not exceed, at most.
     gsd_any
-        Metres: the coarsest of any place in any photo, at most.
+        Metres: the coarsest of any cell of ground that is certain to lie in a photo, at most.
     overlap
         Per cent that neighbouring photos share along strips and between strips, at least; NaN where there are none.
     pairs, short

@@ -21,11 +21,11 @@ from skyverse.referee.blockers import Solid, blockers_of, bottoms_of, solids_of
 from skyverse.referee.facet_cells import FacetCells, facet_cells
 from skyverse.referee.gaps import Sight, outlines_of, runs, spots
 from skyverse.referee.ground_cells import CellGrid, Pieces, area_of, grid_of, joined
-from skyverse.referee.photo_overlaps import SHORT, Overlaps, overlaps_of
+from skyverse.referee.photo_overlaps import SHORT, Neighbours, directions_flown, neighbours_of
 from skyverse.referee.photo_views import views_of
 from skyverse.referee.relief import relief_of
 from skyverse.referee.shown import Viewers
-from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS
+from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS, SHARE_SHORT
 from skyverse.referee.tracking_error import EXACT
 
 HALVINGS = 3
@@ -40,6 +40,9 @@ ACROSS = 9
 """Places along x and along y at which it is looked whether a solid stands on the ground."""
 MOST_SHARE = 0.95
 """The share of the area of which sentences tell by how many photos it is seen, and how finely."""
+
+DIRECTIONS = {"cross": 2, "oblique": 5}
+"""In how many directions patterns are flown, if not in one; straight down is one of the oblique ones."""
 
 
 class Seen(NamedTuple):
@@ -78,8 +81,11 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     viewers, sight = _viewers(scenario, survey, photos, errors, solids, hanging)
     seen, missed = _look(viewers, grid)
     gaps, certain = _gaps(sight, number, np.append(missed, beyond) if shapely.area(beyond) > 0 else missed, grid)
-    overlaps = overlaps_of(photos, survey.camera, grid)
-    figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers.deepest, overlaps)
+    oblique = survey.pattern == "oblique"
+    needed = 1 if oblique and survey.pitch == -90.0 else DIRECTIONS.get(survey.pattern, 1)
+    flown = 1 if needed == 1 else directions_flown(photos, oblique)
+    overlaps = neighbours_of(photos, survey.camera, grid, one_direction=needed == 1)
+    figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers.deepest, overlaps, flown, needed)
     return figures.judged(survey, number, len(photos), gaps, certain)
 
 
@@ -127,7 +133,7 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
         why = Counter(reason.why for reason in reasons).most_common(1)[0][0]
         gaps.append(CoverageGap(number, part.outline, float(part.area.sum()), why))
     seen = Seen(*(np.concatenate(column) for column in zip(*rows, strict=True)))
-    figures = _Figures(area, seen, survey.camera.pixel, viewers.deepest, Overlaps(np.zeros(0), np.zeros(0)))
+    figures = _Figures(area, seen, survey.camera.pixel, viewers.deepest, ())
     return figures.judged(survey, number, len(photos), tuple(sorted(gaps, key=lambda gap: -gap.area)), certain)
 
 
@@ -190,7 +196,9 @@ class _Figures(NamedTuple):
     seen: Seen
     pixel: float
     deepest: float
-    overlaps: Overlaps
+    overlaps: tuple[Neighbours, ...]
+    flown: int = 1
+    needed: int = 1
 
     def judged(
         self, survey: Survey, number: int, photos: int, gaps: tuple[CoverageGap, ...], certain: bool
@@ -206,36 +214,49 @@ class _Figures(NamedTuple):
         ranked = self.pixel * self.seen.depth[order]
         worst = float(ranked[-1]) if len(ranked) else math.nan
         mostly = float(ranked[np.searchsorted(grown, MOST_SHARE * grown[-1])]) if len(ranked) else math.nan
-        asked = np.array(survey.overlap)
-        along, between = (float(pairs.min()) if len(pairs) else math.nan for pairs in self.overlaps)
-        short = sum(int((pairs < one - SHORT).sum()) for pairs, one in zip(self.overlaps, asked, strict=True))
+        least, short, where, pairs = [math.nan, math.nan], 0, "", 0
+        for k, found in enumerate(self.overlaps):
+            pairs += len(found.share)
+            if len(found.share):
+                worst_pair = int((found.share - survey.overlap[k]).argmin())
+                least[k] = float(found.share[worst_pair])
+                below = int((found.share < survey.overlap[k] - SHORT).sum())
+                if below:
+                    x, y = found.centre[worst_pair].mean(axis=0).tolist()
+                    where += f"{' and' if where else ', the least'} about ({x:.1f}, {y:.1f})"
+                short += below
         coarsest = self.pixel * self.deepest
         coarse = survey.gsd is not None and survey.gsd_of == "photo" and coarsest > survey.gsd * (1 + LIMIT_LET_PASS)
         open_ = sum(gap.area for gap in gaps) > LET_PASS
-        refuted = (open_ and certain) or short > 0 or coarse
-        verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ else Verdict.PROVEN
-        pairs = sum(map(len, self.overlaps))
-        least = along, between
-        figures = (shares, worst, mostly, coarsest, least, pairs, short)
-        sentence = f"{_sentence(self.area, figures, survey, gaps)}: {verdict.value}."
+        refuted = (open_ and certain) or short > SHARE_SHORT * pairs or coarse or self.flown < self.needed
+        alone = len(self.overlaps) > 0 and photos > 1 and not pairs and max(survey.overlap) > 0
+        verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ or alone else Verdict.PROVEN
+        figures = (shares, worst, mostly, coarsest, (least[0], least[1]), pairs, short)
+        told = _sentence(self.area, figures, survey, gaps, where)
+        told += "; no photos are neighbours on strips whose overlap could be judged" if alone else ""
+        if self.flown < self.needed:
+            told += f"; flown in {self.flown} of the {self.needed} directions of the pattern {survey.pattern!r}"
+        sentence = f"{told}: {verdict.value}."
         return Coverage(number, verdict, sentence, photos, self.area, *figures, gaps)
 
 
-def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple[CoverageGap, ...]) -> str:
+def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple[CoverageGap, ...], where: str) -> str:
     shares, worst, _, coarsest, (along, between), pairs, short = figures
     whole = not gaps
     size = f"{area / 1e4:,.3g} ha" if area >= 1e3 else f"{area:,.3g} m²"
     percent = "100" if whole else f"{min(100 * shares[0], 99.99):.4g}"
     often = sum(one >= MOST_SHARE for one in shares)
     times = f", by at least {counted(often, 'photo')} on {100 * MOST_SHARE:g} %" if often > 1 else ""
-    fine = f"; worst {100 * worst:.3g} cm" if shares[0] > 0 else ""
+    fine = f"; worst {math.ceil(round(1e4 * worst, 6)) / 100:.4g} cm" if shares[0] > 0 else ""
     if survey.gsd is not None and coarsest > survey.gsd * (1 + LIMIT_LET_PASS) and survey.gsd_of == "photo":
         fine += f", but up to {100 * coarsest:.3g} cm in single photos, where {100 * survey.gsd:.3g} cm are asked"
     shared = [
-        f"{share:.1f} % {where}" for share, where in ((along, "along strips"), (between, "between")) if share == share
+        f"{math.floor(10 * share) / 10:.1f} % {which}"
+        for share, which in ((along, "along strips"), (between, "between"))
+        if share == share
     ]
     told = f"; photos share at least {' and '.join(shared)}" if shared else ""
-    wrong = f", {short:,} of {counted(pairs, 'pair')} less than asked" if short else ""
+    wrong = f", {short:,} of {counted(pairs, 'pair')} less than asked{where}" if short else ""
     gap = (
         f"; {gaps[0].area:,.3g} m² about ({gaps[0].outline[0][0]:.1f}, {gaps[0].outline[0][1]:.1f}): {gaps[0].why}"
         if gaps

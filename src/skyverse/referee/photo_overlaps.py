@@ -23,17 +23,10 @@ PARALLEL = 0.966
 """The cosine of 15 degrees, by which strips, and the directions of cameras, may differ that are neighbours."""
 FACING = 0.75
 """How far ahead a neighbour on another strip may be, as a share of the way to the next photo on its own."""
-MOST_NODES = 40
+MOST_NODES = 80
 """Cells along x and along y at whose middles the ground is looked at that two photos show, about."""
 SHORT = 0.3
 """Per cent by which an overlap may be less than asked: it depends on how finely the ground is looked at."""
-
-
-class Overlaps(NamedTuple):
-    """What neighbours share, per cent: of (n,) pairs along strips, and of (m,) pairs of strip and strip."""
-
-    along: Floats
-    between: Floats
 
 
 class Neighbours(NamedTuple):
@@ -44,13 +37,14 @@ class Neighbours(NamedTuple):
     centre: Floats
 
 
-def overlaps_of(photos: Photos, camera: Camera, grid: CellGrid) -> Overlaps:
-    """Return what the photos of strips share of the ground, of which only whole cells count."""
-    return Overlaps(*(found.share for found in neighbours_of(photos, camera, grid)))
+def neighbours_of(
+    photos: Photos, camera: Camera, grid: CellGrid, *, one_direction: bool = True
+) -> tuple[Neighbours, Neighbours]:
+    """Return the neighbours along strips and between strips whose middle is ground to be seen, in whole cells.
 
-
-def neighbours_of(photos: Photos, camera: Camera, grid: CellGrid) -> tuple[Neighbours, Neighbours]:
-    """Return the neighbours along strips and between strips that look at whole cells and share some of the ground."""
+    Strips that are farther apart than a picture is wide are neighbours as well, which share nothing; where each part of
+    the area is flown in one direction, only if no other photo was taken about the middle between them.
+    """
     if len(photos) < 2:
         none = Neighbours(np.zeros((0, 2), dtype=np.intp), np.zeros(0), np.zeros((0, 2, 2)))
         return none, none
@@ -67,6 +61,8 @@ def neighbours_of(photos: Photos, camera: Camera, grid: CellGrid) -> tuple[Neigh
     centre, deep = _centres(photos.position, frames[:, 0], grid)
     width = _width(np.column_stack([-course[:, 1], course[:, 0]]), frames, camera) * deep
     beside = _neighbours(level, course, spacing, frames[:, 0], width)
+    if one_direction:
+        beside = _with_none_between(beside, centre, width)
     found: list[Neighbours] = []
     for pairs in (np.column_stack([first, first + 1]), beside):
         pairs = pairs[_in_area((centre[pairs[:, 0]] + centre[pairs[:, 1]]) / 2, grid)]
@@ -79,6 +75,33 @@ def neighbours_of(photos: Photos, camera: Camera, grid: CellGrid) -> tuple[Neigh
         some = np.isfinite(share)
         found.append(Neighbours(pairs[some], share[some], centre[pairs[some]]))
     return found[0], found[1]
+
+
+def _with_none_between(pairs: Indices, centre: Floats, width: Floats) -> Indices:
+    """Return the pairs (n, 2) that are no farther apart than a picture is wide, or have no photo about their middle."""
+    a, b = centre[pairs[:, 0]], centre[pairs[:, 1]]
+    middle, wide = (a + b) / 2, np.minimum(width[pairs[:, 0]], width[pairs[:, 1]])
+    kept = np.hypot(*(b - a).T) < wide
+    for k in np.flatnonzero(~kept).tolist():
+        kept[k] = not (np.hypot(*(centre - middle[k]).T) < wide[k] / 2).any()
+    return pairs[kept]
+
+
+def directions_flown(photos: Photos, oblique: bool) -> int:
+    """Return in how many directions photos look, one of them straight down, or along how many lines strips lead."""
+    level = np.diff(photos.position[:, :2], axis=0)
+    same = (photos.uav[1:] == photos.uav[:-1]) & (photos.strip[1:] == photos.strip[:-1]) & (photos.strip[1:] >= 0)
+    ways, down = level[same & (np.hypot(*level.T) > NO_LENGTH)], 0
+    if oblique:
+        slanting = np.abs(np.cos(np.radians(photos.pitch))) > STEEP_VIEW
+        turned = np.radians(photos.heading[slanting])
+        ways, down = np.column_stack([np.sin(turned), np.cos(turned)]), int(not slanting.all())
+    found: list[Floats] = []
+    for way in ways / np.maximum(np.hypot(*ways.T), NO_LENGTH)[:, None]:
+        alike = [float(way[0] * other[0] + way[1] * other[1]) for other in found]
+        if not any((one if oblique else abs(one)) > PARALLEL for one in alike):
+            found.append(way)
+    return len(found) + down
 
 
 def _abreast(pairs: Indices, position: Floats, course: Floats, same: Bools) -> Floats:
@@ -130,30 +153,23 @@ def _in_area(places: Floats, grid: CellGrid) -> Indices:
 
 def _neighbours(level: Floats, course: Floats, spacing: Floats, axis: Floats, width: Floats) -> Indices:
     """Return pairs (m, 2) of photos on parallel strips, each with the nearest one on either side that it faces."""
-    order = np.argsort(level[:, 0], kind="stable")
-    sorted_x = level[order, 0]
-    most = float(width.max(initial=0.0)) + float(spacing.max(initial=0.0))
     found = set()
     for begin in range(0, len(level), 256):
         rows = np.arange(begin, min(begin + 256, len(level)))
-        first, last = np.searchsorted(sorted_x, [level[rows, 0].min() - most, level[rows, 0].max() + most])
-        others = order[first:last]
-        way = level[others] - level[rows, None]
+        way = level - level[rows, None]
         ahead, left = course[rows, None], np.stack([-course[rows, 1], course[rows, 0]], axis=1)[:, None]
         along, aside = (way * ahead).sum(axis=2), (way * left).sum(axis=2)
         reach = width[rows, None]
-        fits = (np.abs(aside) < reach) & (np.abs(aside) > APART * reach)
-        fits &= np.abs(along) <= FACING * np.maximum(spacing[rows, None], spacing[others])
-        fits &= (np.abs((course[others] * ahead).sum(axis=2)) > PARALLEL) & (
-            np.einsum("jk,ik->ij", axis[others], axis[rows]) > PARALLEL
+        fits = np.abs(aside) > APART * reach
+        fits &= np.abs(along) <= FACING * np.maximum(spacing[rows, None], spacing)
+        fits &= (np.abs((course * ahead).sum(axis=2)) > PARALLEL) & (
+            np.einsum("jk,ik->ij", axis, axis[rows]) > PARALLEL
         )
         for side in (aside, -aside):
             far = np.where(fits & (side > 0), side + NEARER_AHEAD * np.abs(along), np.inf)
             best = far.argmin(axis=1)
             has = np.isfinite(far[np.arange(len(rows)), best])
-            found |= {
-                (min(i, j), max(i, j)) for i, j in zip(rows[has].tolist(), others[best[has]].tolist(), strict=True)
-            }
+            found |= {(min(i, j), max(i, j)) for i, j in zip(rows[has].tolist(), best[has].tolist(), strict=True)}
     return np.array(sorted(found), dtype=np.intp).reshape(-1, 2)
 
 

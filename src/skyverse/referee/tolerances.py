@@ -68,6 +68,9 @@ NEARER_AHEAD = 1e-3
 LOOSE_POWER = 5e-3
 """Share by which the bound on the power on a part may exceed its mean before the part is cut in two."""
 
+SHARE_SHORT = 5e-3
+"""The share of pairs of neighbouring photos that may share less than asked, which sentences tell."""
+
 AIRSPEED_BAND = 0.01
 """Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""
 

@@ -68,6 +68,13 @@ def _not_seen(mission: Mission) -> Iterator[MissionCaution]:
         if one.verdict is not Verdict.PROVEN:
             name = mission.scenario.surveys[one.survey].name
             yield MissionCaution("not seen", f"{Caution.WARNING}: {name}: {one.sentence}", (name,))
+            reasons: dict[str, float] = {}
+            for gap in mission.unseen:
+                if gap.survey == one.survey:
+                    reasons[gap.why] = reasons.get(gap.why, 0.0) + gap.area
+            for why, area in reasons.items():
+                where = f"about {area:,.3g} m² of {name}" if area else name
+                yield MissionCaution("not seen", f"{Caution.WARNING}: {where}: {why}", (name,))
 
 
 def _slow_in_wind(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Iterator[MissionCaution]:

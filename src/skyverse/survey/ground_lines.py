@@ -41,6 +41,8 @@ CELLS_ALONG = 60
 """Cells of the ground along the shorter side of a photo."""
 ROUGH_ALONG = 18
 """Those from which overlaps are found."""
+SPARE = 0.004
+"""By so much more than asked photos overlap, as the ground is looked at by places."""
 STEEPEST = 1.0
 """Metres of height a metre: lines are nowhere steeper, whatever the UAVs can do."""
 TUBE = 0.15
@@ -150,7 +152,8 @@ class GroundSurvey:
                 field="gimbal",
             )
         c = 0.0 if pitch == -90.0 else c
-        overlap = survey.overlap[0] / 100.0, survey.overlap[1] / 100.0
+        front, side = (share / 100.0 + SPARE * (share > 0) for share in survey.overlap)
+        overlap = front, side
         whole = survey.gsd is not None and survey.gsd_of == "photo"
         # how far from the optical axis what limits the height may be, for each metre of depth
         aside = math.hypot(across, along) if whole else math.hypot((1 - overlap[1]) * across, (1 - overlap[0]) * along)
