@@ -140,6 +140,12 @@ def solids_of(obstacles: Sequence[AnyShape]) -> list[Solid]:
     return found
 
 
+def closed_between(obstacles: Sequence[AnyShape], low: float, high: float) -> shapely.Geometry:
+    """Return where obstacles and zones, solid or not, are between two altitudes, as seen from above."""
+    parts = [one for shape in obstacles for one in _upright(shape)]
+    return shapely.union_all([polygon for polygon, _, bottom, top in parts if bottom < high and top > low])
+
+
 def _upright(shape: AnyShape) -> list[tuple[shapely.Geometry, shapely.Geometry, float, float]]:
     if isinstance(shape, Box):
         polygon = shapely.box(*shape.min[:2], *shape.max[:2])

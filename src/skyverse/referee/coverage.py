@@ -17,7 +17,7 @@ from skyverse.model.short_lines import counted
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
-from skyverse.referee.blockers import Solid, blockers_of, bottoms_of, solids_of
+from skyverse.referee.blockers import Solid, blockers_of, bottoms_of, closed_between, solids_of
 from skyverse.referee.facet_cells import FacetCells, facet_cells
 from skyverse.referee.gaps import Sight, outlines_of, runs, spots
 from skyverse.referee.ground_cells import CellGrid, Pieces, area_of, grid_of, joined
@@ -81,12 +81,23 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     viewers, sight = _viewers(scenario, survey, photos, errors, solids, hanging)
     seen, missed = _look(viewers, grid)
     gaps, certain = _gaps(sight, number, np.append(missed, beyond) if shapely.area(beyond) > 0 else missed, grid)
-    oblique = survey.pattern == "oblique"
-    needed = 1 if oblique and survey.pitch == -90.0 else DIRECTIONS.get(survey.pattern, 1)
-    flown = 1 if needed == 1 else directions_flown(photos, oblique)
-    overlaps = neighbours_of(photos, survey.camera, grid, one_direction=needed == 1)
+    needed = _directions(survey)
+    flown = 1 if needed == 1 else directions_flown(photos, survey.pattern == "oblique")
+    overlaps = neighbours(scenario, survey, photos, grid)
     figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers.deepest, overlaps, flown, needed)
     return figures.judged(survey, number, len(photos), gaps, certain)
+
+
+def _directions(survey: Survey) -> int:
+    """Return in how many directions a survey's pattern is flown everywhere."""
+    return 1 if survey.pattern == "oblique" and survey.pitch == -90.0 else DIRECTIONS.get(survey.pattern, 1)
+
+
+def neighbours(scenario: Scenario, survey: Survey, photos: Photos, grid: CellGrid) -> tuple[Neighbours, Neighbours]:
+    """Return the neighbours among the photos of a survey, along strips and between them."""
+    heights = photos.position[:, 2]
+    closed = closed_between(scenario.obstacles, heights.min(initial=np.inf), heights.max(initial=-np.inf))
+    return neighbours_of(photos, survey.camera, grid, closed, one_direction=_directions(survey) == 1)
 
 
 def _viewers(

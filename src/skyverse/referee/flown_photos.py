@@ -17,16 +17,16 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
-from skyverse.referee.coverage import judge_coverage
+from skyverse.referee.coverage import judge_coverage, neighbours
 from skyverse.referee.ground_cells import area_of, grid_of
-from skyverse.referee.photo_overlaps import PARALLEL, SHORT, neighbours_of
-from skyverse.referee.tolerances import LET_PASS, NO_LENGTH
+from skyverse.referee.photo_overlaps import PARALLEL, SHORT
+from skyverse.referee.tolerances import LET_PASS, MORE_THAN_HALF, NO_LENGTH
 
 ASTRAY = 15.0
 """Degrees by which the camera may look otherwise than planned in a photo of a strip."""
 LONG_STEP = 1.5
 """How far apart photos are, as a multiple of the usual, between which others may have been taken later."""
-FROM_STRIP, AWAY = 0.27, 1e-3
+FROM_STRIP = 0.27
 """Of the way between strips with one missing, the share by which a gap is away from each; more than half, otherwise."""
 SHARES_LESS = "photos about it share less than asked"
 
@@ -121,11 +121,11 @@ def _with_short(scenario: Scenario, number: int, photos: Photos, coverage: Cover
     step, spacing = (_half_step(survey, axis) for axis in (0, 1))
     along, between = (
         found.centre[found.share < share - SHORT]
-        for found, share in zip(neighbours_of(photos, survey.camera, grid), survey.overlap, strict=True)
+        for found, share in zip(neighbours(scenario, survey, photos, grid), survey.overlap, strict=True)
     )
     way = between[:, 1] - between[:, 0]
     most = np.maximum(np.round(np.hypot(*way.T) / (2 * spacing)), 2)  # how many strips wide it is
-    held = np.where(most > 2, 0.5 / most + AWAY, FROM_STRIP)[:, None]
+    held = np.where(most > 2, 0.5 / most + MORE_THAN_HALF, FROM_STRIP)[:, None]
     between = np.stack([between[:, 0] + held * way, between[:, 1] - held * way], axis=1)
     groups = [shapely.buffer(shapely.linestrings(between[most == n]), step, cap_style="flat") for n in np.unique(most)]
     groups.append(shapely.buffer(shapely.linestrings(along), (1 - 2 * FROM_STRIP) * 2 * spacing, cap_style="flat"))

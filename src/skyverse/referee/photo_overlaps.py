@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from skyverse._typing import Bools, Floats, Indices
 from skyverse.model.camera import Camera
@@ -38,12 +39,18 @@ class Neighbours(NamedTuple):
 
 
 def neighbours_of(
-    photos: Photos, camera: Camera, grid: CellGrid, *, one_direction: bool = True
+    photos: Photos,
+    camera: Camera,
+    grid: CellGrid,
+    closed: shapely.Geometry | None = None,
+    *,
+    one_direction: bool = True,
 ) -> tuple[Neighbours, Neighbours]:
     """Return the neighbours along strips and between strips whose middle is ground to be seen, in whole cells.
 
     Strips that are farther apart than a picture is wide are neighbours as well, which share nothing; where each part of
-    the area is flown in one direction, only if no other photo was taken about the middle between them.
+    the area is flown in one direction, only if no other photo was taken about the middle between them. Photos with
+    closed air between them, in which no strip can be, are no neighbours.
     """
     if len(photos) < 2:
         none = Neighbours(np.zeros((0, 2), dtype=np.intp), np.zeros(0), np.zeros((0, 2, 2)))
@@ -65,6 +72,10 @@ def neighbours_of(
         beside = _with_none_between(beside, centre, width)
     found: list[Neighbours] = []
     for pairs in (np.column_stack([first, first + 1]), beside):
+        if closed is not None and not shapely.is_empty(closed):
+            ways = shapely.linestrings(np.stack([level[pairs[:, 0]], level[pairs[:, 1]]], axis=1))
+            shapely.prepare(closed)
+            pairs = pairs[~shapely.intersects(closed, ways)]
         pairs = pairs[_in_area((centre[pairs[:, 0]] + centre[pairs[:, 1]]) / 2, grid)]
         others = photos.position[pairs[:, 1]] if not found else _abreast(pairs, photos.position, course, same)
         shares = [
