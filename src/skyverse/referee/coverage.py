@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from skyverse._typing import Floats
+from skyverse._typing import Bools, Floats
 from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.photos import Photos
 from skyverse.model.scenario import Scenario
@@ -124,10 +124,11 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
     viewers, sight = _viewers(scenario, survey, photos, errors, solids, bottoms_of(solids))
     cells = facet_cells(scenario, survey, solids)
     area, rows, lost = float(cells.area.sum()), [], []
+    first = int(cells.source.max(initial=-1)) + 1 - len(survey.facets)
     for left in range(HALVINGS, -1, -1):
         flat = Pieces(np.zeros(len(cells.area), dtype=object), cells.corners, np.zeros(len(cells.area)), cells.area)
         shown = viewers.show_pieces(flat, cells.normal)
-        once = shown.count > 0
+        once = (shown.count > 0) & ~((cells.source >= first) & _sunk(scenario, cells))
         rows.append((flat.area[once], shown.count[once], shown.depth[once]))
         unsure = ~once & shown.touched & (left > 0)
         if unsure.sum() > MOST_HALVED:
@@ -146,6 +147,16 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
     seen = Seen(*(np.concatenate(column) for column in zip(*rows, strict=True)))
     figures = _Figures(area, seen, survey.camera.pixel, viewers.deepest, ())
     return figures.judged(survey, number, len(photos), tuple(sorted(gaps, key=lambda gap: -gap.area)), certain)
+
+
+def _sunk(scenario: Scenario, cells: FacetCells) -> Bools:
+    """Return of cells whether a corner, or the middle, is below the ground; walls begin above it."""
+    if scenario.terrain is None:
+        return np.zeros(len(cells.area), dtype=np.bool_)
+    places = np.concatenate([cells.corners, cells.corners.mean(axis=1, keepdims=True)], axis=1)
+    sunk = places[:, :, 2] + LET_PASS < scenario.terrain.height(places[:, :, :2])
+    found: Bools = np.any(sunk, axis=1)
+    return found
 
 
 def _near(solids: list[Solid], asked: shapely.Geometry, photos: Photos) -> list[Solid]:
