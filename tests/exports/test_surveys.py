@@ -1,12 +1,19 @@
 """Exports of planned surveys, judged by the referee: a replay of each file takes the photos where they are planned."""
 
 from functools import lru_cache
+from types import SimpleNamespace
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import skyverse as sky
 from flown_surveys import differences
 from planned_surveys import KINDS, home_of, planned_survey
+from skyverse.exports.camera_items import CameraOrders
+from skyverse.exports.photo_strips import PhotoRun
+from skyverse.exports.verdicts import verdict_table
+from skyverse.orders.mavlink_items import Command
 
 FORMATS = ("plan", "waypoints", "wpml.kmz", "litchi.csv")
 BESIDE = {"plan": "params", "waypoints": "param"}
@@ -64,3 +71,52 @@ def test_heights_above_a_launch_place_of_unknown_height_are_refused(tmp_path):
     with pytest.raises(sky.InputError, match="a known height of the ground where it is launched"):
         flown(mission, tmp_path, "litchi.csv")
     assert flown(mission, tmp_path, "wpml.kmz")[0][1] == 0
+
+
+def run(on, off, stands=False, **more):
+    given = {"strip": 0, "survey": 0, "count": 3, "every": 20.0, "pitch": -90.0, "heading": None, "fastest": 20.0}
+    return PhotoRun(on=on, off=off, stands=stands, trigger=more.pop("trigger", "distance"), **(given | more))
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    lengths=st.lists(st.integers(0, 3), min_size=1, max_size=6),
+    joined=st.lists(st.booleans(), min_size=6, max_size=6),
+    stops=st.lists(st.booleans(), min_size=6, max_size=6),
+)
+def test_the_trigger_is_on_along_runs_and_nowhere_else(lengths, joined, stops):
+    runs, at = [], 1
+    for length, follows, stands in zip(lengths, joined, stops, strict=False):
+        runs.append(run(at, at + length, stands or not length))
+        at += length + (0 if follows and length else 1)
+    plan = SimpleNamespace(route=SimpleNamespace(runs=runs), autopilot=SimpleNamespace(name="px4"))
+    orders, on = CameraOrders(plan), False
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("skyverse.exports.camera_items.spacing", lambda plan, one: one.every)
+        for k in range(1, at + 2):
+            for item in orders.after(k):
+                on = item.numbers[0] > 0 if item.command == Command.PHOTO_DISTANCE else on
+            assert on is any(one.on <= k < one.off for one in runs), k
+
+
+def test_one_uav_with_several_sorties_is_exported(tmp_path):
+    uav = {
+        "start": (-30, -30, 30),
+        "home": 0.0,
+        "end": "home",
+        "mass": 1.0,
+        "hover_power": 250.0,
+        "max_speed": 10,
+        "battery": 14.0,
+    }
+    given = {"bounds": {"min": (-150, -150, 0), "max": (450, 450, 120)}, "clearance": 1.0, "uavs": [uav]}
+    field = sky.Survey([(0, 0), (300, 0), (300, 250), (0, 250)], "mavic-3e", gsd="2 cm", overlap=(70, 60))
+    mission = sky.plan_mission(sky.Scenario(name="one", surveys=[field], **given))
+    (sorties,) = mission.sorties
+    assert len(sorties) > 1
+    for suffix in FORMATS:
+        options = sky.ExportOptions(altitude="home", origin=sky.Origin(latitude=47, longitude=8, altitude=400))
+        seen = []
+        files = sky.export(mission, tmp_path / f"m.{suffix}", options, on_certificate=seen.append)
+        assert len(files) == len(sorties)
+        assert len({len(row) for row in verdict_table(seen[0].flights)[1]}) == 1

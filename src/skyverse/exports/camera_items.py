@@ -57,7 +57,7 @@ class CameraOrders:
             yield from self.before(k)
         runs = self.plan.route.runs
         for run in runs:
-            if run.off == k and run.on < k and not any(one.on == k for one in runs if one is not run):
+            if run.off == k and run.on < k and not any(one.on == k and not one.standing_at(k) for one in runs):
                 yield _item(Command.STOP_PHOTOS if run.trigger == "time" else Command.PHOTO_DISTANCE)
         for run in runs:
             if run.standing_at(k):

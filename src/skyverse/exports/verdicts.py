@@ -193,5 +193,5 @@ def _fleet_row(flights: Sequence[FlightVerdict]) -> tuple[str, ...]:
         share(sum(flight.legs_proven for flight in flights), "proven", f"{Caution.NOT} proven at corners"),
         next(iter(ends)) if len(ends) == 1 else "; ".join(f"{words}: {number}" for words, number in ends.items()),
         share(sum(flight.has_way_home for flight in flights), "at every instant", f"{Caution.NOT} at every instant"),
-        KEPT[max(kinds, key=list(Apart).index)],
+        *((KEPT[max(kinds, key=list(Apart).index)],) if kinds else ()),
     )
