@@ -111,6 +111,12 @@ def test_flights_that_batteries_do_not_give_as_autopilots_fly_them_are_warned_of
     assert "% left of 20%; plan" in low
 
 
+def test_flights_whose_batteries_would_be_empty_before_they_land_are_refused(tour, tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "slow_touch_down", lambda *_: 1000.0 * JOULES_OF_WATT_HOUR)
+    with pytest.raises(sky.InputError, match="batteries are empty before they land: uav-1 sortie 1 with -"):
+        exported(tour, tmp_path, ".plan")
+
+
 def test_the_nose_points_at_a_target_where_that_wants_it(tour, tmp_path):
     (number,) = [k for k, target in enumerate(tour.scenario.targets) if target.heading is not None]
     (flight,) = [one for one in flights_of(tour) if number in [stay.target for stay in one.stays]]

@@ -199,7 +199,8 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
     )
 
 
-def _summary(fleet: ExportedFleet, plan: FlightPlan) -> FlightSummary:
+def flown_summary(fleet: ExportedFleet, plan: FlightPlan) -> FlightSummary:
+    """Return what a flight takes as its autopilot flies the waypoints, touch-down and all."""
     uav, ground = fleet.scenario.uavs[plan.route.uav], [slow_touch_down(fleet.scenario, plan)]
     return flight_summary(uav, plan.waypoints, plan.predicted(), fleet.scenario.wind, ground=ground)
 
@@ -208,7 +209,7 @@ def _low_batteries(fleet: ExportedFleet) -> Iterator[str]:
     """Yield a warning on the flights that take more than their batteries give, reserve apart."""
     low = []
     for plan in fleet.plans:
-        left, reserve = _summary(fleet, plan).left, fleet.scenario.uavs[plan.route.uav].reserve
+        left, reserve = flown_summary(fleet, plan).left, fleet.scenario.uavs[plan.route.uav].reserve
         if left is not None and left < reserve:
             low.append(f"{fleet.name(plan)} with {left:.1%} left of {reserve:.0%}")
     if low:
@@ -220,7 +221,7 @@ def _low_batteries(fleet: ExportedFleet) -> Iterator[str]:
 
 def _of_battery(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
     """Yield what a flight takes of its battery, where that is known."""
-    taken = _summary(fleet, plan)
+    taken = flown_summary(fleet, plan)
     if taken.energy_bound is None or taken.left is None:
         return
     energy, reserve = taken.energy_bound / JOULES_OF_WATT_HOUR, fleet.scenario.uavs[plan.route.uav].reserve

@@ -24,6 +24,7 @@ from skyverse.exports.report import (
     OTHER_ENDS,
     cautions,
     details,
+    flown_summary,
     loading,
     not_apart_when_returning,
 )
@@ -84,12 +85,24 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     planned = not apart_by_timing_only(mission)
     _require_apart(scenario, apart, plans, options, path, planned=planned)
     told = ExportedFleet(mission, plans, returns, apart, options)
+    _require_batteries(told, path)
     contents, rates = _contents(path, suffix, told)
     settings = [litchi_settings(told)] if suffix == ".litchi.csv" else []
     notes = [*cautions(told, planned=planned), *settings, *loading(told, rates), *details(told)]
     certificate = ExportCertificate(apart, tuple(returns), flight_verdicts(told))
     files = [file for file in contents if file not in rates and not file.name.endswith(PHOTO_FILES)]
     return WaypointFiles(contents, files, certificate, notes)
+
+
+def _require_batteries(fleet: ExportedFleet, path: Path) -> None:
+    """Raise `InputError` for flights whose batteries are empty before they land, as autopilots fly the waypoints."""
+    left = {fleet.name(plan): flown_summary(fleet, plan).left for plan in fleet.plans}
+    empty = [f"{name} with {share:.0%}" for name, share in left.items() if share is not None and share < 0.0]
+    if empty:
+        raise InputError(
+            f"{path}: as autopilots fly the waypoints, batteries are empty before they land: {few(empty, MAX_TOLD)} "
+            "left; take another format, whose autopilot does not stop at each waypoint, more UAVs or larger batteries"
+        )
 
 
 def _require_launch_places(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
