@@ -172,7 +172,9 @@ def _stands(scenario: Scenario, solid: Solid) -> bool:
         return solid.low <= scenario.bounds.min[2]
     west, south, east, north = shapely.bounds(solid.polygon)
     x, y = np.meshgrid(np.linspace(west, east, ACROSS), np.linspace(south, north, ACROSS))
-    return bool((scenario.terrain.height(np.stack([x, y], axis=-1)) >= solid.low).any())
+    within = np.column_stack([x.ravel(), y.ravel()])[shapely.contains_xy(solid.polygon, x.ravel(), y.ravel())]
+    places = np.concatenate([within, shapely.get_coordinates(solid.polygon)])
+    return bool((scenario.terrain.height(places) >= solid.low).any())
 
 
 def _look(viewers: Viewers, grid: CellGrid) -> tuple[Seen, NDArray[np.object_]]:
