@@ -230,7 +230,7 @@ class Found:
     missed, certain
         Square metres that the referee does not count, and that rays find certain to be seen, with a margin.
     holds
-        Whether all places are certain to be seen with the wide margin.
+        Whether all places are certain to be seen with the wide margin; those beside buildings without any.
     """
 
     coverage: object
@@ -283,12 +283,24 @@ def standing(caster):
     found = []
     for shape in caster.obstacles:
         low, high = (np.array(corner) for corner in _box(shape))
-        x, y = (grid.ravel() for grid in np.meshgrid(*np.linspace(low[:2], high[:2], 60).T))
+        x, y = (grid.ravel() for grid in np.meshgrid(*np.linspace(low[:2], high[:2], 150).T))
         feet = np.column_stack([x, y, np.full(len(x), low[2] - 1.0)])
-        own = replace(caster, terrain=None, obstacles=(shape,))
-        if (own.blocked(feet, feet * [1, 1, 0] + [0, 0, high[2] + 1.0]) & (caster.ground(x, y) >= low[2])).any():
+        own, rim = replace(caster, terrain=None, obstacles=(shape,)), _rim(shape)
+        bottom = shape.centre[2] if type(shape).__name__ == "Sphere" else low[2]
+        touches = own.blocked(feet, np.column_stack([x, y, np.maximum(caster.ground(x, y), low[2] - 1.0)]))
+        if touches.any() or (caster.ground(*rim.T) >= bottom).any():
             found.append(shape)
     return tuple(found)
+
+
+def _rim(shape):
+    """Return places (n, 2) on the outline of an obstacle, its corners among them."""
+    kind = type(shape).__name__
+    if kind in ("Cylinder", "Sphere"):
+        angle = np.linspace(0, 2 * np.pi, 65)
+        return np.array(shape.centre[:2]) + shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    ring = shapely.box(*shape.min[:2], *shape.max[:2]) if kind == "Box" else shapely.Polygon(shape.vertices)
+    return shapely.get_coordinates(shapely.segmentize(ring, 0.05))
 
 
 def below(caster, obstacles, places, around=0.0):
@@ -354,6 +366,7 @@ def found_of(case, count=500, seed=0, random=8):
         deep = np.where(*seen(caster, replace(cameras, most=np.inf), places, random=random, seed=seed), 0.0)
         coarse = bool(deep.max() > cameras.most)
         fine = bool(deep.max() <= cameras.most * (1 - WIDE_MARGIN[1]))
+    beside &= sure.any(axis=1) | under
     if fine and bool((sure2 | beside).all()):
         broad = replace(careful, lean=np.tan(np.radians(WIDE_MARGIN[0])))
         sure3 = seen(broad, cameras.stricter(*WIDE_MARGIN), places, random=random, seed=seed)[0].any(axis=1)

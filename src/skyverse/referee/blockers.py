@@ -1,4 +1,4 @@
-"""What may hide places from cameras besides the ground: the walls of solid obstacles, and triangles of structures.
+"""What may hide places from cameras besides the ground: walls of solid obstacles, balls, and triangles of structures.
 
 An upright solid that a straight line enters, it enters or leaves through a wall, or its bottom where it hangs.
 Its walls count from its top down to any depth, so that nothing is seen through the air below it from beside it.
@@ -22,6 +22,8 @@ ROUND, ROUND_SLAB = 32, 16
 """Corners of the polygons about cylinders, and about slices of spheres."""
 SLABS = 8
 """Upright solids that stand for a sphere."""
+TOUCHES = 3
+"""How often the plane that touches a ball is turned to where the camera is worst."""
 PAIRS_AT_ONCE = 2**18
 """Places and blockers looked at together, which bounds the memory."""
 
@@ -37,6 +39,8 @@ class Solid(NamedTuple):
         From which z to which, metres.
     obstacle
         The obstacle's number.
+    ball
+        x, y, z and radius, metres, of the sphere of which it is a slice.
     """
 
     polygon: shapely.Geometry
@@ -44,11 +48,12 @@ class Solid(NamedTuple):
     low: float
     high: float
     obstacle: int
+    ball: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Blockers:
-    """Flat convex parts, each on a plane and within three lines on it.
+    """Flat convex parts, each on a plane and within three lines on it; and balls, which have no plane and no lines.
 
     Attributes
     ----------
@@ -57,11 +62,13 @@ class Blockers:
     top
         (n,) the greatest z.
     normal, anchor
-        (n, 3) of the plane, to the outside, and a point on it.
+        (n, 3) of the plane, to the outside, and a point on it; of balls, nothing and the centre.
     points, directions
         (n, 3, 3) of the lines, counterclockwise as seen from outside.
     closed
         (n,) whether it belongs to a solid, so that a rising line meets it from outside first.
+    radius
+        (n,) metres, of balls; 0 of others.
     """
 
     low: Floats
@@ -72,6 +79,13 @@ class Blockers:
     points: Floats
     directions: Floats
     closed: Bools
+    radius: Floats
+
+    @property
+    def upright(self) -> tuple[Floats, Floats]:
+        """One end and the unit normal of each upright part as seen from above, (m, 2), (m, 2)."""
+        some = (self.normal[:, 2] == 0) & (self.radius == 0)
+        return self.anchor[some, :2], self.normal[some, :2]
 
     def shadows(self, view: PhotoView, lowest: float, rising: bool) -> tuple[Indices, Floats, Floats]:
         """Return the parts that may hide what is above a height, and the boxes (k, 2), (k, 2) seen from above there.
@@ -128,7 +142,38 @@ class Blockers:
             some, does, inward, outward = some[may], does[may], inward[may], outward[may]
         found = np.zeros((2, len(outside)), dtype=np.bool_)
         found[0, some], found[1, some] = True, does
+        round_ = np.flatnonzero(self.radius[which] > 0)
+        found[:, round_] = _behind_balls(
+            x[round_] - anchor[round_, None], self.radius[which[round_]], anchor[round_], view
+        )
         return found
+
+
+def _behind_balls(x: Floats, radius: Floats, centre: Floats, view: PhotoView) -> Bools:
+    """Return of hulls of corners (n, k, 3), seen from the centres of balls, whether these may hide them, and do.
+
+    They do not if hull and camera, wherever it may be, are beyond a plane that touches the ball. The plane is upright
+    on the way from the ball to the nearest place between the middle of the hull and the camera where it is worst.
+    """
+    camera, level, upright = view.position - centre, view.error.horizontal, view.error.vertical
+    worst, middle = camera, x.mean(axis=1)
+    for _ in range(TOUCHES):
+        near = _nearest(middle, worst)
+        out = near / np.maximum(np.linalg.norm(near, axis=1), NO_LENGTH)[:, None]
+        side = np.hypot(out[:, 0], out[:, 1])
+        aside = out[:, :2] * (level / np.maximum(side, NO_LENGTH))[:, None]
+        worst = camera - np.column_stack([aside, np.sign(out[:, 2]) * upright])
+    clear = np.minimum(np.einsum("ikj,ij->ik", x, out).min(axis=1), np.einsum("ij,ij->i", worst, out))
+    deep = np.linalg.norm(_nearest(x, camera[:, None]), axis=2).max(axis=1, initial=0.0)
+    return np.stack([clear < radius - LET_PASS, deep < radius])
+
+
+def _nearest(a: Floats, b: Floats) -> Floats:
+    """Return the places between places (..., 3) and others that are nearest to (0, 0, 0)."""
+    way = b - a
+    share = -(a * way).sum(axis=-1) / np.maximum((way * way).sum(axis=-1), NO_LENGTH)
+    found: Floats = a + np.clip(share, 0.0, 1.0)[..., None] * way
+    return found
 
 
 def solids_of(obstacles: Sequence[AnyShape]) -> list[Solid]:
@@ -136,7 +181,8 @@ def solids_of(obstacles: Sequence[AnyShape]) -> list[Solid]:
     found = []
     for number, shape in enumerate(obstacles):
         if shape.solid:
-            found += [Solid(*one, number) for one in _upright(shape)]
+            ball = (*shape.centre, shape.radius) if isinstance(shape, Sphere) else None
+            found += [Solid(*one, number, ball) for one in _upright(shape)]
     return found
 
 
@@ -189,12 +235,8 @@ def rings_of(polygon: shapely.Geometry) -> list[Floats]:
 
 def bottoms_of(solids: Sequence[Solid]) -> Floats:
     """Return triangles (n, 3, 3) that fill the bottoms of solids, counterclockwise as seen from below."""
-    found, below = [np.zeros((0, 3, 3))], None
-    for solid in solids:
-        resting = below is not None and below.low <= solid.low <= below.high and below.polygon.covers(solid.polygon)
-        below = solid
-        if resting:  # as the upper slices of a sphere, one on the other
-            continue
+    found = [np.zeros((0, 3, 3))]
+    for solid in (one for one in solids if one.ball is None):
         parts = shapely.get_parts(shapely.delaunay_triangles(convex_parts(np.array([solid.polygon]))))
         level = shapely.get_coordinates(shapely.normalize(parts)).reshape(-1, 4, 2)[:, :3]
         found.append(np.dstack([level, np.full(level.shape[:2], solid.low)]))
@@ -202,9 +244,10 @@ def bottoms_of(solids: Sequence[Solid]) -> Floats:
 
 
 def blockers_of(solids: Sequence[Solid], bottoms: Floats, facets: Sequence[Facet]) -> Blockers:
-    """Return the walls of solids, triangles (n, 3, 3) of their bottoms, and facets."""
+    """Return the walls of solids, triangles (n, 3, 3) of their bottoms, facets, and the spheres among the solids."""
     rings, top = [], []
-    for solid in solids:
+    balls = np.array(sorted({one.ball for one in solids if one.ball is not None})).reshape(-1, 4)
+    for solid in (one for one in solids if one.ball is None):
         own = rings_of(solid.polygon)
         rings += own
         top += [solid.high] * len(own)
@@ -222,13 +265,15 @@ def blockers_of(solids: Sequence[Solid], bottoms: Floats, facets: Sequence[Facet
     sides /= np.linalg.norm(sides, axis=2, keepdims=True)
     across = np.cross(sides[:, 0], sides[:, 1])
     across /= np.linalg.norm(across, axis=1, keepdims=True)
+    around, lost = balls[:, 3:], np.zeros((len(balls), 3, 3))
     return Blockers(
-        np.concatenate([np.minimum(a, b), corners[:, :, :2].min(axis=1)]),
-        np.concatenate([np.maximum(a, b), corners[:, :, :2].max(axis=1)]),
-        np.concatenate([high, corners[:, :, 2].max(axis=1)]),
-        np.concatenate([np.column_stack([way[:, 1], -way[:, 0], none]), across]),
-        np.concatenate([left, corners[:, 0]]),
-        np.concatenate([np.stack([right, right, left], axis=1), corners]),
-        np.concatenate([np.stack([up, back, -up], axis=1), sides]),
-        np.arange(len(a) + len(corners)) < len(a) + len(bottoms),
+        np.concatenate([np.minimum(a, b), corners[:, :, :2].min(axis=1), balls[:, :2] - around]),
+        np.concatenate([np.maximum(a, b), corners[:, :, :2].max(axis=1), balls[:, :2] + around]),
+        np.concatenate([high, corners[:, :, 2].max(axis=1), balls[:, 2] + balls[:, 3]]),
+        np.concatenate([np.column_stack([way[:, 1], -way[:, 0], none]), across, lost[:, 0]]),
+        np.concatenate([left, corners[:, 0], balls[:, :3]]),
+        np.concatenate([np.stack([right, right, left], axis=1), corners, lost]),
+        np.concatenate([np.stack([up, back, -up], axis=1), sides, lost]),
+        np.arange(len(a) + len(corners) + len(balls)) < len(a) + len(bottoms),
+        np.concatenate([np.zeros(len(a) + len(corners)), balls[:, 3]]),
     )

@@ -73,6 +73,8 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     asked = area_of(survey)
     solids = _near(solids_of(scenario.obstacles), asked, photos)
     stands = np.array([_stands(scenario, solid) for solid in solids], dtype=bool)
+    resting = {solid.ball for solid, on_ground in zip(solids, stands, strict=True) if on_ground} - {None}
+    stands |= np.array([solid.ball in resting for solid in solids], dtype=bool)  # all slices of a ball
     polygons = np.array([solid.polygon for solid in solids], dtype=object)
     asked = shapely.difference(asked, shapely.union_all(polygons[stands]))
     grid = grid_of(scenario, survey, asked)
@@ -174,7 +176,11 @@ def _stands(scenario: Scenario, solid: Solid) -> bool:
     x, y = np.meshgrid(np.linspace(west, east, ACROSS), np.linspace(south, north, ACROSS))
     within = np.column_stack([x.ravel(), y.ravel()])[shapely.contains_xy(solid.polygon, x.ravel(), y.ravel())]
     places = np.concatenate([within, shapely.get_coordinates(solid.polygon)])
-    return bool((scenario.terrain.height(places) >= solid.low).any())
+    low = np.full(len(places), solid.low)
+    if solid.ball is not None:
+        centre, height, radius = solid.ball[:2], solid.ball[2], solid.ball[3]
+        low = height - np.sqrt(np.maximum(radius**2 - ((places - centre) ** 2).sum(axis=1), 0.0))
+    return bool((scenario.terrain.height(places) >= low).any())
 
 
 def _look(viewers: Viewers, grid: CellGrid) -> tuple[Seen, NDArray[np.object_]]:
@@ -186,6 +192,8 @@ def _look(viewers: Viewers, grid: CellGrid) -> tuple[Seen, NDArray[np.object_]]:
     missed = [runs(grid.whole & ~seen & ~again, grid.x, grid.y)]
     pieces = joined(grid.pieces, grid.halved(grid.cells(again)))
     for left in range(HALVINGS, -1, -1):
+        if not left:  # about the corner of a building, one photo shows what is before one wall, one the rest
+            pieces = grid.parted(pieces, *viewers.blockers.upright)
         shown = viewers.show_pieces(pieces)
         once = shown.count > 0
         rows.append((pieces.area[once], shown.count[once], shown.depth[once]))

@@ -16,7 +16,7 @@ from skyverse._typing import Bools, Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.referee.photo_views import PhotoView
-from skyverse.referee.tolerances import AREA_ROUNDING
+from skyverse.referee.tolerances import AREA_ROUNDING, LET_PASS
 
 SIZES = (0.5, 2.0)
 """Metres: the least and the greatest size of cells."""
@@ -164,6 +164,23 @@ class CellGrid:
             for end in (low, high, np.column_stack([low[:, 0], high[:, 1]]), np.column_stack([high[:, 0], low[:, 1]]))
         ]
         return self.cut(_polygons(np.concatenate(quarters)))
+
+    def parted(self, pieces: Pieces, places: Floats, normals: Floats) -> Pieces:
+        """Return pieces, those at places (n, 2) cut along lines through these, with unit normals (n, 2)."""
+        which, at = shapely.STRtree(pieces.outline).query(shapely.points(places), "dwithin", distance=LET_PASS)
+        at, first = np.unique(at, return_index=True)
+        place, normal = places[which[first]][:, None], normals[which[first]][:, None]
+        far = 2 * float(np.ptp(pieces.corners[at], axis=1).max(initial=0.0))
+        ends = place + far * np.array([[-1.0], [1.0]]) * normal[:, :, ::-1] * [-1.0, 1.0]
+        halves = [
+            shapely.intersection(
+                pieces.outline[at],
+                shapely.polygons(np.concatenate([ends, ends[:, ::-1] + side * far * normal], axis=1)),
+            )
+            for side in (-1.0, 1.0)
+        ]
+        others = np.delete(np.arange(len(pieces.area)), at)
+        return joined(pieces.of(others), self.cut(_polygons(np.concatenate(halves))))
 
 
 def _polygons(shapes: NDArray[np.object_]) -> NDArray[np.object_]:
