@@ -168,6 +168,17 @@ def test_expected_photos_stand_beside_the_file(tmp_path):
     assert float(rows[0].split()[5]) == 30.0
 
 
+def test_expected_photos_are_the_same_in_every_format(tmp_path):
+    mission = surveyed([*TWO, *CORRIDOR, [(300, 300, 60)]])
+    beside = []
+    for suffix in FORMATS:
+        written(mission, tmp_path, suffix)
+        beside.append([(tmp_path / f"m.{ending}").read_bytes() for ending in ("photos.csv", "geo.txt")])
+        for ending in ("photos.csv", "geo.txt"):
+            (tmp_path / f"m.{ending}").unlink()
+    assert all(one == beside[0] for one in beside)
+
+
 def test_parts_of_a_file_keep_photos_of_one_run_together(tmp_path, monkeypatch):
     module = importlib.import_module("skyverse.exports.autopilots")
     monkeypatch.setitem(module.AUTOPILOTS, "dji", module.AUTOPILOTS["dji"]._replace(max_waypoints=6))
