@@ -3,6 +3,7 @@
 import importlib
 import json
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -57,6 +58,30 @@ def test_strips_are_flown_through(tmp_path, suffix):
     stops = [step.place for step in steps if step.kind == "fly" and step.stops]
     assert np.linalg.norm(np.array(stops)[:, None] - places, axis=2).min() > 20.0
     assert "2 of 2 runs flown through" in said
+
+
+ROUNDED = [[(x, 0.0, 60.0 + 0.3 * max(x - 80.0, 0.0) - 12.0 * np.exp(-abs(x - 80.0) / 40.0)) for x in range(0, 241, 6)]]
+
+
+def test_where_it_stops_at_bends_there_are_few(tmp_path):
+    mission = surveyed(ROUNDED)
+    passed, _, _ = written(mission, tmp_path, "wpml.kmz")
+    stopped, _, _ = written(mission, tmp_path, "litchi.csv")
+    many, few = (sum(step.kind == "fly" for step in steps_of(file, "")[0]) for file in (passed, stopped))
+    assert few <= 0.6 * many
+    off, count, stray, _ = differences(stopped, HOME)
+    assert off <= 1.0
+    assert (count <= 1, stray) == (True, 0)
+
+
+def test_short_legs_between_stops_are_flown_as_fast_as_it_starts_and_stops(tmp_path):
+    zigzag = [[(12.0 * k, 4.0 * (k % 2), 60.0) for k in range(8)]]
+    file, _, _ = written(surveyed(zigzag, speed=40.0), tmp_path, "litchi.csv")
+    steps = [step for step in steps_of(file, "")[0] if step.kind == "fly"]
+    legs = [(float(np.linalg.norm(b.place - a.place)), b.speed) for a, b in pairwise(steps) if a.place[1] > -1.0]
+    assert len(legs) > 9
+    for length, speed in legs[:-1]:
+        assert speed >= 0.97 * np.sqrt(2.5 * length)  # ramps of 2.5 m/s2 that meet in the middle
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])

@@ -274,8 +274,8 @@ def _speeds(plan: FlightPlan) -> Floats:
     for length, time, stopped, limit in zip(lengths, seconds, ends, limits.tolist(), strict=True):
         wanted = length / time
         if stopped:  # solve time = length / speed + stopped * speed / (2 * acceleration), the slower solution
-            root = max(time**2 - 2 * stopped * length / acceleration, 0.0)
-            wanted = (time - np.sqrt(root)) * acceleration / stopped
+            least = 2 * stopped * length / acceleration  # the square of the time of one that is only ramps
+            wanted = (max(time, np.sqrt(least)) - np.sqrt(max(time**2 - least, 0.0))) * acceleration / stopped
         speed = round(float(np.clip(wanted, MIN_SPEED, max(limit, MIN_SPEED))), 3)
         kept = speeds and speeds[-1] / SPEED_CHANGE <= speed <= speeds[-1] * SPEED_CHANGE and speeds[-1] <= limit
         speeds.append(speeds[-1] if kept else speed)

@@ -16,6 +16,7 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.errors import InputError
 from skyverse.exports.autopilots import LOOKS, AutopilotName, AutopilotRates, trigger_lead
+from skyverse.exports.flights import ExportedFlight
 from skyverse.exports.waypoint_placement import distances_to_segment
 from skyverse.model.arrays import arctan2
 from skyverse.model.photos import photo_times
@@ -29,6 +30,8 @@ MOST_RADII: dict[AutopilotName, float] = {"px4": 1.0, "ardupilot": 0.6, "dji": 1
 """Metres: the largest acceptance radius of a multirotor that takes photos; ArduPilot turns somewhere within it."""
 OFF_WAY = 0.05
 """Metres by which the straight parts of a strip may be off its trajectory."""
+OFF_STOPS = 0.4
+"""The same for a UAV that stops at each bend, so that there are few."""
 MOST_ASIDE = 0.7
 """Metres that a cut corner may lead beside a strip; the UAV stops at sharper bends."""
 MOST_OFF = 0.8
@@ -154,6 +157,8 @@ class StripWay:
         (k,) metres along it at which photos are taken.
     room
         Seconds before and after it that the UAV flies elsewhere.
+    off
+        Metres by which its straight parts may be off.
     """
 
     name: str
@@ -166,6 +171,7 @@ class StripWay:
     points: Floats
     photos: Floats
     room: tuple[float, float]
+    off: float
 
     @property
     def alone(self) -> bool:
@@ -185,7 +191,7 @@ class StripWay:
     @cached_property
     def corners(self) -> Indices:
         """The samples between which it is straight, both ends included."""
-        return np.array(_straight_parts(self.points, 0, len(self.points) - 1) or [0])
+        return np.array(_straight_parts(self.points, 0, len(self.points) - 1, self.off) or [0])
 
     @cached_property
     def bends(self) -> Floats:
@@ -244,8 +250,8 @@ class StripWay:
         ends = [float(at[corner]) if corner else on for (*_, corner), on in zip(parts[:-1], ons[1:], strict=True)]
         offs_at = [*ends, self.length + over]
         marks = [(on, off, last - first + 1) for on, off, (first, last, _) in zip(ons, offs_at, parts, strict=True)]
-        switched = dict.fromkeys(ons, False) | {ons[0]: halts[0]}
-        offs = dict.fromkeys(offs_at, False) | {offs_at[-1]: halts[1]}
+        switched = dict.fromkeys(ons, not how.through) | {ons[0]: halts[0]}
+        offs = dict.fromkeys(offs_at, not how.through) | {offs_at[-1]: halts[1]}
         inner = dict(zip(at[1:-1].tolist(), sharp[1:-1].tolist(), strict=True))
         told = [*switched, *offs]
         far = [along for along in inner if min(abs(along - one) for one in told) > max(how.radius / 2, LEAST_LEG)]
@@ -306,22 +312,21 @@ class StripWay:
         yield first, len(self.photos) - 1, 0
 
 
-def _straight_parts(points: Floats, a: int, b: int) -> list[int]:
+def _straight_parts(points: Floats, a: int, b: int, most: float) -> list[int]:
     """Return the corners of a line (n, 3) from one of its points to another (Ramer, Douglas and Peucker)."""
     off = distances_to_segment(points[a : b + 1], points[a], points[b])
-    if b - a < 2 or off.max() <= OFF_WAY:
+    if b - a < 2 or off.max() <= most:
         return [a, b] if b > a else []
     middle = a + int(np.argmax(off))
-    return [*_straight_parts(points, a, middle)[:-1], *_straight_parts(points, middle, b)]
+    return [*_straight_parts(points, a, middle, most)[:-1], *_straight_parts(points, middle, b, most)]
 
 
-def strip_ways(
-    scenario: Scenario, uav: int, trajectory: Trajectory, strips: Sequence[tuple[int, Strip]], busy: Sequence[float]
-) -> list[StripWay]:
-    """Return the strips of a flight, given with their numbers, as ways.
+def strip_ways(scenario: Scenario, flight: ExportedFlight, busy: Sequence[float], *, through: bool) -> list[StripWay]:
+    """Return the strips of a flight as ways; `through` tells whether their bends are passed without a stop.
 
     `busy` are the instants at which the UAV begins and ends something else, of the flight's begin and end at least.
     """
+    trajectory, strips = flight.trajectory, flight.strips
     made = []
     for number, strip in strips:
         t = _instants(trajectory, strip)
@@ -337,8 +342,8 @@ def strip_ways(
         )
         survey = scenario.surveys[strip.survey]
         fastest = strip.every / (SPARE_SPEED * survey.camera.min_interval) if strip.every else math.inf
-        name = scenario.uavs[uav].name
-        made.append(StripWay(name, number, strip, survey.trigger, fastest, along, t, points, photos, room))
+        of = scenario.uavs[flight.uav].name, number, strip, survey.trigger, fastest
+        made.append(StripWay(*of, along, t, points, photos, room, OFF_WAY if through else OFF_STOPS))
     return made
 
 

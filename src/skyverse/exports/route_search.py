@@ -103,7 +103,7 @@ def _route_of_photos(
     wing = vehicle.fixed_wing is not None
     radius = radius if wing else min(radius, MOST_RADII[takeoff.autopilot])
     busy = [flight.begin, flight.end, *(t for stay in flight.stays for t in (stay.arrival, stay.departure))]
-    ways = strip_ways(legs.scenario, flight.uav, flight.trajectory, flight.strips, busy)
+    ways = strip_ways(legs.scenario, flight, busy, through=through)
     halts = [[not through or gap < LEAST_GAP for gap in way.room] for way in ways]
     found = _NoRoute("")
     for size, may_stop in _sizes(radius, not stops and not wing):
