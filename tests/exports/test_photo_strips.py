@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from flown_surveys import POLL, differences, flat, planned, steps_of, surveyed
+from flown_surveys import POLL, Flight, differences, flat, planned, steps_of, surveyed
 
 HOME = (-40.0, -40.0, 5.0)
 TWO = [[(0, 0, 60), (200, 0, 60)], [(200, 30, 60), (0, 30, 60)]]
@@ -50,6 +50,19 @@ def test_photos_are_where_they_are_planned(tmp_path, lines, suffix):
         assert (stray, turned) == (0, 0)
 
 
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+@pytest.mark.parametrize("every", [6.0, 15.0])
+def test_no_photo_is_taken_twice_where_the_count_begins_anew(tmp_path, suffix, every):
+    mission = surveyed([[(0, 0, 60), (300, 0, 60)]], every=every)
+    file, beside, _ = written(mission, tmp_path, suffix)
+    steps, name = steps_of(file, beside)
+    begun = sum(step.kind == "206" and step.numbers[0] > 0 for step in steps)
+    assert begun >= (2 if suffix == "plan" else 1)
+    for acceleration in (1.5, 2.5, 5.0):
+        taken = Flight(steps, HOME, poll=POLL[name], acceleration=acceleration).run()
+        assert np.hypot(*np.diff(taken[:, :2], axis=0).T).min() > 0.7 * every
+
+
 @pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
 def test_strips_are_flown_through(tmp_path, suffix):
     file, beside, said = written(surveyed(TWO), tmp_path, suffix)
@@ -57,7 +70,7 @@ def test_strips_are_flown_through(tmp_path, suffix):
     places, _, _ = planned(file)
     stops = [step.place for step in steps if step.kind == "fly" and step.stops]
     assert np.linalg.norm(np.array(stops)[:, None] - places, axis=2).min() > 20.0
-    assert "2 of 2 runs flown through" in said
+    assert "2 of 2 strips flown through" in said
 
 
 ROUNDED = [[(x, 0.0, 60.0 + 0.3 * max(x - 80.0, 0.0) - 12.0 * np.exp(-abs(x - 80.0) / 40.0)) for x in range(0, 241, 6)]]
@@ -89,7 +102,7 @@ def test_it_stops_at_a_strip_s_end_where_there_is_no_room(tmp_path, suffix):
     walls = (sky.Box(min=(201.0, -20.0, 0.0), max=(203.0, 60.0, 200.0)),)
     mission = surveyed(TWO, obstacles=walls, clearance=0.5)
     file, beside, said = written(mission, tmp_path, suffix)
-    assert "0 of 2 runs flown through" in said
+    assert "0 of 2 strips flown through" in said
     off, count, stray, _ = differences(file, HOME, beside)
     assert off <= 1.0
     assert (count <= 1, stray) == (True, 0)

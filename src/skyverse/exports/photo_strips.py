@@ -34,8 +34,12 @@ OFF_STOPS = 0.4
 """The same for a UAV that stops at each bend, so that there are few."""
 MOST_ASIDE = 0.7
 """Metres that a cut corner may lead beside a strip; the UAV stops at sharper bends."""
-MOST_OFF = 0.8
+MOST_OFF = 0.5
 """Metres by which photos may be off along a strip, with a probability of 95 %, as autopilots look only now and then."""
+ALIKE = 0.2
+"""The part of the way between two looks by which all photos of a run may be late alike, as at an even speed."""
+MOST_RESTARTS = 75
+"""How often the count of a flight begins anew for that at most, as each time takes four items."""
 MOST_LATE = 0.15
 """Metres by which photos may be late behind bends, across which autopilots count the distance straight."""
 OVERRUN = 3.0
@@ -132,6 +136,8 @@ class Approach(NamedTuple):
         Whether it is an aeroplane, whose trajectory leads on to each strip.
     through
         Whether it may pass bends of a strip without a stop.
+    least
+        How many photos are taken in one count at least.
     """
 
     autopilot: AutopilotName
@@ -139,6 +145,7 @@ class Approach(NamedTuple):
     radius: float
     wing: bool
     through: bool = True
+    least: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +254,7 @@ class StripWay:
         parts = [*self._uninterrupted(how)]
         ons = [float(self.photos[first]) for first, _, _ in parts]
         ons = [on + (0.0 if halts[0] and not k else self._lead(how, on)) for k, on in enumerate(ons)]
-        ends = [float(at[corner]) if corner else on for (*_, corner), on in zip(parts[:-1], ons[1:], strict=True)]
+        ends = [float(at[corner]) if corner else self._off(how, last) for _, last, corner in parts[:-1]]
         offs_at = [*ends, self.length + over]
         marks = [(on, off, last - first + 1) for on, off, (first, last, _) in zip(ons, offs_at, parts, strict=True)]
         switched = dict.fromkeys(ons, not how.through) | {ons[0]: halts[0]}
@@ -288,23 +295,29 @@ class StripWay:
         slope = abs(float(b[2] - a[2])) / float(at[k] - at[k - 1])
         return min(trigger_lead(how.autopilot, how.radius, slope), max(float(at[k]) - along, 0.0) / 2)
 
+    def _off(self, how: Approach, last: int) -> float:
+        """Return where the camera is switched off after a photo: before the next one, lest that is taken twice."""
+        a, b = self.photos[last : last + 2].tolist()
+        return (a + b) / 2 + self._lead(how, (a + b) / 2) if LOOKS[how.autopilot] else b
+
     def _uninterrupted(self, how: Approach) -> Iterator[tuple[int, int, int]]:
         """Yield the first and the last photo of each run, and the number of the corner where it ends; 0 for no corner.
 
         Autopilots count the distance straight from photo to photo, and look at it only now and then. Where bends would
         make that too late, or looks too unsure, the count begins anew at the next photo; it ends at a bend if there is
-        room.
+        room, else halfway.
         """
         at, first, late = self.along[self.corners], 0, 0.0
-        unsure = how.radius / 2 if how.autopilot == "ardupilot" else 0.0
-        spread = LOOKS[how.autopilot] * self.pace / math.sqrt(3.0)  # two standard deviations of an even distribution
-        most = ((MOST_OFF - unsure) / spread) ** 2 if spread and self.trigger == "distance" else math.inf
+        most, looks = len(self.photos), LOOKS[how.autopilot] * self.pace
+        if looks and self.trigger == "distance":  # two standard deviations of an even distribution, if not all alike
+            may = MOST_OFF / looks
+            most = math.ceil(most / math.ceil(most / (1.0 + max(min(3.0 * may**2, may / ALIKE), how.least))))
         places = np.array([self.place(float(along))[:2] for along in self.photos])
         for k, (a, b) in enumerate(pairwise(self.photos.tolist()), 1):
             within = np.flatnonzero((at > a) & (at < b))
             if len(within):
                 late += b - a - math.dist(places[k - 1], places[k])
-            if late > MOST_LATE or k - first > most:
+            if late > MOST_LATE or k - first >= most:
                 bend = at[within[0]] if len(within) else a
                 room = bend - a > how.radius + AFTER_CORNER and b - bend > LEAST_LEG
                 yield first, k - 1, int(within[0]) if room else 0

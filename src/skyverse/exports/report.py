@@ -239,8 +239,8 @@ def _of_photos(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
     stops, (latitude, longitude, ground) = plan.full_stops, fleet.place(plan.home)
     alone, spans = sum(run.on == run.off for run in runs), [run for run in runs if run.on < run.off]
     photos = counted(sum(run.count for run in runs), "photo")
-    through = sum(not stops[run.on] and not stops[run.off] for run in spans)
-    parts = [f"{through} of {counted(len(spans), 'run')} flown through"] if spans else []
+    strips, held = {run.strip for run in spans}, {run.strip for run in spans if stops[run.on] or stops[run.off]}
+    parts = [f"{len(strips - held)} of {counted(len(strips), 'strip')} flown through"] if spans else []
     parts += [f"{alone} taken standing"] if alone else []
     yield (
         f"{name}: {photos} in {told_seconds(float(plan.arrivals[-1]) - plan.begin)}, {', '.join(parts)}; launch it "
@@ -256,7 +256,7 @@ def _of_photos(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
         )
     if not plan.corners_proven:
         yield f"{name}: it switches its camera where it turns, at a distance of its own: that is {Caution.NOT} proven."
-    if plan.autopilot.name == "dji" and through:
+    if plan.autopilot.name == "dji" and strips - held:
         yield f"{name}: how DJI's aircraft turn is not published: bends and run-ins of strips are {Caution.NOT} proven."
     if any(run.trigger == "time" for run in spans):
         yield f"{name}: photos by time are as far off their places as its speed is off: that is {Caution.NOT} proven."

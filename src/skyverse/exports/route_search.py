@@ -15,6 +15,7 @@ from skyverse.exports.legs import LegChecker
 from skyverse.exports.photo_strips import (
     LEAST_GAP,
     MOST_RADII,
+    MOST_RESTARTS,
     Approach,
     PhotoRun,
     Station,
@@ -105,9 +106,9 @@ def _route_of_photos(
     busy = [flight.begin, flight.end, *(t for stay in flight.stays for t in (stay.arrival, stay.departure))]
     ways = strip_ways(legs.scenario, flight, busy, through=through)
     halts = [[not through or gap < LEAST_GAP for gap in way.room] for way in ways]
-    found = _NoRoute("")
+    found, least = _NoRoute(""), sum(len(way.photos) for way in ways) / MOST_RESTARTS
     for size, may_stop in _sizes(radius, not stops and not wing):
-        how, more = Approach(autopilot.name, rates_of(vehicle, autopilot), size, wing, through), True
+        how, more = Approach(autopilot.name, rates_of(vehicle, autopilot), size, wing, through, least), True
         while more:
             laid = tuple(way.laid(how, (first, last)) for way, (first, last) in zip(ways, halts, strict=True))
             made = _searched(legs, flight, _with_strips(flight, ways, laid), [(size, may_stop)], takeoff, stops=stops)
