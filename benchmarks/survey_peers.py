@@ -34,8 +34,8 @@ PHOTO = np.array(CAMERA.sensor[::-1]) * HEIGHT / CAMERA.focal
 """Metres along and across a strip that a photo shows."""
 
 STEP, SPACING = PHOTO * (1.0 - np.array([FRONT, SIDE]))
-EQUAL = 0.005
-"""How much less of an area a peer may keep and still be compared."""
+EQUAL = (0.005, 0.001)
+"""How much less of an area a peer may keep and still be compared: first a tip that is left out, then hardly any."""
 
 SAME = 1e-6
 AREAS = 50
@@ -97,18 +97,18 @@ def straight(area: Any, strips: np.ndarray, how: str) -> Judged:
     return judge(area, strips, np.stack([stops[:-1], stops[1:]], 1), how)
 
 
-def equal(plans: list[Judged], we: Judged, share: str) -> list[Judged]:
-    """Return the plans that keep (or see) as much of an area as ours and fly through no hole."""
-    return [plan for plan in plans if getattr(plan, share) >= getattr(we, share) - EQUAL and plan.within < SAME]
+def equal(plans: list[Judged], we: Judged, share: str, less: float) -> list[Judged]:
+    """Return the plans that keep (or see) as much of an area as ours, `less` at most, and fly through no hole."""
+    return [plan for plan in plans if getattr(plan, share) >= getattr(we, share) - less and plan.within < SAME]
 
 
 def quickest(plans: list[Judged]) -> Judged | None:
     return min(plans, key=lambda plan: plan.seconds, default=None)
 
 
-def compared(mine: list[Judged], theirs: list[list[Judged]], share: str) -> list[str]:
+def compared(mine: list[Judged], theirs: list[list[Judged]], share: str, less: float) -> list[str]:
     """Return cells: areas compared, where no plan of theirs needs as few photos and as little time, and ratios."""
-    fair = [(we, equal(plans, we, share)) for we, plans in zip(mine, theirs, strict=True)]
+    fair = [(we, equal(plans, we, share, less)) for we, plans in zip(mine, theirs, strict=True)]
     fair = [(we, plans) for we, plans in fair if plans]
     won = [not any(beats(plan, we) for plan in plans) for we, plans in fair]
     firsts = [(we, min(plans, key=lambda plan: plan.seconds)) for we, plans in fair]
@@ -122,12 +122,12 @@ def beats(plan: Judged, we: Judged) -> bool:
     return plan.photos <= we.photos and plan.seconds <= we.seconds + SAME
 
 
-def left_out(mine: list[Judged], theirs: list[list[Judged]], share: str) -> list[str]:
+def left_out(mine: list[Judged], theirs: list[list[Judged]], share: str, slack: float) -> list[str]:
     """Return cells: on how many areas every plan of theirs sees less, flies through a hole, or there is none."""
     less = holes = none = 0
     for we, plans in zip(mine, theirs, strict=True):
-        if not equal(plans, we, share):
-            enough = any(getattr(plan, share) >= getattr(we, share) - EQUAL for plan in plans)
+        if not equal(plans, we, share, slack):
+            enough = any(getattr(plan, share) >= getattr(we, share) - slack for plan in plans)
             less, holes, none = less + (bool(plans) and not enough), holes + enough, none + (not plans)
     return [str(less), str(holes), str(none)]
 
@@ -213,18 +213,23 @@ def routes(planner: str, python: Path, areas: list[tuple[str, Any]]) -> tuple[st
     return lines[0], [json.loads(line) for line in lines[1:]]
 
 
-def report(mine: list[Judged], judged: dict[str, list[list[Judged]]], names: list[str], share: str) -> None:
+def report(
+    mine: list[Judged], judged: dict[str, list[list[Judged]]], names: list[str], share: str, less: float
+) -> None:
     every = {
         **judged,
         "all of them": [[one for some in plans for one in some] for plans in zip(*judged.values(), strict=True)],
     }
     head = ["peer", "compared", "ours better", "in both", "photos", "time", f"{share} less", "through holes", "no plan"]
-    rows = [[peer, *compared(mine, plans, share), *left_out(mine, plans, share)] for peer, plans in every.items()]
+    rows = [
+        [peer, *compared(mine, plans, share, less), *left_out(mine, plans, share, less)]
+        for peer, plans in every.items()
+    ]
     table(head, rows)
     rows = []
     for name, we, *plans in zip(names, mine, *judged.values(), strict=True):
         for peer, some in zip(judged, plans, strict=True):
-            better = quickest([plan for plan in equal(some, we, share) if beats(plan, we)])
+            better = quickest([plan for plan in equal(some, we, share, less) if beats(plan, we)])
             if better is not None:
                 numbers = f"{better.photos} / {we.photos}", f"{better.seconds:.0f} / {we.seconds:.0f}"
                 shares = f"{getattr(better, share):.2%} / {getattr(we, share):.2%}"
@@ -261,6 +266,6 @@ def peers(*given: Path) -> None:
             f"{planner}: {np.median([one['seconds'] for one in found[1]]):.1f} s for each area, all settings; ", end=""
         )
         print(f"faults {sorted({one['fault'] for one in found[1] if one['fault']})}")
-    for share in ("kept", "seen"):
-        print(f"\nAt equal shares {share}:")
-        report(mine, judged, [name for name, _ in areas], share)
+    for share, less in (*(("kept", less) for less in EQUAL), ("seen", EQUAL[0])):
+        print(f"\nAt equal shares {share}, {less:.1%} less at most:")
+        report(mine, judged, [name for name, _ in areas], share, less)
