@@ -23,13 +23,9 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.pads import without_support
 from skyverse.referee.world import RefereeWorld, referee_world
-from skyverse.space.tracking_error import steepest_within
+from skyverse.space.tracking_error import LEAST_REACH, STEEPEST, landing_slope
 from skyverse.space.world import World
 
-STEEPEST = 15.0
-"""Degrees: nobody lands on steeper ground. Above it no helicopter does (FM 3-21.38, Pathfinder Operations, 2006)."""
-LEAST_REACH = 1.0
-"""Metres around the place that are asked at least: a UAV has legs."""
 GAP = 0.1
 """Metres between the places of a surface that are asked: narrower gaps are not seen."""
 MAX_TOLD = 3
@@ -184,7 +180,7 @@ def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
     """
     reach, terrain = max(scenario.uavs[uav].tracking_error.horizontal, LEAST_REACH), scenario.terrain
     if place[2] <= _ground_below(scenario, uav, place[None])[0] + LEG_ALLOWANCE:
-        slope = 0.0 if terrain is None else math.degrees(math.atan(steepest_within(terrain, place[:2], reach)))
+        slope = 0.0 if terrain is None else landing_slope(terrain, place[:2], scenario.uavs[uav].tracking_error)
         if slope <= STEEPEST:
             return None
         steep = math.ceil(10 * slope - 0.001) / 10

@@ -92,6 +92,17 @@ def steepest_within(terrain: Terrain, place: Floats, radius: float) -> float:
     return float(slope[np.hypot(aside[:, None], along) < near].max(initial=0.0))
 
 
+STEEPEST = 15.0
+"""Degrees: nobody lands on steeper ground. Above it no helicopter does (FM 3-21.38, Pathfinder Operations, 2006)."""
+LEAST_REACH = 1.0
+"""Metres around the place that are asked at least: a UAV has legs."""
+
+
+def landing_slope(terrain: Terrain, place: Floats, error: TrackingError) -> float:
+    """Return by how many degrees the ground slopes at most about a place (2,) where a UAV is to land."""
+    return math.degrees(math.atan(steepest_within(terrain, place, max(error.horizontal, LEAST_REACH))))
+
+
 @kernel
 def steepest_in_cells(h: Floats, dx: float, dy: float) -> Floats:
     """Return the steepest slope in each cell between heights (n, m), metres of height a metre, (n - 1, m - 1)."""

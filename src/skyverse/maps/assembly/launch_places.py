@@ -10,18 +10,21 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.assembly.build import outdoor_limits
-from skyverse.maps.assembly.options import BuildOptions
+from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.assembly.places import highest_ground
 from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
+from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario, with_fitting_lattice
 from skyverse.model.shapes import Prism
+from skyverse.model.short_lines import listed
 from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, kept_ellipsoid, with_limits
+from skyverse.space.tracking_error import STEEPEST, landing_slope
 from skyverse.space.world import World
 
 BESIDE = 10.0
@@ -32,6 +35,8 @@ SEPARATIONS = 3.0
 """And as many separations: as far as UAVs that come home at the same time from all sides pass each other."""
 ABOVE = 1.0
 """Metres that starts are higher than their clearance from the ground and their tracking error make them."""
+NEAR = 100.0
+"""Metres from the place nearest to the middle within which level places are looked for."""
 TRIED = 4000
 """Places at most that are tried for starts."""
 
@@ -70,12 +75,17 @@ def with_launches(
     rows = [(latitude, longitude, origin.altitude) for latitude, longitude in places[:uavs]]
     chosen = to_local(origin, rows)[:, :2] if rows else np.empty((0, 2))
     tried = _around(chosen[-1], apart) if len(chosen) else _beside(_seen(world, surveys), apart)
-    for place in tried[_can_start(around, tried)] if len(chosen) < uavs else ():
+    for place in _level_first(around, tried[_can_start(around, tried)]) if len(chosen) < uavs else ():
         if not len(chosen) or (len(chosen) < uavs and np.hypot(*(chosen - place).T).min() >= apart - 1e-3):
             chosen = np.vstack([chosen, place])
     if len(chosen) < uavs:
         found = f"found {len(chosen)}"
         raise InputError(f"expected free places for {uavs} UAVs {apart:g} m apart, {found}", field="launch")
+    steep = [k for k, slope in enumerate(_slopes(around, chosen), 1) if slope > STEEPEST]
+    if steep and like.fixed_wing is None:
+        said = f"{Caution.WARNING}: the ground where {listed([f'uav-{k}' for k in steep])} start is steeper than "
+        said += f"{STEEPEST:g} degrees, and no level place was found near"
+        options.on_note(Note("", Sentence(said, give=[Remedy("launch", None, "(latitude,longitude) of level ones")])))
     starts = _starts(around, chosen)
     homes = _homes(options, to_wgs84(origin, starts)) - origin.altitude
     fleet = [
@@ -99,6 +109,20 @@ def _can_start(around: World, places: Floats) -> NDArray[np.bool_]:
     below = np.column_stack([places, scenario.terrain.height(places) if scenario.terrain is not None else starts[:, 2]])
     way = World(bare, around.error).segments_free(below, starts)
     return np.asarray(way & around.free(starts))
+
+
+def _slopes(around: World, places: Floats) -> Floats:
+    """Return by how many degrees the ground slopes at most where UAVs land, (n,)."""
+    terrain = around.scenario.terrain
+    return np.array([0.0 if terrain is None else landing_slope(terrain, place, around.error) for place in places])
+
+
+def _level_first(around: World, places: Floats) -> Floats:
+    """Return places (n, 2) in their order, but those first that are level and near the first of these."""
+    level = np.hypot(*(places - places[:1]).T) <= NEAR
+    level[level] = _slopes(around, places[level]) <= STEEPEST
+    first = places[np.argmax(level)] if level.any() else places[:1]
+    return places[np.lexsort((np.hypot(*(places - first).T), ~level))]
 
 
 def _around(place: Floats, apart: float) -> Floats:
