@@ -18,7 +18,7 @@ from skyverse.referee.ground_cells import convex_parts
 from skyverse.referee.photo_views import PhotoView
 from skyverse.referee.tolerances import LET_PASS, NO_LENGTH
 
-ROUND, ROUND_SLAB = 32, 16
+ROUND = 32
 """Corners of the polygons about cylinders, and about slices of spheres."""
 SLABS = 8
 """Upright solids that stand for a sphere."""
@@ -200,13 +200,13 @@ def _upright(shape: AnyShape) -> list[tuple[shapely.Geometry, shapely.Geometry, 
         polygon = shapely.polygons(shape.vertices, list(shape.holes) or None)
         return [(polygon, polygon, shape.low, shape.high)]
     if isinstance(shape, Cylinder):
-        return [(*_about(shape.centre, shape.radius, shape.radius, ROUND), shape.low, shape.high)]
+        return [(*_about(shape.centre, shape.radius, shape.radius), shape.low, shape.high)]
     if isinstance(shape, Sphere):
         z = np.linspace(-shape.radius, shape.radius, SLABS + 1)  # of which the middle one is 0
         wide = np.sqrt(np.maximum(shape.radius**2 - z**2, 0.0))
         (x, y, middle), most, least = shape.centre, np.maximum(wide[1:], wide[:-1]), np.minimum(wide[1:], wide[:-1])
         slabs = zip(most.tolist(), least.tolist(), (middle + z).tolist(), (middle + z[1:]).tolist(), strict=False)
-        return [(*_about((x, y), r, inner, ROUND_SLAB), low, high) for r, inner, low, high in slabs]
+        return [(*_about((x, y), r, inner), low, high) for r, inner, low, high in slabs]
     full = np.pad(shape.occupied, [(0, 0), (0, 0), (1, 1)])
     begins, ends = (np.argwhere(full[:, :, 1:] & ~full[:, :, :-1]), np.argwhere(~full[:, :, 1:] & full[:, :, :-1]))
     (x, y, z0), (dx, dy, dz) = shape.origin, shape.step
@@ -218,13 +218,11 @@ def _upright(shape: AnyShape) -> list[tuple[shapely.Geometry, shapely.Geometry, 
     return found
 
 
-def _about(
-    centre: tuple[float, float], radius: float, inner: float, corners: int
-) -> tuple[shapely.Geometry, shapely.Geometry]:
+def _about(centre: tuple[float, float], radius: float, inner: float) -> tuple[shapely.Geometry, shapely.Geometry]:
     """Return the polygon about a circle, and one in a smaller circle about the same centre."""
-    angle = 2 * np.pi * np.arange(corners) / corners
+    angle = 2 * np.pi * np.arange(ROUND) / ROUND
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    around = shapely.polygons(np.array(centre) + radius / np.cos(np.pi / corners) * circle)
+    around = shapely.polygons(np.array(centre) + radius / np.cos(np.pi / ROUND) * circle)
     return around, shapely.polygons(np.array(centre) + inner * circle)
 
 

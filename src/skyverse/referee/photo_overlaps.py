@@ -196,7 +196,7 @@ def _shared(one: PhotoView, other: PhotoView, grid: CellGrid) -> float:
         return np.nan
     i, j = (slice(s.start, s.stop, max((s.stop - s.start) // MOST_NODES, 1)) for s in here)
     x, y = (0.5 * (line[:-1] + line[1:])[part] for line, part in ((grid.x, i), (grid.y, j)))
-    z, asked = 0.5 * (grid.z[:-1, :-1] + grid.z[1:, 1:])[i, j], grid.whole[i, j]
+    z, asked = 0.5 * (grid.z[:-1, :-1][i, j] + grid.z[1:, 1:][i, j]), grid.whole[i, j]
     if min(z.shape) < 2:
         return np.nan
     inside, another = (view.look(x[:, None], y[None], z)[0] for view in (one, other))
