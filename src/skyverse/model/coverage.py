@@ -52,7 +52,7 @@ class Coverage:
         Metres: the ground sample distance of the best photo of each place, the worst of all places and that which 95 %
         do not exceed, at most.
     gsd_any
-        Metres: the coarsest of any cell of ground that is certain to lie in a photo, at most.
+        Metres: the coarsest of any place that a photo is certain to show, at most.
     overlap
         Per cent that neighbouring photos share along strips and between strips, at least; NaN where there are none.
     pairs, short

@@ -86,7 +86,7 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     needed = _directions(survey)
     flown = 1 if needed == 1 else directions_flown(photos, survey.pattern == "oblique")
     overlaps = neighbours(scenario, survey, photos, grid)
-    figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers.deepest, overlaps, flown, needed)
+    figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers, overlaps, flown, needed)
     return figures.judged(survey, number, len(photos), gaps, certain)
 
 
@@ -147,7 +147,7 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
         why = Counter(reason.why for reason in reasons).most_common(1)[0][0]
         gaps.append(CoverageGap(number, part.outline, float(part.area.sum()), why))
     seen = Seen(*(np.concatenate(column) for column in zip(*rows, strict=True)))
-    figures = _Figures(area, seen, survey.camera.pixel, viewers.deepest, ())
+    figures = _Figures(area, seen, survey.camera.pixel, viewers, ())
     return figures.judged(survey, number, len(photos), tuple(sorted(gaps, key=lambda gap: -gap.area)), certain)
 
 
@@ -227,7 +227,7 @@ class _Figures(NamedTuple):
     area: float
     seen: Seen
     pixel: float
-    deepest: float
+    viewers: Viewers
     overlaps: tuple[Neighbours, ...]
     flown: int = 1
     needed: int = 1
@@ -257,12 +257,15 @@ class _Figures(NamedTuple):
                     x, y = found.centre[worst_pair].mean(axis=0).tolist()
                     where += f"{' and' if where else ', the least'} about ({x:.1f}, {y:.1f})"
                 short += below
-        coarsest = self.pixel * self.deepest
-        coarse = survey.gsd is not None and survey.gsd_of == "photo" and coarsest > survey.gsd * (1 + LIMIT_LET_PASS)
+        coarsest, asked = self.pixel * self.viewers.deepest, (survey.gsd or math.inf) * (1 + LIMIT_LET_PASS)
+        coarse, unsure = (
+            survey.gsd_of == "photo" and self.pixel * deep > asked
+            for deep in (self.viewers.deepest_cell, self.viewers.deepest)
+        )
         open_ = sum(gap.area for gap in gaps) > LET_PASS
         refuted = (open_ and certain) or short > SHARE_SHORT * pairs or coarse or self.flown < self.needed
         alone = len(self.overlaps) > 0 and photos > 1 and not pairs and max(survey.overlap) > 0
-        verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ or alone else Verdict.PROVEN
+        verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ or alone or unsure else Verdict.PROVEN
         figures = (shares, worst, mostly, coarsest, (least[0], least[1]), pairs, short)
         told = _sentence(self.area, figures, survey, gaps, where)
         told += "; no photos are neighbours on strips whose overlap could be judged" if alone else ""

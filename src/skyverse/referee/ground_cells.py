@@ -100,6 +100,14 @@ class CellGrid:
         return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
 
     @cached_property
+    def reach(self) -> Floats:
+        """How far any ground of a cell is from its nearest corner, at most, (n, m) metres."""
+        z = np.stack([self.z[:-1, :-1], self.z[1:, :-1], self.z[:-1, 1:], self.z[1:, 1:]])
+        level = np.hypot(self.x[1] - self.x[0], self.y[1] - self.y[0]) / 2
+        found: Floats = level + np.ptp(z, axis=0) + self.slack
+        return found
+
+    @cached_property
     def ends(self) -> tuple[Floats, Floats]:
         """The least and the greatest corner, (3,) metres."""
         low, high = (np.array([pick(self.x), pick(self.y), pick(self.z)]) for pick in (np.min, np.max))

@@ -61,15 +61,15 @@ class Viewers:
         What else may hide them.
     most
         Metres along the optical axis: what is deeper is shown too coarsely.
-    deepest
-        Metres: the greatest depth at which any photo is certain to show a cell.
+    deepest, deepest_cell
+        Metres: the greatest depth at which any photo is certain to show a place, at most, and all of a cell.
     """
 
     def __init__(
         self, views: Sequence[PhotoView], relief: GroundRelief | None, blockers: Blockers, most: float
     ) -> None:
         self.views, self.relief, self.blockers = views, relief, blockers
-        self.most, self.deepest = most * (1 + LIMIT_LET_PASS), 0.0
+        self.most, self.deepest, self.deepest_cell = most * (1 + LIMIT_LET_PASS), 0.0, 0.0
 
     def show_grid(self, grid: CellGrid) -> Shown:
         """Return how often the whole cells of a grid are shown."""
@@ -82,11 +82,13 @@ class Viewers:
             margin, depth = view.look(grid.x[i, None], grid.y[None, j], grid.z[i, j])
             slack = grid.slack[here]
             touched = grid.whole[here] & (_of_four(np.maximum, np.where(depth <= self.most, margin, -1.0)) >= 0)
-            least, depth = _of_four(np.minimum, margin), _of_four(np.maximum, depth) + slack
+            most, least = _of_four(np.maximum, margin), _of_four(np.minimum, margin)
+            depth = _of_four(np.maximum, depth) + slack
+            partly = (most >= -(1 + view.sine) * grid.reach[here]) & grid.whole[here]
             inside = (least >= slack * (1 + view.sine) - LET_PASS) & grid.whole[here]
             self._hide_by_ground(view, inside, grid, here)
             self._hide_by_walls(view, inside, touched, grid, here)
-            self._count(shown, here, inside, depth, touched)
+            self._count(shown, here, inside, partly, depth, touched)
         return shown
 
     def show_pieces(self, pieces: Pieces, normal: Floats | None = None) -> Shown:
@@ -106,6 +108,8 @@ class Viewers:
                 continue
             part = pieces.of(some)
             margin, depth = view.look(*np.moveaxis(part.corners, 2, 0))
+            reach = np.linalg.norm(high[some] - low[some], axis=1) + part.slack
+            partly = margin.max(axis=1) >= -(1 + view.sine) * reach
             inside = margin.min(axis=1) >= part.slack * (1 + view.sine) - LET_PASS
             if normal is not None:
                 inside &= (view.facing(part.corners, normal[some]) >= 0).all(axis=1)
@@ -114,11 +118,12 @@ class Viewers:
                 inside[near] = self.relief.hides_nothing(_places(part.of(near)), view.position, view.error)
             touched = np.any((margin >= 0) & (depth <= self.most), axis=1)
             self._hide_pieces_by_walls(view, inside, touched, part)
-            self._count(shown, some, inside, depth.max(axis=1) + part.slack, touched)
+            self._count(shown, some, inside, partly, depth.max(axis=1) + part.slack, touched)
         return shown
 
-    def _count(self, shown: Shown, where: Any, inside: Bools, depth: Floats, touched: Bools) -> None:
-        self.deepest = max(self.deepest, float(depth.max(initial=0.0, where=inside)))
+    def _count(self, shown: Shown, where: Any, inside: Bools, partly: Bools, depth: Floats, touched: Bools) -> None:
+        self.deepest = max(self.deepest, float(depth.max(initial=0.0, where=partly)))
+        self.deepest_cell = max(self.deepest_cell, float(depth.max(initial=0.0, where=inside)))
         shown.add(where, inside & (depth <= self.most), depth, touched)
 
     def _hide_by_ground(self, view: PhotoView, inside: Bools, grid: CellGrid, here: tuple[slice, slice]) -> None:
