@@ -82,6 +82,8 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     hanging = bottoms_of([solid for solid, on_ground in zip(solids, stands, strict=True) if not on_ground])
     viewers, sight = _viewers(scenario, survey, photos, errors, solids, hanging)
     seen, missed = _look(viewers, grid)
+    if survey.gsd_of == "photo" and viewers.deepest_cell <= viewers.most < viewers.deepest:
+        viewers.look_closer(grid)
     gaps, certain = _gaps(sight, number, np.append(missed, beyond) if shapely.area(beyond) > 0 else missed, grid)
     needed = _directions(survey)
     flown = 1 if needed == 1 else directions_flown(photos, survey.pattern == "oblique")

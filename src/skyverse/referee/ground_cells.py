@@ -50,6 +50,12 @@ class Pieces(NamedTuple):
     slack: Floats
     area: Floats
 
+    @property
+    def reach(self) -> Floats:
+        """How far any ground of a piece is from its nearest corner, at most, (n,) metres."""
+        found: Floats = np.linalg.norm(np.ptp(self.corners, axis=1), axis=1) + self.slack
+        return found
+
     def of(self, some: Indices | Bools) -> "Pieces":
         """Return some of them."""
         return Pieces(self.outline[some], self.corners[some], self.slack[some], self.area[some])
@@ -112,6 +118,11 @@ class CellGrid:
         """The least and the greatest corner, (3,) metres."""
         low, high = (np.array([pick(self.x), pick(self.y), pick(self.z)]) for pick in (np.min, np.max))
         return low, high
+
+    def nodes(self, here: tuple[slice, slice]) -> tuple[Floats, Floats, Floats]:
+        """Return x (n + 1, 1), y (1, m + 1) and z (n + 1, m + 1) of the corners of rows and columns of cells."""
+        i, j = (slice(s.start, s.stop + 1) for s in here)
+        return self.x[i, None], self.y[None, j], self.z[i, j]
 
     def within(self, view: PhotoView) -> tuple[slice, slice] | None:
         """Return the rows and columns of cells that a photo may show; ``None`` where there are none."""

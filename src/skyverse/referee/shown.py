@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Bools, Floats
 from skyverse.referee.blockers import Blockers
-from skyverse.referee.ground_cells import CellGrid, Pieces
+from skyverse.referee.ground_cells import CellGrid, Pieces, joined
 from skyverse.referee.photo_views import PhotoView
 from skyverse.referee.relief import GroundRelief, Places
 from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS
 
 IN_BLOCK = 8
 """Cells along each side of the blocks that are looked at together for whether the ground hides them."""
+CLOSER = 4
+"""How often cells are cut in four to tell how deep they are where a photo shows them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,13 +80,11 @@ class Viewers:
             here = grid.within(view)
             if here is None:
                 continue
-            i, j = (slice(s.start, s.stop + 1) for s in here)
-            margin, depth = view.look(grid.x[i, None], grid.y[None, j], grid.z[i, j])
+            margin, depth = view.look(*grid.nodes(here))
             slack = grid.slack[here]
             touched = grid.whole[here] & (_of_four(np.maximum, np.where(depth <= self.most, margin, -1.0)) >= 0)
-            most, least = _of_four(np.maximum, margin), _of_four(np.minimum, margin)
-            depth = _of_four(np.maximum, depth) + slack
-            partly = (most >= -(1 + view.sine) * grid.reach[here]) & grid.whole[here]
+            least, depth = _of_four(np.minimum, margin), _of_four(np.maximum, depth) + slack
+            partly = grid.whole[here] & (_of_four(np.maximum, margin) >= -(1 + view.sine) * grid.reach[here])
             inside = (least >= slack * (1 + view.sine) - LET_PASS) & grid.whole[here]
             self._hide_by_ground(view, inside, grid, here)
             self._hide_by_walls(view, inside, touched, grid, here)
@@ -108,8 +108,7 @@ class Viewers:
                 continue
             part = pieces.of(some)
             margin, depth = view.look(*np.moveaxis(part.corners, 2, 0))
-            reach = np.linalg.norm(high[some] - low[some], axis=1) + part.slack
-            partly = margin.max(axis=1) >= -(1 + view.sine) * reach
+            partly = margin.max(axis=1) >= -(1 + view.sine) * part.reach
             inside = margin.min(axis=1) >= part.slack * (1 + view.sine) - LET_PASS
             if normal is not None:
                 inside &= (view.facing(part.corners, normal[some]) >= 0).all(axis=1)
@@ -120,6 +119,27 @@ class Viewers:
             self._hide_pieces_by_walls(view, inside, touched, part)
             self._count(shown, some, inside, partly, depth.max(axis=1) + part.slack, touched)
         return shown
+
+    def look_closer(self, grid: CellGrid) -> None:
+        """Look more finely how deep what photos are certain to show may be, where cells are deeper than what counts."""
+        self.deepest = min(self.deepest, self.most)
+        for view in self.views:
+            here = grid.within(view)
+            if here is None:
+                continue
+            deep = np.zeros_like(grid.whole)
+            depth = _of_four(np.maximum, view.look(*grid.nodes(here))[1]) + grid.slack[here]
+            deep[here] = grid.whole[here] & (depth > self.most)
+            pieces = joined(grid.pieces, grid.cells(deep))
+            for left in range(CLOSER, -1, -1):
+                margin, depth = view.look(*np.moveaxis(pieces.corners, 2, 0))
+                depth = depth.max(axis=1) + pieces.slack
+                partly = (margin.max(axis=1) >= -(1 + view.sine) * pieces.reach) & (depth > self.most)
+                if not partly.any():
+                    break
+                pieces = grid.halved(pieces.of(partly)) if left else pieces
+            else:
+                self.deepest = max(self.deepest, float(depth[partly].max()))
 
     def _count(self, shown: Shown, where: Any, inside: Bools, partly: Bools, depth: Floats, touched: Bools) -> None:
         self.deepest = max(self.deepest, float(depth.max(initial=0.0, where=partly)))
