@@ -9,6 +9,7 @@ import pytest
 import skyverse as sky
 from skyverse import Terrain
 from skyverse.exports import LegChecker, LegSpace
+from skyverse.exports.way_home import TOO_HIGH
 
 ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
 CEILING = 30.0
@@ -103,3 +104,15 @@ def test_a_flight_below_the_ceiling_over_rough_ground_is_exported(seed):
     assert not mission.violations
     (route,) = sky.routes(mission, altitude="amsl")
     assert greatest_height(mission.scenario, route.points[1:-1]) <= 60.0 - 3.0
+
+
+@pytest.mark.usefixtures("unjudged")
+def test_a_way_home_over_a_valley_is_said_to_lead_above_the_ceiling(tmp_path):
+    x = np.linspace(-300, 300, 61)
+    ground = Terrain(origin=(-300, -300), step=(10, 10), heights=np.abs(x)[:, None] * 0.5 + np.zeros(61), clearance=2.0)
+    across = [(-100, 0, 65), (0, 0, 15), (100, 0, 65)]
+    mission = handmade.mission([handmade.along(across, 10)], terrain=ground, origin=ORIGIN, clearance=0.5)
+    mission = replace(mission, scenario=mission.scenario.model_copy(update={"max_height": CEILING}))
+    certificate, notes, _ = handmade.exported(mission, tmp_path, "plan")
+    assert certificate.returns[0].gaps[-1].why == TOO_HIGH
+    assert TOO_HIGH in " ".join(notes)

@@ -80,6 +80,21 @@ def test_the_referee_finds_nothing_wrong_with_planned_surveys(seed, drones, batt
     assert flown >= drones or battery is not None
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    steep=st.sampled_from([0.0, 0.4]),
+    pattern=st.sampled_from(["strips", "cross", "oblique"]),
+    gimbal=st.sampled_from([-45.0, -60.0, -75.0]),
+)
+def test_slanting_photos_show_all_finely_and_overlap_as_asked(seed, steep, pattern, gimbal):
+    scenario = random_survey(seed, 1, None, steep, False, False)
+    survey = scenario.surveys[0].model_copy(update={"pattern": pattern, "gimbal": gimbal})
+    mission = sky.plan_mission(scenario.model_copy(update={"surveys": (survey,)}))
+    assert [one.message for one in mission.violations] == []
+    assert mission.coverage[0].verdict.value == "proven", mission.coverage[0].sentence
+
+
 def test_a_survey_with_batteries_is_flown_in_sorties_that_they_give():
     scenario = random_survey(35, 1, 20.0, 1.0, False, False)
     mission = sky.plan_mission(scenario, options=sky.MissionOptions(criterion="min-max"))

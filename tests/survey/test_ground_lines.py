@@ -12,10 +12,15 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.space.world import World
 from skyverse.survey.ground import wanted_ground
-from skyverse.survey.ground_lines import ground_lines
+from skyverse.survey.ground_lines import GroundSurvey, ground_lines
+from skyverse.survey.spacing import ReliefOffsets, across, unit
 
 FIELD = ((0.0, 0.0), (160.0, 0.0), (160.0, 120.0), (0.0, 120.0))
 ELL = ((0.0, 0.0), (200.0, 0.0), (200.0, 80.0), (90.0, 80.0), (90.0, 190.0), (0.0, 190.0))
+PARTS = (
+    {"vertices": FIELD, "holes": (((40.0, 30.0), (70.0, 35.0), (60.0, 80.0)),)},
+    {"vertices": ((170.0, 20.0), (230.0, 30.0), (200.0, 110.0))},
+)
 GSD = 0.01
 ERROR = {"horizontal": 0.8, "vertical": 0.6}
 
@@ -121,9 +126,9 @@ def require_covered(scenario, lines, step=4.0):
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 10**6), st.sampled_from(["photo", "place"]))
-def test_over_relief_all_is_seen_finely_and_clear_of_the_ground(seed, gsd_of):
-    survey = sky.Survey(FIELD, "mavic-3e", gsd=GSD, gsd_of=gsd_of, direction=30.0 * (seed % 12))
+@given(st.integers(0, 10**6), st.sampled_from(["photo", "place"]), st.sampled_from([FIELD, PARTS]))
+def test_over_relief_all_is_seen_finely_and_clear_of_the_ground(seed, gsd_of, area):
+    survey = sky.Survey(area, "mavic-3e", gsd=GSD, gsd_of=gsd_of, direction=30.0 * (seed % 12))
     given = scenario(survey, relief(seed))
     lines = ground_lines(given, 0)
     assert require_covered(given, lines) == 1.0
@@ -146,14 +151,14 @@ def test_over_relief_all_is_seen_finely_and_clear_of_the_ground(seed, gsd_of):
         assert (np.abs(legs[:, 2]) <= 1.0 * np.hypot(legs[:, 0], legs[:, 1]) + 1e-6).all()
         assert (line.speed * np.abs(legs[:, 2]) <= 4.0 * np.hypot(legs[:, 0], legs[:, 1]) * 1.3 + 1e-6).all()
         assert World(given, error).segments_free(line.path[:-1], line.path[1:]).all()
-        assert line.speed <= line.every / camera.min_interval + 1e-9
+        assert line.every == 0.0 or line.speed <= line.every / camera.min_interval + 1e-9
     assert best.max() <= GSD * (1 + 1e-9)
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 10**6))
-def test_photos_overlap_over_relief_as_asked(seed):
-    survey = sky.Survey(FIELD, "mavic-3e", gsd=GSD, overlap=(75, 60), direction=15.0 * (seed % 24))
+@given(st.integers(0, 10**6), st.sampled_from([FIELD, PARTS]))
+def test_photos_overlap_over_relief_as_asked(seed, area):
+    survey = sky.Survey(area, "mavic-3e", gsd=GSD, overlap=(75, 60), direction=15.0 * (seed % 24))
     given = scenario(survey, relief(seed))
     lines = ground_lines(given, 0).lines
     where = [photos(line) for line in lines]
@@ -189,6 +194,29 @@ def test_photos_overlap_over_relief_as_asked(seed):
                 spare.append(shared(one, other, ahead[0]) - asked)
     assert (np.array(spare) >= -0.02).mean() >= 0.995  # a row of points is 2 % of a picture
     assert np.median(spare) <= 0.15
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.0, 359.0))
+def test_strips_over_gentle_relief_are_about_as_far_from_each_other(seed, direction):
+    given = scenario(sky.Survey(ELL, "mavic-3e", gsd=GSD, direction=direction), relief(seed, 6.0))
+    task = GroundSurvey(given, 0)
+    way = unit(direction)
+    low, _, high, _ = across(task.wanted, way).bounds
+    offsets = ReliefOffsets(task.sight(-90.0))(way, task.wanted, low, high)
+    gaps = np.diff(np.r_[2 * low - offsets[0], offsets, 2 * high - offsets[-1]])
+    assert gaps.min() >= 0.5 * gaps.max()
+
+
+@pytest.mark.parametrize("heights", [None, relief(4, 12.0)], ids=["level", "relief"])
+@pytest.mark.parametrize(("pattern", "most"), [("strips", 2.0), ("cross", 4.0), ("oblique", 8.0)])
+def test_slanting_photos_are_not_many_more_than_those_straight_down(pattern, most, heights):
+    given = {"area": ELL, "camera": "mavic-3e", "gsd": 0.02, "direction": 0.0}
+    down, slanting = (
+        sum(len(photos(line)[0]) for line in ground_lines(scenario(sky.Survey(**given, **more), heights), 0).lines)
+        for more in ({}, {"pattern": pattern, "gimbal": -50.0})
+    )
+    assert slanting <= most * down
 
 
 @settings(max_examples=20, deadline=None)

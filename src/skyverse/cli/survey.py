@@ -170,8 +170,6 @@ def surveys_of(
     own = {name: value for name, value in vars(seen).items() if value is not None}
     data = {name: value for name, value in own.items() if name not in ("camera", "portrait", "structure")}
     data["camera"] = _camera(seen.camera).model_copy(update={"portrait": seen.portrait})
-    if seen.gsd is not None:
-        data["gsd"] = float(seen.gsd) if seen.gsd.replace(".", "", 1).isdigit() else seen.gsd
     if seen.overlap is not None:
         data["overlap"] = numbers_of("--overlap", "per cent along and between strips, as in 80,70", seen.overlap, 2)
     if not files:

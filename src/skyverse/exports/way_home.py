@@ -54,6 +54,10 @@ WAYS = (
     "a DJI aircraft this near home returns without a climb",
 )
 """Why no way home is proven."""
+TOO_HIGH = "the level way home leads above the ceiling where the ground is low"
+"""Why the second of `WAYS` is not clear, if that is so."""
+CEILING_SAMPLES = 65
+"""Places on a level way home at which its height above the ground is found."""
 UNPROVEN = "the referee does not prove it"
 """Why none is where players find all of `WAYS` clear."""
 
@@ -277,16 +281,24 @@ class _Returns:
             whys.append(np.argmin(clear[~free][small], axis=1))
             todo = rest.of(~small).halved()
         lines = [one for some in self.lines(joined_parts(clear_parts), level) for one in some]
-        gaps = self._gaps(joined_parts(lost), np.concatenate(whys))
+        gaps = self._gaps(joined_parts(lost), np.concatenate(whys), level)
         return WayHome(self.plan, altitude, gaps, (*lines, *self.home_lines(level)) if lines else ())
 
-    def _gaps(self, lost: Parts, whys: Indices) -> tuple[Gap, ...]:
+    def _why(self, way: int, place: Floats, level: float) -> str:
+        """Return why one of `WAYS` is not clear at a height z from a place."""
+        if WAYS[way] == WAYS[1] and self.scenario.max_height is not None:
+            ground = ground_height(self.scenario, np.linspace(place[:2], self.home[:2], CEILING_SAMPLES))
+            if level + self.error.vertical - ground.min() > self.scenario.max_height:
+                return TOO_HIGH
+        return WAYS[way]
+
+    def _gaps(self, lost: Parts, whys: Indices, level: float) -> tuple[Gap, ...]:
         """Return the times at which parts are flown, those that touch as one, with the first reason and place."""
         gaps: list[Gap] = []
         times, middle = self.legs.seconds(lost), lost.middle
         for part in np.lexsort((times[:, 1], times[:, 0])).tolist():
             begin, end = times[part].tolist()
-            found = Gap(begin, end, WAYS[whys[part]], middle[part])
+            found = Gap(begin, end, self._why(int(whys[part]), middle[part], level), middle[part])
             if gaps and begin <= gaps[-1].end + JOINED_SPANS:
                 told = found if gaps[-1].why == WAYS[-1] else gaps[-1]
                 gaps[-1] = told._replace(begin=gaps[-1].begin, end=max(gaps[-1].end, end))

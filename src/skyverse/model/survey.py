@@ -31,7 +31,7 @@ def _metres(given: object) -> object:
         return given
     match = _LENGTH.fullmatch(given[:40])
     if match is None:
-        raise ValueError("expected metres, or a length such as '2 cm'")
+        raise ValueError("expected a length with its unit, such as '2 cm'")
     return float(match[1]) * _METRES[match[2]]
 
 
@@ -74,7 +74,8 @@ class Survey(Model):
         Metres from the camera to what it sees, instead: above ground, or from a wall.
     gsd_of
         Where the ground sample distance is kept: ``"photo"``, all over each photo's part of the area, or ``"place"``,
-        in the photos that are taken nearest to each place, which on steep ground takes half as many.
+        in the photos that are taken nearest to each place, which on slopes of 30 degrees takes about 0.6 of them. If it
+        is left out, ``"place"`` where the camera looks at the ground slantwise, which shows far ground coarsely.
     overlap
         Per cent that photos share with the one before on their strip, and with those of the strip beside it, at least:
         the area, on a map, of the ground to be seen that both show, as a share of what that one shows which shows less.
@@ -106,7 +107,7 @@ class Survey(Model):
         BeforeValidator(_metres, json_schema_input_type=float | str | None),
     ] = None
     height: Annotated[Positive | None, BeforeValidator(_metres, json_schema_input_type=float | str | None)] = None
-    gsd_of: Literal["photo", "place"] = "photo"
+    gsd_of: Literal["photo", "place"] | None = None
     overlap: Annotated[tuple[Percent, Percent], BeforeValidator(listed)] = (80.0, 70.0)
     pattern: Pattern = "strips"
     direction: Annotated[Number, Field(ge=0, le=360)] | None = None
@@ -178,6 +179,12 @@ class Survey(Model):
     def pitch(self) -> float:
         """Degrees above the horizon at which the camera looks."""
         return GIMBAL.get(self.pattern, -90.0) if self.gimbal is None else self.gimbal
+
+    @property
+    def fine_all_over(self) -> bool:
+        """Whether the ground sample distance is kept all over each photo."""
+        slanting = self.of_ground and self.pitch != -90.0
+        return self.gsd is not None and (self.gsd_of or ("place" if slanting else "photo")) == "photo"
 
     @property
     def of_ground(self) -> bool:

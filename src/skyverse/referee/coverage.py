@@ -82,7 +82,7 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     hanging = bottoms_of([solid for solid, on_ground in zip(solids, stands, strict=True) if not on_ground])
     viewers, sight = _viewers(scenario, survey, photos, errors, solids, hanging)
     seen, missed = _look(viewers, grid)
-    if survey.gsd_of == "photo" and viewers.deepest_cell <= viewers.most < viewers.deepest:
+    if survey.fine_all_over and viewers.deepest_cell <= viewers.most < viewers.deepest:
         viewers.look_closer(grid)
     gaps, certain = _gaps(sight, number, np.append(missed, beyond) if shapely.area(beyond) > 0 else missed, grid)
     needed = _directions(survey)
@@ -261,7 +261,7 @@ class _Figures(NamedTuple):
                 short += below
         coarsest, asked = self.pixel * self.viewers.deepest, (survey.gsd or math.inf) * (1 + LIMIT_LET_PASS)
         coarse, unsure = (
-            survey.gsd_of == "photo" and self.pixel * deep > asked
+            survey.fine_all_over and self.pixel * deep > asked
             for deep in (self.viewers.deepest_cell, self.viewers.deepest)
         )
         open_ = sum(gap.area for gap in gaps) > LET_PASS
@@ -285,7 +285,7 @@ def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple
     often = sum(one >= MOST_SHARE for one in shares)
     times = f", by at least {counted(often, 'photo')} on {100 * MOST_SHARE:g} %" if often > 1 else ""
     fine = f"; worst {math.ceil(round(1e4 * worst, 6)) / 100:.4g} cm" if shares[0] > 0 else ""
-    if survey.gsd is not None and coarsest > survey.gsd * (1 + LIMIT_LET_PASS) and survey.gsd_of == "photo":
+    if survey.gsd is not None and coarsest > survey.gsd * (1 + LIMIT_LET_PASS) and survey.fine_all_over:
         fine += f", but up to {100 * coarsest:.3g} cm in single photos, where {100 * survey.gsd:.3g} cm are asked"
     shared = [
         f"{math.floor(10 * share) / 10:.1f} % {which}"

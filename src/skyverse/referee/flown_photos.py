@@ -20,6 +20,7 @@ from skyverse.model.verdict import Verdict
 from skyverse.referee.coverage import judge_coverage, neighbours
 from skyverse.referee.ground_cells import area_of, grid_of
 from skyverse.referee.photo_overlaps import PARALLEL, SHORT
+from skyverse.referee.photo_views import frames_of
 from skyverse.referee.tolerances import LET_PASS, MORE_THAN_HALF, NO_LENGTH
 
 ASTRAY = 15.0
@@ -89,7 +90,8 @@ def in_strips(photos: Photos, survey: Survey) -> Photos:
     length = np.hypot(*steps.T)
     ahead = steps / np.maximum(length, NO_LENGTH)[:, None]
     alike = (ahead[1:] * ahead[:-1]).sum(axis=1) > PARALLEL
-    on = np.r_[alike, False] | np.r_[False, alike]
+    look = frames_of(photos)[:count, 0]
+    on = (np.r_[alike, False] | np.r_[False, alike]) & ((look[1:] * look[:-1]).sum(axis=1) > PARALLEL)
     if on.any():
         usual = float(np.median(length[on]))
         for k in np.flatnonzero(on & (length > LONG_STEP * usual)).tolist():

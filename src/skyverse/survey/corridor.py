@@ -33,7 +33,7 @@ def corridor_strips(survey: Survey, sight: GroundSight) -> tuple[list[Floats], f
     most = math.ceil(count / LEAST_SHARE)
     while count > 1 and count < most and not all(_overlap(sight, run, 2.0 * half / count, count) for run in runs):
         count = math.ceil(1.03 * count)
-    gap, middle = 2.0 * half / count, 0.5 * (sight.photo.before - sight.photo.behind)
+    gap, middle = 2.0 * half / count, sight.middle
     found = []
     for run in runs:
         begun = run.copy()

@@ -62,7 +62,7 @@ def _least_drop(view: GroundView, beside: float, near: float, far: float) -> flo
     c, s, w = view.level, view.down, view.along
     if not view.whole:
         inside = beside <= view.beside and near <= view.before and far >= -view.behind
-        return (view.depth - far * c) / s if inside else math.inf
+        return (view.depth - min(far, view.before) * c) / s if inside else math.inf
     drop = max(view.depth - far * c, beside / view.across - far * c) / s
     if near > 0.0:
         drop = max(drop, near * (s - w * c) / (c + w * s))

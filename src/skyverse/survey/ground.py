@@ -6,7 +6,7 @@ is asked of turned rectangles counts every cell that touches them.
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -65,7 +65,9 @@ def wanted_ground(survey: Survey) -> MultiPolygon:
     return MultiPolygon([one for one in getattr(shape, "geoms", [shape]) if isinstance(one, Polygon) and one.area > 0])
 
 
-def ground_cells(scenario: Scenario, wanted: MultiPolygon, cell: float, reach: float) -> GroundCells:
+def ground_cells(
+    scenario: Scenario, wanted: MultiPolygon, cell: float, reach: float, *, touched: bool = True
+) -> GroundCells:
     """Return the ground in and around what is wanted, in cells of about a size.
 
     Parameters
@@ -76,6 +78,8 @@ def ground_cells(scenario: Scenario, wanted: MultiPolygon, cell: float, reach: f
         What is to be seen.
     cell, reach
         Metres: about the side of a cell, and how far around it reaches.
+    touched
+        Whether all cells that touch what is wanted are to be seen, or those whose middle is in it.
     """
     x0, y0, x1, y1 = wanted.buffer(reach).bounds
     cell = max(cell, math.sqrt((x1 - x0) * (y1 - y0) / MOST_CELLS))
@@ -99,7 +103,8 @@ def ground_cells(scenario: Scenario, wanted: MultiPolygon, cell: float, reach: f
     at = _interpolated(_interpolated(heights, nodes[0]).T, nodes[1]).T
     low, high = (_merged(_of_corners(at, pick), merged, pick) for pick in (np.minimum, np.maximum))
     middle = 0.5 * (low + high)
-    seen = _touched(wanted, np.array(begin), np.array(size), low.shape)
+    around = wanted.buffer(0.51 * math.hypot(*size), quad_segs=2) if touched else wanted
+    seen = _inside(around, np.array(begin), np.array(size), low.shape)
     below, above = np.where(seen, low, np.inf), np.where(seen, high, -np.inf)
     block_low = _merged(_padded(below, np.inf), (BLOCK, BLOCK), np.minimum)
     block_high = _merged(_padded(above, -np.inf), (BLOCK, BLOCK), np.maximum)
@@ -128,14 +133,13 @@ def _merged(cells: Floats, block: "list[int] | tuple[int, int]", pick: np.ufunc)
     return np.ascontiguousarray(pick.reduce(pick.reduce(cells.reshape(nx // a, a, ny // b, b), axis=3), axis=1))
 
 
-def _touched(wanted: MultiPolygon, origin: Floats, step: Floats, shape: tuple[int, int]) -> Bools:
-    """Tell of each cell whether it touches what is wanted, or comes within half of a cell's diagonal of it.
+def _inside(area: Any, origin: Floats, step: Floats, shape: tuple[int, int]) -> Bools:
+    """Tell of each cell whether its middle is inside an area.
 
     An edge that the ray from a cell's middle to smaller x crosses is counted at the first cell from which it does.
     """
     crossings = np.zeros((shape[0] + 1, shape[1]), np.int64)
-    grown = wanted.buffer(0.51 * math.hypot(*step), quad_segs=2)
-    for ring in shapely.get_rings(grown):
+    for ring in shapely.get_rings(shapely.get_parts(area)):
         at = (shapely.get_coordinates(ring) - origin) / step - 0.5
         for (ax, ay), (bx, by) in pairwise(at):
             low, high = min(ay, by), max(ay, by)

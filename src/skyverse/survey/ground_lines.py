@@ -31,6 +31,7 @@ from skyverse.survey.spacing import (
     LineWay,
     ReliefOffsets,
     best_direction,
+    clear_heights,
     even_offsets,
     greatest_spacing,
     unit,
@@ -45,10 +46,16 @@ SPARE = 0.004
 """By so much more than asked photos overlap, as the ground is looked at by places."""
 STEEPEST = 1.0
 """Metres of height a metre: lines are nowhere steeper, whatever the UAVs can do."""
+ROOM_ALONG = 40
+"""Cells along the side of a square as large as the area, in which the heights are found that the ceiling allows."""
+NEAREST = 1.0
+"""Metres from which photos are taken at least."""
 TUBE = 0.15
 """The share of the height above ground by which a line may be lower than it might be, to have fewer bends."""
 LEAST_TUBE = 0.001
 """By so much of it a line may be lower in any case: overlaps suffer less than it matters."""
+MORE_PHOTOS = 4
+"""Numbers of photos on a line that are tried till they overlap as asked on the ground in small cells."""
 CLEAR_PARTS = 7
 """How often a line that is not clear is halved to find its clear parts."""
 
@@ -116,16 +123,26 @@ class GroundSurvey:
     @cached_property
     def rough(self) -> GroundCells:
         """The same in larger cells."""
-        return self._cells(ROUGH_ALONG)
+        return self._cells(ROUGH_ALONG, touched=False)
 
-    def _cells(self, along: int) -> GroundCells:
-        side = 2.0 * min(self.survey.camera.half_widths) * self.survey.distance
-        return ground_cells(self.scenario, self.wanted, side / along, 2.0 * self.survey.distance)
+    def _cells(self, along: int, *, touched: bool = True) -> GroundCells:
+        distance = min(self.survey.distance, max(self.room, NEAREST))
+        side = 2.0 * min(self.survey.camera.half_widths) * distance
+        return ground_cells(self.scenario, self.wanted, side / along, 2.0 * distance, touched=touched)
 
     @cached_property
     def world(self) -> World:
         """What must be kept clear of."""
         return World(self.scenario, self.error)
+
+    @cached_property
+    def room(self) -> float:
+        """Metres from most of the ground to the ceiling there."""
+        cells = ground_cells(self.scenario, self.wanted, math.sqrt(self.wanted.area) / ROOM_ALONG, 0.0)
+        wanted = np.argwhere(np.isfinite(cells.low))
+        places = cells.origin + (wanted + 0.5) * cells.step
+        _, ceiling = clear_heights(self.world.space, places, np.zeros_like(places), 0.0)
+        return float(np.median(ceiling - cells.middle[tuple(wanted.T)]))
 
     @property
     def off(self) -> Unsteady:
@@ -154,7 +171,7 @@ class GroundSurvey:
         c = 0.0 if pitch == -90.0 else c
         front, side = (share / 100.0 + SPARE * (share > 0) for share in survey.overlap)
         overlap = front, side
-        whole = survey.gsd is not None and survey.gsd_of == "photo"
+        whole = survey.fine_all_over
         # how far from the optical axis what limits the height may be, for each metre of depth
         aside = math.hypot(across, along) if whole else math.hypot((1 - overlap[1]) * across, (1 - overlap[0]) * along)
         depth = survey.distance
@@ -162,34 +179,39 @@ class GroundSurvey:
             stray = off.aside * c + off.up * s + math.hypot(off.aside, off.up) * off.sine
             depth = (depth - stray) / (math.sqrt(1.0 - off.sine**2) + aside * off.sine)
         elif survey.height is not None:
-            depth = depth * s  # along the optical axis, where it meets level ground
+            depth = depth / s  # along the optical axis, where it meets level ground
         if depth <= 0.0:
             raise InputError("expected a camera that sees farther than UAVs stray", field="gsd")
         drop = depth * (s - along * c) if whole else depth * s
+        lower = min(1.0, max(self.room, NEAREST) / drop)
+        depth, drop = depth * lower, drop * lower
         far, near = drop * (c + along * s) / (s - along * c), drop * (c - along * s) / (s + along * c)
         photo = GroundView(depth, across, along, c, s, True, across * (far * c + drop * s), far, -near)
+        least, most = drop / (s + along * c), drop / (s - along * c)
+        # two photos ahead of each other do not share what is farthest; beside each other, they share the less the
+        # narrower what they show is: at the border of what is to be seen, that is the nearer half of a photo
+        middle = 0.5 * (far + near) if whole else drop * c / s
+        alone = (far - near) * (least + most) / (2.0 * most), across * (least + middle * c + drop * s)
         # photos must overlap as asked, and what lies between two of them be seen however they are off
-        least = drop / (s + along * c)
         shrink = [math.sqrt(1.0 + half * half) * math.hypot(1.0, across, along) * off.sine for half in (across, along)]
         certain = [
             2.0 * (least * (half - lost) - off.aside - off.up * half)
             for half, lost in zip((along, across), reversed(shrink), strict=True)
         ]
-        steps = [
-            min(2.0 * half * least * (1.0 - share), sure)
-            for half, share, sure in zip((along, across), overlap, certain, strict=True)
-        ]
+        steps = [min(size * (1.0 - share), sure) for size, share, sure in zip(alone, overlap, certain, strict=True)]
         if min(steps) <= 0.0:
             raise InputError(
                 "expected photos that show more ground than UAVs stray, and than gimbals turn", field="gsd"
             )
         limit = photo
-        if not whole:
-            middle = drop * c / s
-            side, ahead = (0.5 * steps[1], 0.5 * steps[0]) if survey.gsd is not None else (0.0, 0.0)
+        if survey.gsd is None or (survey.pattern == "oblique" and c > 0.0 and not whole):
+            # above the ground below: the photos that look straight down show all of it finely enough
+            limit = photo._replace(
+                whole=False, beside=0.0, before=0.0, behind=0.0, level=0.0, down=1.0, depth=depth * s
+            )
+        elif not whole:
+            side, ahead = 0.5 * steps[1], 0.5 * steps[0]
             limit = photo._replace(whole=False, beside=side, before=middle + ahead, behind=ahead - middle)
-            if survey.gsd is None:
-                limit = limit._replace(before=0.0, behind=0.0, level=0.0, down=1.0, depth=depth / s)
         free = free_area(self.scenario, self.error, self.cells, limit)
         speed = min(min(uav.max_speed for uav in self.uavs), steps[0] / survey.camera.min_interval)
         sight = GroundSight(
@@ -249,25 +271,28 @@ def _swept(
         count = np.hypot(*(high - low)) / sight.steps[1]
         said = f"needs up to {count:,.0f} strips, but {MOST_STRIPS:,} are the most; take a smaller area"
         raise InputError(f"{said} or a coarser gsd", field="area")
-    relief: Any = sight.steps[1] if task.scenario.terrain is None else ReliefOffsets(sight)
+    relief: Any = sight.steps[1] if sight.even else ReliefOffsets(sight)
     way = None if direction is None else unit(direction + one.turned)
-    if way is not None and task.scenario.terrain is None:
+    if way is not None and sight.even:
         relief = partial(even_offsets, sight.steps[1])
-    if way is None and (task.scenario.terrain is not None or sight.photo.level > 0.0):
+    if way is None and not sight.even:
         way = best_direction(sight, task.wanted)
     uav = task.uavs[0]
     cost = LegTime(min(uav.max_speed, sight.steps[0] / task.survey.camera.min_interval), uav.max_acceleration)
-    wanted, middle = task.wanted, 0.5 * (sight.photo.before - sight.photo.behind)
-    if way is not None and sight.photo.level > 0.0:
-        wanted = shapely.transform(wanted, lambda p: p - middle * way)
+    wanted = task.wanted
+    if way is not None and sight.middle != 0.0:
+        wanted = shapely.transform(wanted, lambda p: p - sight.middle * way)
     if wanted.intersection(sight.free.polygon).area <= 0.0:
         raise InputError(f"expected an area that may be flown over, but {sight.free.why(wanted)}", field="area")
     only = None if way is None else way[None]
-    # the first and the last photo of a strip show half a step more with all the overlap that is asked for
-    plan = sweep(wanted, sight.free.polygon, relief, cost=cost, directions=only, reach=0.5 * sight.steps[0])
+    # straight down, half a step beyond the first and the last photo of a strip is shown as often as elsewhere
+    early = 0.5 * sight.steps[0] if sight.photo.level == 0.0 else 0.0
+    plan = sweep(
+        wanted, sight.free.polygon, relief, cost=cost, directions=only, reach=early, beside=not sight.limit.whole
+    )
     strips, ways = np.asarray(plan.strips), plan.directions[plan.cell]
     gaps = np.full(len(strips), sight.steps[1])
-    if task.scenario.terrain is not None:
+    if not sight.even:
         across = np.einsum("ij,ij->i", strips[:, 0], np.column_stack([ways[:, 1], -ways[:, 0]]))
         offsets, which = np.unique(np.round(across, 3), return_inverse=True)
         if len(offsets) > 1:
@@ -362,6 +387,13 @@ def _path(flown: _LineFlown, way: LineWay, at: Floats, limits: tuple[Floats, Flo
     inner = way.at[1:-1]
     bends = inner[(inner > found[0, 0]) & (inner < found[-1, 0])]
     along = np.unique(np.r_[found[:, 0], bends])
+    photos = round(length / every)
+    for more in range(MORE_PHOTOS * (not sight.even)):
+        every, taken = length / (photos + more), np.linspace(at[0], at[-1], photos + more + 1)
+        cameras = np.column_stack([way.places(taken), np.interp(taken, found[:, 0], found[:, 1])])
+        shares = shared_shares(sight.cells, sight.photo, cameras[:-1], cameras[1:], way.ahead(taken[:-1]))
+        if shares.min() >= sight.overlap[0] - SPARE:
+            break
     return every, np.column_stack([way.places(along), np.interp(along, found[:, 0], found[:, 1])])
 
 

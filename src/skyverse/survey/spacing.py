@@ -34,6 +34,8 @@ SEARCHED = 8
 """Distances between neighbours that are tried."""
 MOST_STRIPS = 2000
 """Strips at most of one direction."""
+MOVED = (6, 3)
+"""Strips before a border that are moved where not all can be."""
 SHORTEST = 1.0
 """Metres: along a shorter line one photo is taken, in its middle."""
 TRIED_STRIPS = 4
@@ -114,6 +116,17 @@ class GroundSight:
     world: World
     steepest: float
 
+    @property
+    def even(self) -> bool:
+        """Whether what photos show is as large everywhere: the ground is level, and they look straight down."""
+        return self.world.scenario.terrain is None and self.photo.level == 0.0
+
+    @property
+    def middle(self) -> float:
+        """Metres ahead of a camera over level ground of the middle of what it shows finely enough."""
+        view = self.photo
+        return 0.5 * (view.before - view.behind) if self.limit.whole else self.limit.drop * view.level / view.down
+
     def held(self, spacing: float, share: float, side: bool) -> float:
         """Return about how far apart photos overlap as asked that overlap by a share when they are so far apart."""
         return (
@@ -162,7 +175,7 @@ def greatest_spacing(
     finely
         Whether all places are asked in the end.
     """
-    if sight.world.scenario.terrain is None:
+    if sight.even:
         return most
     asked, high, spacing, low = sight.overlap[side] + SURER, most, most, 0.0
     for every in (COMPARED, 1) if finely else (COMPARED,):
@@ -213,6 +226,8 @@ class ReliefOffsets:
             Too many strips are needed.
         """
         for known, offsets in self.known:
+            if np.array_equal(known, way):
+                return offsets
             if np.array_equal(known, -way):
                 return -offsets[::-1]
         turned = across(area, way)
@@ -222,16 +237,38 @@ class ReliefOffsets:
             raise InputError(f"{said} or a coarser gsd", field="area")
         if high - low <= widest:
             return np.array([0.5 * (low + high)])
-        gap = self.gap(way, turned, low)
+        gap = self.gap(way, turned, low, widest)
         found = [low + 0.5 * gap]
         while True:
-            gap = self.gap(way, turned, found[-1])
+            gap = self.gap(way, turned, found[-1], widest)
             if found[-1] + 0.5 * gap >= high - SWEEP_CONTACT:
-                self.known.append((way, np.array(found)))
-                return np.array(found)
-            found.append(min(found[-1] + gap, high - 0.5 * gap))
+                break
+            found.append(found[-1] + gap)
+        offsets = self._evenly(way, turned, np.array([low, *found, found[-1] + 0.5 * gap]), high)
+        self.known.append((way, offsets))
+        return offsets
 
-    def gap(self, way: Floats, turned: Any, offset: float, finely: bool = True) -> float:
+    def _evenly(self, way: Floats, turned: Any, places: Floats, high: float) -> Floats:
+        """Return offsets a little nearer to each other than at `places`, which begin and end at borders.
+
+        The last of those strips may lie beyond what is to be seen, or beside the one before. All of them are moved, or
+        fewer where photos would not overlap.
+        """
+        count, widest = len(places) - 2, self.sight.steps[1]
+        index = np.r_[0.0, np.arange(count) + 0.5, count]
+        used = float(np.interp(high, places, index))
+        for kept in sorted({max(count - moved, 0) for moved in (count, *MOVED)}):
+            found = list(places[1 : kept + 1])
+            step = (used - kept + 0.5) / (count - kept + 0.5) if kept else used / count
+            begin = kept - 0.5 + step if kept else 0.5 * step
+            for at in np.interp(begin + step * np.arange(count - kept), index, places):
+                found.append(found[-1] + self.gap(way, turned, found[-1], min(at - found[-1], widest)) if found else at)
+            left = 2.0 * (high - found[-1])
+            if self.gap(way, turned, found[-1], min(left, widest)) >= left - SWEEP_CONTACT:
+                return np.array(found)
+        return np.array([*places[1:-2], min(places[-2], high - (places[-1] - places[-2]))])
+
+    def gap(self, way: Floats, turned: Any, offset: float, most: float, finely: bool = True) -> float:
         """Return the greatest distance to the next strip at which the photos of both overlap as asked, metres."""
         sight, widest = self.sight, self.sight.steps[1]
         band = shapely.intersection(turned, shapely.box(offset - widest, -1e9, offset + widest, 1e9))
@@ -254,7 +291,7 @@ class ReliefOffsets:
                 shared_shares(sight.rough, sight.photo, here, cameras(offset + gap, every), ahead[::every]).min()
             )
 
-        return greatest_spacing(sight, share, widest, side=True, finely=finely)
+        return greatest_spacing(sight, share, most, side=True, finely=finely)
 
 
 def even_offsets(widest: float, way: Floats, area: Any, low: float, high: float) -> Floats:
@@ -296,5 +333,6 @@ def _photos(sight: GroundSight, area: Any, way: Floats) -> float:
             shared_shares(sight.rough, sight.photo, cameras[::COMPARED], ahead_too[::COMPARED], ahead[::COMPARED]).min()
         )
         step = min(max(sight.held(sight.steps[0], share, False), LEAST_SHARE * sight.steps[0]), sight.steps[0])
-        photos += ((y1 - y0) / step + 2.0) * (x1 - x0) / TRIED_STRIPS / offsets.gap(way, turned, float(x), finely=False)
+        gap = offsets.gap(way, turned, float(x), sight.steps[1], finely=False)
+        photos += ((y1 - y0) / step + 2.0) * (x1 - x0) / TRIED_STRIPS / gap
     return photos

@@ -78,6 +78,7 @@ class _Task:
     ends: Literal["line", "swath"]
     start: Floats | None
     reach: float
+    beside: bool
     flown: Any = field(init=False)
     terms: dict[tuple[float, float], tuple[float, float, float]] = field(default_factory=dict)
 
@@ -101,6 +102,7 @@ def sweep(
     ends: Literal["line", "swath"] = "swath",
     start: Floats | None = None,
     reach: float = 0.0,
+    beside: bool = False,
 ) -> StripPlan:
     """Cover an area by straight strips so that one route along all of them takes little time.
 
@@ -124,6 +126,8 @@ def sweep(
         Where the route starts and ends (2,), metres; None: wherever that costs nothing.
     reach
         Metres that are seen beyond the ends of a strip, which may end that much earlier if `ends` is "swath".
+    beside
+        Whether a corner between two offsets that no line cuts gets a strip beside it, if `width` is a function.
 
     Raises
     ------
@@ -132,7 +136,7 @@ def sweep(
     """
     if not callable(width) and not (np.isfinite(width) and width > 0.0):
         raise InputError(f"The width of strips must be a length above 0 m, not {width}.", field="width")
-    task = _Task(_polygons(wanted), None if free is None else _polygons(free), width, cost, ends, start, reach)
+    task = _Task(_polygons(wanted), None if free is None else _polygons(free), width, cost, ends, start, reach, beside)
     if task.flown.is_empty:
         raise InputError("Nothing of the area that is to be seen may be flown over.", field="free")
     across = 2 * float(shapely.minimum_bounding_radius(task.flown)) / task.step
@@ -242,7 +246,9 @@ def _lines(task: _Task, edges: Floats, way: Floats) -> Floats:
     """Return lines (k, 3) in the frame turned along a direction: x, y0, y1."""
     sections = cross_sections(turned(edges, *way))
     if callable(task.width):
-        return lines_at(sections.edges, task.width(way, task.flown, float(sections.x[0]), float(sections.x[-1])))
+        offsets = task.width(way, task.flown, float(sections.x[0]), float(sections.x[-1]))
+        lines = lines_at(sections.edges, offsets)
+        return np.concatenate([lines, _beside_corners(task, offsets, lines, way)]) if task.beside else lines
     return cover_lines(sections, 0.5 * task.width, _terms(task, way))
 
 
@@ -272,6 +278,19 @@ def _plan_strips(task: _Task, plan: list[tuple[Floats, Floats]]) -> tuple[Floats
     laid = np.concatenate([laid, _gap_strips(task, laid)])
     which = np.concatenate([*cell, np.full(len(laid) - sum(map(len, cell)), -1)])
     return laid, which
+
+
+def _beside_corners(task: _Task, offsets: Floats, lines: Floats, way: Floats) -> Floats:
+    """Return lines (k, 3) beside what of the area is nearest to an offset at which no line cuts it."""
+    area = _turned_area(task.flown, way)
+    middles = np.r_[-1e9, 0.5 * (offsets[1:] + offsets[:-1]), 1e9]
+    bands = shapely.intersection(shapely.box(middles[:-1], -1e9, middles[1:], 1e9), area)
+    parts, which = shapely.get_parts(bands, return_index=True)
+    cut, _ = shapely.STRtree(shapely.linestrings(_upright(lines))).query(
+        parts, predicate="dwithin", distance=SWEEP_CONTACT
+    )
+    alone = np.setdiff1d(np.flatnonzero(shapely.area(parts) > SWEEP_CONTACT), cut)
+    return np.column_stack([offsets[which[alone]], shapely.bounds(parts[alone])[:, 1::2]])
 
 
 def _missing(task: _Task, strips: Floats) -> Any:
