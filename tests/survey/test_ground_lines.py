@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.space.world import World
 from skyverse.survey.ground import wanted_ground
-from skyverse.survey.ground_lines import GroundSurvey, ground_lines
+from skyverse.survey.ground_lines import ground_lines
+from skyverse.survey.ground_survey import GroundSurvey
 from skyverse.survey.spacing import ReliefOffsets, across, unit
 
 FIELD = ((0.0, 0.0), (160.0, 0.0), (160.0, 120.0), (0.0, 120.0))
