@@ -9,6 +9,7 @@ from machine import table
 from scipy.optimize import linprog
 
 import skyverse as sky
+from skyverse.referee.flown_photos import SHARES_LESS
 
 SIDE, GSD, OVERLAP, CELL = 200.0, 0.02, (80, 60), 3.0
 ORIGIN = 150.0
@@ -35,10 +36,11 @@ def scenario(hilly: bool, seed: int) -> sky.Scenario:
 def programme(given: sky.Scenario, gaps: tuple, direction: float, depth: float) -> float:
     """Return the least photos of strips that see the cells of gaps, of the linear programme, on level ground.
 
-    Strips lie in the direction of the survey, at every tenth of their spacing. Each is cut along to cells of the way
-    from photo to photo; a variable says how much of a cell of it is flown, another how much of a strip begins there,
-    which costs a photo more. Each cell of the gaps lies wholly beside flown cells, within half of the width of what
-    photos are certain to show (the attitude error off), as a row of the programme asks.
+    Strips lie in the direction of the survey, at every twentieth of their spacing. Each is cut along to cells of the
+    way from photo to photo; a variable says how much of a cell of it is flown, another how much of a strip begins
+    there, which costs a photo more. Each cell of the gaps lies wholly beside flown cells, within half of the width of
+    what photos are certain to show (the attitude error off), as a row of the programme asks; where photos share less
+    than asked, within half of the spacing of strips.
     """
     survey = given.surveys[0]
     across, along = survey.camera.half_widths
@@ -46,6 +48,7 @@ def programme(given: sky.Scenario, gaps: tuple, direction: float, depth: float) 
     half = depth * (across - lost)
     step, spacing = 2 * depth * along * (1 - OVERLAP[0] / 100), 2 * depth * across * (1 - OVERLAP[1] / 100)
     where = shapely.union_all([shapely.Polygon(gap.outline) for gap in gaps])
+    short = shapely.union_all([shapely.Polygon(gap.outline) for gap in gaps if gap.why == SHARES_LESS])
     angle = math.radians(direction)
     ahead, right = np.array([math.sin(angle), math.cos(angle)]), np.array([math.cos(angle), -math.sin(angle)])
     x0, y0, x1, y1 = where.bounds
@@ -53,11 +56,13 @@ def programme(given: sky.Scenario, gaps: tuple, direction: float, depth: float) 
     inside = shapely.contains_xy(where, x, y)
     places = np.column_stack([x, y])[inside]
     u, v = places @ right, places @ ahead
-    offsets = np.arange(u.min() - half, u.max() + half, spacing / 10)
+    offsets = np.arange(u.min() - half, u.max() + half, spacing / 20)
     row = np.floor((v - v.min()) / step).astype(int)
     n, m = len(offsets), int(row.max()) + 1
-    cells = np.unique(np.column_stack([row, np.round(u / CELL)]).astype(int), axis=0)
-    near = np.abs(cells[:, 1, None] * CELL - offsets) <= half
+    shared = shapely.contains_xy(short, *places.T) if not short.is_empty else np.zeros(len(places), dtype=bool)
+    cells = np.unique(np.column_stack([row, np.round(u / CELL), shared]).astype(int), axis=0)
+    reach = np.where(cells[:, 2:] > 0, (spacing + CELL) / 2, half)
+    near = np.abs(cells[:, 1, None] * CELL - offsets) <= reach
     k, j = np.nonzero(near)
     cover = sparse.csr_matrix((-np.ones(len(k)), (k, j * m + cells[k, 0])), shape=(len(cells), 2 * n * m))
     flown = np.arange(n * m)

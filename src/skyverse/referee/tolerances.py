@@ -65,7 +65,7 @@ MOVER_SLACK = 1e-3
 NEARER_AHEAD = 1e-3
 """Metres that a photo counts as farther aside for each metre along a strip, so that of equals the nearest is chosen."""
 
-MORE_THAN_HALF = 1e-3
+MORE_THAN_HALF = 4e-3
 """The share of the way between strips by which a gap ends beyond half of the way to the strip between them."""
 
 LOOSE_POWER = 5e-3
