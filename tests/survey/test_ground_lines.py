@@ -14,7 +14,8 @@ from skyverse.space.world import World
 from skyverse.survey.ground import wanted_ground
 from skyverse.survey.ground_lines import ground_lines
 from skyverse.survey.ground_survey import GroundSurvey
-from skyverse.survey.spacing import ReliefOffsets, across, unit
+from skyverse.survey.spacing import ReliefOffsets, unit
+from skyverse.survey.sweep_lines import across
 
 FIELD = ((0.0, 0.0), (160.0, 0.0), (160.0, 120.0), (0.0, 120.0))
 ELL = ((0.0, 0.0), (200.0, 0.0), (200.0, 80.0), (90.0, 80.0), (90.0, 190.0), (0.0, 190.0))

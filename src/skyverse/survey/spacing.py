@@ -19,6 +19,7 @@ from skyverse.survey.footprints import GroundView, height_limits, shared_shares
 from skyverse.survey.free_area import FreeArea
 from skyverse.survey.ground import GroundCells
 from skyverse.survey.heights import gentle
+from skyverse.survey.sweep_lines import across
 
 LEAST_SHARE = 0.2
 """Of what level ground allows: strips and photos are not nearer to each other, however steep the ground is."""
@@ -74,12 +75,6 @@ def unit(direction: float) -> Floats:
     """Return the unit vector (2,) of a direction, degrees clockwise from north."""
     angle = math.radians(direction)
     return np.array([math.sin(angle), math.cos(angle)])
-
-
-def across(area: Any, way: Floats) -> Any:
-    """Return a shapely geometry in the frame whose y runs along a unit vector, and x to the right of it."""
-    ux, uy = way
-    return shapely.transform(area, lambda p: np.stack([p[:, 0] * uy - p[:, 1] * ux, p[:, 0] * ux + p[:, 1] * uy], 1))
 
 
 @dataclass(frozen=True, eq=False)
