@@ -225,19 +225,21 @@ def test_a_landing_beside_a_ledge_is_refused(tmp_path, refuses):
         sky.export(mission, tmp_path / "m.plan", sky.ExportOptions(end="land"))
 
 
-def test_a_return_keeps_below_a_ceiling_above_ground_or_is_told_to_be_lost(tmp_path):
+def test_a_return_keeps_below_a_ceiling_above_ground_or_is_told_to_lead_higher(tmp_path, refuses):
     ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=5.0)
     wall = ((30, -300, -50), (31, 280, 50))
     corners = [(0, 0, 10), (0, 290, 10), (60, 290, 10), (60, 0, 10)]
     mission = handmade.mission(
         [handmade.along(corners, 20)], boxes=[wall], terrain=ground, clearance=1.0, origin=ORIGIN
     )
-    for ceiling, lost in ((80.0, 0), (40.0, 1)):
+    for ceiling, higher in ((80.0, False), (40.0, True)):
         capped = handmade.changed(mission, max_height=ceiling)
-        certificate, *_ = handmade.exported(capped, tmp_path)
-        (back,) = certificate.returns
-        assert len(back.gaps) == lost
-        assert back.altitude <= ceiling + 0.5
+        told = handmade.exported(capped, tmp_path)
+        assert told.back.gaps == ()
+        assert ("held to the ceiling of 40 m above ground" in told.said) == higher
+        assert (told.back.altitude > ceiling + 0.5) == higher
+    with refuses():
+        sky.export(capped, tmp_path / "m.plan", sky.ExportOptions(end="rtl"))  # no emergency: it is planned
 
 
 @pytest.mark.parametrize("apart", [10_000.0, -60_000.0, 60_000.0])

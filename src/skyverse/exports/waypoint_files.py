@@ -35,7 +35,9 @@ from skyverse.exports.speed_limits import with_limited_speeds
 from skyverse.exports.verdicts import ExportCertificate, ExportedFleet, flight_verdicts
 from skyverse.exports.way_home import WayHome, moved, ways_home
 from skyverse.exports.wpml import wpml_parts
+from skyverse.model.caution import Caution
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import SAME_PLACE
 
@@ -72,7 +74,12 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
         _require_launch_places(scenario, plans)
     if altitude is not None:
         require_return_altitude(plans[0].autopilot, altitude)
-    returns = ways_home(scenario, plans, altitude)
+    returns, higher = ways_home(scenario, plans, altitude), []
+    lost = any(back is not None and back.gaps for back in returns)
+    if lost and options.end != "rtl" and None not in (scenario.terrain, scenario.max_height):
+        returns = ways_home(derived(scenario, max_height=None), plans, altitude)
+        above = f"the ceiling of {scenario.max_height:g} m above ground"
+        higher = [f"Ways home are {Caution.NOT} held to {above}, as they are for emergencies, which may lead higher."]
     if altitude is not None and None in returns:
         said = "aeroplanes return as their autopilots are set: files name no altitude"
         raise InputError(said, field="return_altitude")
@@ -88,7 +95,7 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     _require_batteries(told, path)
     contents, rates = _contents(path, suffix, told)
     settings = [litchi_settings(told)] if suffix == ".litchi.csv" else []
-    notes = [*cautions(told, planned=planned), *settings, *loading(told, rates), *details(told)]
+    notes = [*cautions(told, planned=planned), *higher, *settings, *loading(told, rates), *details(told)]
     certificate = ExportCertificate(apart, tuple(returns), flight_verdicts(told))
     files = [file for file in contents if file not in rates and not file.name.endswith(PHOTO_FILES)]
     return WaypointFiles(contents, files, certificate, notes)
