@@ -37,7 +37,9 @@ MOST_ASIDE = 0.7
 MOST_OFF = 0.5
 """Metres by which photos may be off along a strip, with a probability of 95 %, as autopilots look only now and then."""
 ALIKE = 0.2
-"""The part of the way between two looks by which all photos of a run may be late alike, as at an even speed."""
+"""The part of the way between two looks by which all photos of a run may be late alike, if there are few looks."""
+MANY_LOOKS = 33.0
+"""From so many looks between two photos on, no run is late alike, as speeds come and go by a few per cent."""
 MOST_RESTARTS = 75
 """How often the count of a flight begins anew for that at most, as each time takes four items."""
 MOST_LATE = 0.15
@@ -310,8 +312,9 @@ class StripWay:
         at, first, late = self.along[self.corners], 0, 0.0
         most, looks = len(self.photos), LOOKS[how.autopilot] * self.pace
         if looks and self.trigger == "distance":  # two standard deviations of an even distribution, if not all alike
-            may = MOST_OFF / looks
-            most = math.ceil(most / math.ceil(most / (1.0 + max(min(3.0 * may**2, may / ALIKE), how.least))))
+            may, alike = MOST_OFF / looks, ALIKE if self.strip.every < MANY_LOOKS * looks else 0.0
+            sure = min(3.0 * may**2, may / alike if alike else math.inf)
+            most = math.ceil(most / math.ceil(most / (1.0 + max(sure, how.least))))
         places = np.array([self.place(float(along))[:2] for along in self.photos])
         for k, (a, b) in enumerate(pairwise(self.photos.tolist()), 1):
             within = np.flatnonzero((at > a) & (at < b))
