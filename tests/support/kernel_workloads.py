@@ -332,7 +332,7 @@ def strips_in_the_plane():
         swap=10.0, capacity=np.inf, allowed=np.ones(19, dtype=bool), returns=True,
     )  # fmt: skip
     visits = [*np.arange(18).reshape(-1, 2), (18, 18)]
-    with patch("skyverse.mission.strip_search._CHANGES", (200, 0)):
+    with patch("skyverse.mission.fleet_search._KICKS", (50, 0)):
         for opens in (20.0, 60.0):
             window = np.array([(0.0, np.inf)] * 18 + [(opens, np.inf)])
             route_strips([vehicle] * 2, visits, Work(np.zeros(19), window, np.zeros(19)), "min-max")

@@ -18,10 +18,10 @@ from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError, require_choice, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import exact_tours
+from skyverse.mission.fleet_search import FleetSearch
 from skyverse.mission.given_order import stretches
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
 from skyverse.mission.strip_bound import strip_bound
-from skyverse.mission.strip_search import StripSearch
 from skyverse.numerics.tolerances import LENGTH_ROUNDING
 from skyverse.stop import require_stop
 
@@ -78,7 +78,7 @@ def route_strips(
         if optimal:
             found = list(exact_tours(fleet, seen, criterion, None, groups=nodes.strip.tolist()))
         else:
-            found, interrupted = StripSearch(fleet, seen, nodes.strip, criterion, search).tours()
+            found, interrupted = FleetSearch(fleet, seen, nodes.strip, criterion, search).tours()
         tours = [tuple(nodes.passed(sortie) for sortie in tour) for tour in found]
         if all(timed(v, work, tour) is not None for v, tour in zip(vehicles, tours, strict=True)):
             break
