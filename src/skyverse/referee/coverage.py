@@ -178,10 +178,10 @@ def _stands(scenario: Scenario, solid: Solid) -> bool:
     x, y = np.meshgrid(np.linspace(west, east, ACROSS), np.linspace(south, north, ACROSS))
     within = np.column_stack([x.ravel(), y.ravel()])[shapely.contains_xy(solid.polygon, x.ravel(), y.ravel())]
     places = np.concatenate([within, shapely.get_coordinates(solid.polygon)])
-    low = np.full(len(places), solid.low)
+    low: float | Floats = solid.low
     if solid.ball is not None:
-        centre, height, radius = solid.ball[:2], solid.ball[2], solid.ball[3]
-        low = height - np.sqrt(np.maximum(radius**2 - ((places - centre) ** 2).sum(axis=1), 0.0))
+        inner = solid.ball[3] ** 2 - ((places - solid.ball[:2]) ** 2).sum(axis=1)
+        low = solid.ball[2] - np.sqrt(np.maximum(inner, 0.0))
     return bool((scenario.terrain.height(places) >= low).any())
 
 

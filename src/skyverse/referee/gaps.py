@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Bools, Floats
 from skyverse.model.scenario import Scenario
 from skyverse.referee.blockers import Solid
+from skyverse.referee.ground_cells import quarters
 from skyverse.referee.photo_views import PhotoView
 from skyverse.referee.tolerances import LET_PASS, NO_LENGTH
 
@@ -127,10 +128,7 @@ def runs(which: Bools, x: Floats, y: Floats) -> NDArray[np.object_]:
 
 
 def spots(polygon: shapely.Geometry) -> Floats:
-    """Return places (n, 2) in a polygon: one of all of it, and one of each quarter."""
-    low, high = np.split(np.array(shapely.bounds(polygon)), 2)
-    middle = (low + high) / 2
-    ends = (low, high, np.array([low[0], high[1]]), np.array([high[0], low[1]]))
-    boxes = [shapely.box(*np.minimum(middle, end), *np.maximum(middle, end)) for end in ends]
-    parts = np.array([polygon, *shapely.intersection(polygon, boxes)])
-    return shapely.get_coordinates(shapely.point_on_surface(parts[shapely.area(parts) > 0]))
+    """Return places (n, 2) in a polygon: one of all of it, and one of each part of its quarters."""
+    low, high = np.split(np.array([shapely.bounds(polygon)]), 2, axis=1)
+    parts = np.append(polygon, quarters(np.array([polygon]), (low + high) / 2))
+    return shapely.get_coordinates(shapely.point_on_surface(parts))

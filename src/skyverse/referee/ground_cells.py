@@ -120,9 +120,9 @@ class CellGrid:
         return low, high
 
     def nodes(self, here: tuple[slice, slice]) -> tuple[Floats, Floats, Floats]:
-        """Return x (n + 1, 1), y (1, m + 1) and z (n + 1, m + 1) of the corners of rows and columns of cells."""
+        """Return x (n + 1,), y (m + 1,) and z (n + 1, m + 1) of the corners of rows and columns of cells."""
         i, j = (slice(s.start, s.stop + 1) for s in here)
-        return self.x[i, None], self.y[None, j], self.z[i, j]
+        return self.x[i], self.y[j], self.z[i, j]
 
     def within(self, view: PhotoView) -> tuple[slice, slice] | None:
         """Return the rows and columns of cells that a photo may show; ``None`` where there are none."""
@@ -177,12 +177,7 @@ class CellGrid:
     def halved(self, pieces: Pieces) -> Pieces:
         """Return pieces cut in four, along their middles."""
         low, high = np.split(shapely.bounds(pieces.outline), 2, axis=1)
-        middle = (low + high) / 2
-        quarters = [
-            shapely.intersection(pieces.outline, shapely.box(*np.minimum(middle, end).T, *np.maximum(middle, end).T))
-            for end in (low, high, np.column_stack([low[:, 0], high[:, 1]]), np.column_stack([high[:, 0], low[:, 1]]))
-        ]
-        return self.cut(_polygons(np.concatenate(quarters)))
+        return self.cut(quarters(pieces.outline, (low + high) / 2))
 
     def parted(self, pieces: Pieces, places: Floats, normals: Floats) -> Pieces:
         """Return pieces, those at places (n, 2) cut along lines through these, with unit normals (n, 2)."""
@@ -190,16 +185,18 @@ class CellGrid:
         at, first = np.unique(at, return_index=True)
         place, normal = places[which[first]][:, None], normals[which[first]][:, None]
         far = 2 * float(np.ptp(pieces.corners[at], axis=1).max(initial=0.0))
-        ends = place + far * np.array([[-1.0], [1.0]]) * normal[:, :, ::-1] * [-1.0, 1.0]
-        halves = [
-            shapely.intersection(
-                pieces.outline[at],
-                shapely.polygons(np.concatenate([ends, ends[:, ::-1] + side * far * normal], axis=1)),
-            )
-            for side in (-1.0, 1.0)
-        ]
-        others = np.delete(np.arange(len(pieces.area)), at)
-        return joined(pieces.of(others), self.cut(_polygons(np.concatenate(halves))))
+        lines = shapely.linestrings(place + far * np.array([[-1.0], [1.0]]) * normal[:, :, ::-1] * [-1.0, 1.0])
+        half, whole = shapely.buffer(lines, far, cap_style="flat", single_sided=True), pieces.outline[at]
+        cut = _polygons(np.concatenate([shapely.intersection(whole, half), shapely.difference(whole, half)]))
+        return joined(pieces.of(np.delete(np.arange(len(pieces.area)), at)), self.cut(cut))
+
+
+def quarters(polygons: NDArray[np.object_], at: Floats) -> NDArray[np.object_]:
+    """Return polygons cut in four, each at a place (n, 2), along x and along y."""
+    low, high = np.split(shapely.bounds(polygons), 2, axis=1)
+    ends = (low, high, np.column_stack([low[:, 0], high[:, 1]]), np.column_stack([high[:, 0], low[:, 1]]))
+    boxes = [shapely.box(*np.minimum(at, end).T, *np.maximum(at, end).T) for end in ends]
+    return _polygons(np.concatenate([shapely.intersection(polygons, box) for box in boxes]))
 
 
 def _polygons(shapes: NDArray[np.object_]) -> NDArray[np.object_]:
@@ -216,18 +213,12 @@ def convex_parts(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
         )
         if not len(bent):
             break
-        low, high = np.split(shapely.bounds(polygons[bent]), 2, axis=1)
         inward = shapely.difference(
             shapely.extract_unique_points(polygons[bent]), shapely.boundary(shapely.convex_hull(polygons[bent]))
         )
         inward = np.where(shapely.is_empty(inward), shapely.centroid(polygons[bent]), inward)
         at = np.array([shapely.get_coordinates(points)[0] for points in inward])
-        sides = [
-            (*np.minimum(at, end).T, *np.maximum(at, end).T)
-            for end in (low, high, np.column_stack([low[:, 0], high[:, 1]]), np.column_stack([high[:, 0], low[:, 1]]))
-        ]
-        cut = _polygons(np.concatenate([shapely.intersection(polygons[bent], shapely.box(*side)) for side in sides]))
-        polygons = np.concatenate([np.delete(polygons, bent), cut])
+        polygons = np.concatenate([np.delete(polygons, bent), quarters(polygons[bent], at)])
     return polygons
 
 

@@ -80,8 +80,8 @@ class Viewers:
             here = grid.within(view)
             if here is None:
                 continue
-            margin, depth = view.look(*grid.nodes(here))
-            slack = grid.slack[here]
+            (x, y, z), slack = grid.nodes(here), grid.slack[here]
+            margin, depth = view.look(x[:, None], y, z)
             touched = grid.whole[here] & (_of_four(np.maximum, np.where(depth <= self.most, margin, -1.0)) >= 0)
             least, depth = _of_four(np.minimum, margin), _of_four(np.maximum, depth) + slack
             partly = grid.whole[here] & (_of_four(np.maximum, margin) >= -(1 + view.sine) * grid.reach[here])
@@ -127,8 +127,8 @@ class Viewers:
             here = grid.within(view)
             if here is None:
                 continue
-            deep = np.zeros_like(grid.whole)
-            depth = _of_four(np.maximum, view.look(*grid.nodes(here))[1]) + grid.slack[here]
+            (x, y, z), deep = grid.nodes(here), np.zeros_like(grid.whole)
+            depth = _of_four(np.maximum, view.look(x[:, None], y, z)[1]) + grid.slack[here]
             deep[here] = grid.whole[here] & (depth > self.most)
             pieces = joined(grid.pieces, grid.cells(deep))
             for left in range(CLOSER, -1, -1):
@@ -150,9 +150,7 @@ class Viewers:
         """Take out of cells what the ground may hide: first of whole blocks of cells, then of cells."""
         if self.relief is None:
             return
-        i, j = here
-        x, y = grid.x[i.start : i.stop + 1], grid.y[j.start : j.stop + 1]
-        z, slack = grid.z[i.start : i.stop + 1, j.start : j.stop + 1], grid.slack[here]
+        (x, y, z), slack = grid.nodes(here), grid.slack[here]
         low, high = _of_four(np.minimum, z) - slack, _of_four(np.maximum, z) + slack
         undecided = inside.copy()
         for size in (IN_BLOCK, 1):
@@ -176,9 +174,7 @@ class Viewers:
         """Take out of cells what walls and facets may hide; what they hide wholly is not touched either."""
         if not len(self.blockers.top) or not inside.any():
             return
-        i, j = here
-        x, y = grid.x[i.start : i.stop + 1], grid.y[j.start : j.stop + 1]
-        z, slack = grid.z[i.start : i.stop + 1, j.start : j.stop + 1], grid.slack[here]
+        (x, y, z), slack = grid.nodes(here), grid.slack[here]
         rising = bool(z.max() + slack.max() < view.position[2] - view.error.vertical)
         parts, low, high = self.blockers.shadows(view, float(z.min() - slack.max()), rising)
         begin = [np.clip(np.searchsorted(line, low[:, k], side="right") - 1, 0, None) for k, line in enumerate((x, y))]
