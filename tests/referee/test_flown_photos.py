@@ -59,6 +59,41 @@ def test_photos_that_are_missing_are_found_where_they_are_and_flown_again(kind, 
         assert whole.seen[0] > 1 - 1e-9, whole.sentence
 
 
+LEFT_OUT = {
+    "a direction": lambda photos, way: way,
+    "all of a direction but two photos": lambda photos, way: way & (np.cumsum(way) > 2),
+    "most of a direction": lambda photos, way: way & (photos.position[:, 0] > -10.0),
+    "half of a direction": lambda photos, way: way & (photos.position[:, 1] > 60.0),
+}
+
+
+@pytest.mark.parametrize("kind", ["cross", "oblique"])
+@pytest.mark.parametrize("left_out", LEFT_OUT)
+def test_each_direction_of_a_pattern_must_be_flown_everywhere(kind, left_out):
+    survey = sky.Survey(CORNERS, "mavic-3e", gsd=0.015, overlap=(75, 60), pattern=kind, direction=0.0)
+    mission = planned_survey(kind, 1, surveys=[survey])
+    photos = sky.photos_of(mission)
+    assert sky.check_photos(mission.scenario, photos)[0].verdict is sky.Verdict.PROVEN
+    heading = np.round(photos.heading) % 360.0
+    way = (heading % 180.0 == 0.0) if kind == "cross" else (heading == 90.0) & (photos.pitch > -80.0)
+    taken = photos.taken(~LEFT_OUT[left_out](photos, way))
+    assert len(taken) < len(photos)
+    (found,) = sky.check_photos(mission.scenario, taken)
+    assert found.verdict is sky.Verdict.REFUTED, found.sentence
+
+
+def test_a_few_photos_missing_in_a_strip_are_not_let_pass_however_many_pairs_overlap():
+    survey = sky.Survey([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)], "mavic-3e", gsd=0.02, direction=0.0)
+    mission = planned_survey("flat", 1, surveys=[survey])
+    photos = sky.photos_of(mission)
+    x, y, _ = photos.position.T
+    middle = np.unique(np.round(x, 1))[5]
+    lost = (np.abs(x - middle) < 1.0) & (np.abs(y - 150.0) < 40.0)
+    (found,) = sky.check_photos(mission.scenario, photos.taken(~lost))
+    assert found.short < 0.005 * found.pairs
+    assert found.verdict is sky.Verdict.REFUTED, found.sentence
+
+
 def test_photos_that_look_at_the_horizon_show_nothing_and_harm_nothing():
     scenario, photos = flown("flat")
     middle = photos.position[:, :2] - np.array([70.0, 60.0])

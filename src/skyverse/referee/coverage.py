@@ -21,7 +21,7 @@ from skyverse.referee.blockers import Solid, blockers_of, bottoms_of, closed_bet
 from skyverse.referee.facet_cells import FacetCells, facet_cells
 from skyverse.referee.gaps import Sight, outlines_of, runs, spots
 from skyverse.referee.ground_cells import CellGrid, Pieces, area_of, grid_of, joined
-from skyverse.referee.photo_overlaps import SHORT, Neighbours, directions_flown, neighbours_of
+from skyverse.referee.photo_overlaps import SHORT, Neighbours, directions_of, neighbours_of
 from skyverse.referee.photo_views import views_of
 from skyverse.referee.relief import relief_of
 from skyverse.referee.shown import Viewers
@@ -40,7 +40,8 @@ ACROSS = 9
 """Places along x and along y at which it is looked whether a solid stands on the ground."""
 MOST_SHARE = 0.95
 """The share of the area of which sentences tell by how many photos it is seen, and how finely."""
-
+LEAST_SHARE = 0.5
+"""The share of the overlap that is asked for that each pair of neighbours has, however many have all of it."""
 DIRECTIONS = {"cross": 2, "oblique": 5}
 """In how many directions patterns are flown, if not in one; straight down is one of the oblique ones."""
 
@@ -86,15 +87,30 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
         viewers.look_closer(grid)
     gaps, certain = _gaps(sight, number, np.append(missed, beyond) if shapely.area(beyond) > 0 else missed, grid)
     needed = _directions(survey)
-    flown = 1 if needed == 1 else directions_flown(photos, survey.pattern == "oblique")
+    lacking = _lacking(survey, photos, grid, needed) if needed > 1 else 0.0
     overlaps = neighbours(scenario, survey, photos, grid)
-    figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers, overlaps, flown, needed)
+    figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers, overlaps, lacking)
     return figures.judged(survey, number, len(photos), gaps, certain)
 
 
 def _directions(survey: Survey) -> int:
     """Return in how many directions a survey's pattern is flown everywhere."""
     return 1 if survey.pattern == "oblique" and survey.pitch == -90.0 else DIRECTIONS.get(survey.pattern, 1)
+
+
+def _lacking(survey: Survey, photos: Photos, grid: CellGrid, needed: int) -> float:
+    """Return the greatest area that photos that look in one direction of a survey's pattern leave out, square metres.
+
+    Nothing but the edges of pictures bounds what they show, and cameras are where they are planned to be.
+    """
+    number, lost = directions_of(photos, survey.pattern == "oblique"), 0.0
+    count = np.bincount(number[number >= 0], minlength=needed)
+    for k in np.argsort(-count, kind="stable")[:needed].tolist():
+        own = photos.taken(number == k)
+        views = views_of(own, survey.camera, [EXACT] * len(own), 0.0)
+        _, missed = _look(Viewers(views, None, blockers_of([], bottoms_of([]), ()), math.inf), grid)
+        lost = max(lost, float(shapely.area(missed).sum()))
+    return lost
 
 
 def neighbours(scenario: Scenario, survey: Survey, photos: Photos, grid: CellGrid) -> tuple[Neighbours, Neighbours]:
@@ -231,8 +247,7 @@ class _Figures(NamedTuple):
     pixel: float
     viewers: Viewers
     overlaps: tuple[Neighbours, ...]
-    flown: int = 1
-    needed: int = 1
+    lacking: float = 0.0
 
     def judged(
         self, survey: Survey, number: int, photos: int, gaps: tuple[CoverageGap, ...], certain: bool
@@ -264,15 +279,16 @@ class _Figures(NamedTuple):
             survey.fine_all_over and self.pixel * deep > asked
             for deep in (self.viewers.deepest_cell, self.viewers.deepest)
         )
+        bare = any((found.share < LEAST_SHARE * survey.overlap[k]).any() for k, found in enumerate(self.overlaps))
         open_ = sum(gap.area for gap in gaps) > LET_PASS
-        refuted = (open_ and certain) or short > SHARE_SHORT * pairs or coarse or self.flown < self.needed
+        refuted = (open_ and certain) or short > SHARE_SHORT * pairs or coarse or self.lacking > LET_PASS or bare
         alone = len(self.overlaps) > 0 and photos > 1 and not pairs and max(survey.overlap) > 0
         verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ or alone or unsure else Verdict.PROVEN
         figures = (shares, worst, mostly, coarsest, (least[0], least[1]), pairs, short)
         told = _sentence(self.area, figures, survey, gaps, where)
         told += "; no photos are neighbours on strips whose overlap could be judged" if alone else ""
-        if self.flown < self.needed:
-            told += f"; flown in {self.flown} of the {self.needed} directions of the pattern {survey.pattern!r}"
+        if self.lacking > LET_PASS:
+            told += f"; {self.lacking:,.3g} m² are not photographed in each direction of the pattern {survey.pattern!r}"
         sentence = f"{told}: {verdict.value}."
         return Coverage(number, verdict, sentence, photos, self.area, *figures, gaps)
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from skyverse._typing import Bools, Floats, Indices
+from skyverse._typing import Bools, Floats, Indices, Ints
 from skyverse.model.camera import Camera
 from skyverse.model.photos import Photos
 from skyverse.referee.ground_cells import CellGrid
@@ -55,15 +55,8 @@ def neighbours_of(
     if len(photos) < 2:
         none = Neighbours(np.zeros((0, 2), dtype=np.intp), np.zeros(0), np.zeros((0, 2, 2)))
         return none, none
-    same = (photos.uav[1:] == photos.uav[:-1]) & (photos.strip[1:] == photos.strip[:-1]) & (photos.strip[1:] >= 0)
-    first = np.flatnonzero(same)
-    level = photos.position[:, :2]
-    steps = np.zeros((len(photos) + 1, 2))
-    steps[first + 1] = level[first + 1] - level[first]
-    course = steps[1:] + steps[:-1]
-    length = np.hypot(*course.T)
-    course = np.divide(course, length[:, None], out=course, where=length[:, None] > 0)
-    spacing = np.maximum(np.hypot(*steps[1:].T), np.hypot(*steps[:-1].T))
+    same, course, spacing = _courses(photos)
+    first, level = np.flatnonzero(same), photos.position[:, :2]
     frames, views = frames_of(photos), views_of(photos, camera, [EXACT] * len(photos), 0.0)
     centre, deep = _centres(photos.position, frames[:, 0], grid)
     width = _width(np.column_stack([-course[:, 1], course[:, 0]]), frames, camera) * deep
@@ -98,21 +91,42 @@ def _with_none_between(pairs: Indices, centre: Floats, width: Floats) -> Indices
     return pairs[kept]
 
 
-def directions_flown(photos: Photos, oblique: bool) -> int:
-    """Return in how many directions photos look, one of them straight down, or along how many lines strips lead."""
-    level = np.diff(photos.position[:, :2], axis=0)
-    same = (photos.uav[1:] == photos.uav[:-1]) & (photos.strip[1:] == photos.strip[:-1]) & (photos.strip[1:] >= 0)
-    ways, down = level[same & (np.hypot(*level.T) > NO_LENGTH)], 0
+def directions_of(photos: Photos, oblique: bool) -> Ints:
+    """Return in which direction each photo looks, or along which line its strip leads, (n,) numbers; -1 where in none.
+
+    Photos that look straight down look in one direction.
+    """
+    number = np.full(len(photos), -1)
     if oblique:
-        slanting = np.abs(np.cos(np.radians(photos.pitch))) > STEEP_VIEW
-        turned = np.radians(photos.heading[slanting])
-        ways, down = np.column_stack([np.sin(turned), np.cos(turned)]), int(not slanting.all())
-    found: list[Floats] = []
-    for way in ways / np.maximum(np.hypot(*ways.T), NO_LENGTH)[:, None]:
-        alike = [float(way[0] * other[0] + way[1] * other[1]) for other in found]
-        if not any((one if oblique else abs(one)) > PARALLEL for one in alike):
-            found.append(way)
-    return len(found) + down
+        turned, slanting = np.radians(photos.heading), np.abs(np.cos(np.radians(photos.pitch))) > STEEP_VIEW
+        ways = np.where(slanting[:, None], np.column_stack([np.sin(turned), np.cos(turned)]), 0.0)
+        number[~slanting] = 0
+    else:
+        ways = _courses(photos)[1]
+    left = np.hypot(*ways.T) > 0.0
+    while left.any():
+        way = ways[np.argmax(left)]
+        alike = (ways * way).sum(axis=1)
+        here = left & ((alike if oblique else np.abs(alike)) > PARALLEL)
+        number[here] = number.max() + 1
+        left &= ~here
+    return number
+
+
+def _courses(photos: Photos) -> tuple[Bools, Floats, Floats]:
+    """Return whether the next photo is on the same strip, (n - 1,), and of each its unit course and metres to others.
+
+    The course is zero where a photo is alone on its strip.
+    """
+    same = (photos.uav[1:] == photos.uav[:-1]) & (photos.strip[1:] == photos.strip[:-1]) & (photos.strip[1:] >= 0)
+    first = np.flatnonzero(same)
+    level = photos.position[:, :2]
+    steps = np.zeros((len(photos) + 1, 2))
+    steps[first + 1] = level[first + 1] - level[first]
+    course = steps[1:] + steps[:-1]
+    length = np.hypot(*course.T)
+    course = np.divide(course, length[:, None], out=course, where=length[:, None] > 0)
+    return same, course, np.maximum(np.hypot(*steps[1:].T), np.hypot(*steps[:-1].T))
 
 
 def _abreast(pairs: Indices, position: Floats, course: Floats, same: Bools) -> Floats:
