@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter
 
 import skyverse as sky
 from skyverse.draw.photo_views import DrawnSurvey, drawn_surveys
-from skyverse.draw.survey_page import told_gsd, told_share
+from skyverse.model.short_lines import told_gsd, told_share
 
 GROUND, INK, SOFT = "#10161d", "#eef3f8", "#9fb0c1"
 UAVS = ("#ffb000", "#ff5fa2", "#35d0ff")

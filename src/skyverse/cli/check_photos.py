@@ -15,6 +15,7 @@ from skyverse.cli.outputs import refuse_output
 from skyverse.cli.plan import BudgetOptions, FleetOptions, MissionOutput, PlannerOptions, plan_scenario
 from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
+from skyverse.model.short_lines import told_gsd, told_overlap, told_share
 
 if TYPE_CHECKING:
     from skyverse.model.coverage import Coverage, CoverageGap
@@ -112,12 +113,11 @@ def _tell(world: "Scenario", found: "Sequence[Coverage]") -> None:
     """Print what photos show of each survey, and the gaps."""
     for one in found:
         print(f"{world.surveys[one.survey].name}: {one.sentence}")
-        seen = ", ".join(f"{100 * share:.4g} %" for share in one.seen)
-        along, between = (f"{share:.1f} %" for share in one.overlap)
+        along, between = map(told_overlap, one.overlap)
         rows = [
             ["photos", str(one.photos)],
-            [f"seen by 1 to {len(one.seen)} photos", seen],
-            ["worst GSD", f"{100 * one.gsd:.3g} cm, 95 % of it {100 * one.gsd_95:.3g} cm"],
+            [f"seen by 1 to {len(one.seen)} photos", ", ".join(map(told_share, one.seen))],
+            ["worst GSD", f"{told_gsd(one.gsd)}, 95 % of it {told_gsd(one.gsd_95)}"],
             ["least overlap", f"{along} along strips, {between} between them"],
             ["less than asked", f"{one.short} of {one.pairs} pairs"],
         ]

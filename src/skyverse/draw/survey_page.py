@@ -1,6 +1,5 @@
 """What a page says of surveys: the card that plays through their photos, and what is proven of each."""
 
-import math
 from collections.abc import Iterator
 from html import escape
 
@@ -8,7 +7,7 @@ from skyverse.draw.photo_views import DrawnSurvey, wanted
 from skyverse.draw.scenes import MissionScene
 from skyverse.draw.template import MAX_SHOWN_FINDINGS, NO_VALUE, card, table
 from skyverse.model.coverage import Coverage, CoverageGap
-from skyverse.model.short_lines import counted
+from skyverse.model.short_lines import counted, told_gsd, told_overlap, told_share
 from skyverse.model.verdict import Verdict
 
 _TONES = {Verdict.PROVEN: ("good", "✓"), Verdict.REFUTED: ("bad", "✕"), Verdict.UNDECIDED: ("warn", "?")}
@@ -117,7 +116,7 @@ def _proven(proof: Coverage) -> Iterator[tuple[str, str]]:
     yield "… of 95 % of the places", told_gsd(proof.gsd_95)
     yield "Coarsest place in any photo", told_gsd(proof.gsd_any)
     for where, share in zip(("along strips", "between strips"), proof.overlap, strict=True):
-        yield f"Least overlap {where}", NO_VALUE if math.isnan(share) else f"{math.floor(10 * share) / 10:g} %"
+        yield f"Least overlap {where}", told_overlap(share)
     yield "Neighbours that share less than asked", f"{proof.short:,} of {proof.pairs:,}"
 
 
@@ -138,16 +137,6 @@ def _gap(name: str, gap: CoverageGap) -> str:
     return f"{name}: {size}about {place} m: {gap.why}"
 
 
-def told_share(share: float) -> str:
-    """Return a share in per cent, rounded down."""
-    return f"{math.floor(1e4 * share + 1e-9) / 100:g} %"
-
-
 def told_area(area: float) -> str:
     """Return an area in square metres, or hectares where it is large."""
     return f"{area / 1e4:,.4g} ha" if area >= 1e4 else f"{area:,.3g} m²"
-
-
-def told_gsd(gsd: float) -> str:
-    """Return a ground sample distance, given in metres, in centimetres, rounded up."""
-    return f"{math.ceil(round(1e4 * gsd, 6)) / 100:.4g} cm" if math.isfinite(gsd) else NO_VALUE

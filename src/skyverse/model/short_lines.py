@@ -29,6 +29,21 @@ def told_point(point: Iterable[float]) -> str:
     return f"({', '.join(f'{round(float(value), 3) + 0.0:.10g}' for value in point)})"
 
 
+def told_gsd(gsd: float) -> str:
+    """Return a ground sample distance, given in metres, in centimetres, rounded up; ``none`` where there is none."""
+    return f"{math.ceil(round(1e4 * gsd, 6)) / 100:.4g} cm" if math.isfinite(gsd) else "none"
+
+
+def told_overlap(percent: float) -> str:
+    """Return an overlap, rounded down to a tenth of a per cent; ``none`` where there is none."""
+    return "none" if math.isnan(percent) else f"{math.floor(10 * percent) / 10:.1f} %"
+
+
+def told_share(share: float) -> str:
+    """Return a share in per cent, rounded down."""
+    return f"{math.floor(1e4 * share + 1e-9) / 100:g} %"
+
+
 def as_lines(first: str, *more: str) -> str:
     """Return a first line and the others indented below it, without empty ones, each cut where it is too long."""
     lines = [first, *(f"  {line}" for line in more if line)]

@@ -13,7 +13,7 @@ from skyverse._typing import Bools, Floats
 from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.photos import Photos
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import counted
+from skyverse.model.short_lines import counted, told_gsd, told_overlap
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
@@ -300,11 +300,11 @@ def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple
     percent = "100" if whole else f"{min(100 * shares[0], 99.99):.4g}"
     often = sum(one >= MOST_SHARE for one in shares)
     times = f", by at least {counted(often, 'photo')} on {100 * MOST_SHARE:g} %" if often > 1 else ""
-    fine = f"; worst {math.ceil(round(1e4 * worst, 6)) / 100:.4g} cm" if shares[0] > 0 else ""
+    fine = f"; worst {told_gsd(worst)}" if shares[0] > 0 else ""
     if survey.gsd is not None and coarsest > survey.gsd * (1 + LIMIT_LET_PASS) and survey.fine_all_over:
         fine += f", but up to {100 * coarsest:.3g} cm in single photos, where {100 * survey.gsd:.3g} cm are asked"
     shared = [
-        f"{math.floor(10 * share) / 10:.1f} % {which}"
+        f"{told_overlap(share)} {which}"
         for share, which in ((along, "along strips"), (between, "between"))
         if share == share
     ]
