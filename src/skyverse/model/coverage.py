@@ -41,7 +41,8 @@ class Coverage:
         The index of the survey.
     verdict, sentence
         Proven if all of it is seen, and photographed in each direction of the pattern, and overlaps are as asked in
-        99.5 % of pairs, the least of the others being told, and half as much in all; refuted if a part is certainly not seen, or another of these does not hold.
+        99.5 % of pairs, the least of the others being told, and half as much in all; refuted if a part is certainly not
+        seen, or another of these does not hold.
     photos
         How many photos there are.
     area
