@@ -75,7 +75,7 @@ class Survey(Model):
     gsd_of
         Where the ground sample distance is kept: ``"photo"``, all over each photo's part of the area, or ``"place"``,
         in the photos that are taken nearest to each place, which on slopes of 30 degrees takes about 0.6 of them. If it
-        is left out, ``"place"`` where the camera looks at the ground slantwise, which shows far ground coarsely.
+        is left out, ``"photo"`` where the camera looks straight down at the ground, else ``"place"``.
     overlap
         Per cent that photos share with the one before on their strip, and with those of the strip beside it, at least:
         the area, on a map, of the ground to be seen that both show, as a share of what that one shows which shows less.
@@ -183,8 +183,8 @@ class Survey(Model):
     @property
     def fine_all_over(self) -> bool:
         """Whether the ground sample distance is kept all over each photo."""
-        slanting = self.of_ground and self.pitch != -90.0
-        return self.gsd is not None and (self.gsd_of or ("place" if slanting else "photo")) == "photo"
+        straight_down = self.of_ground and self.pitch == -90.0
+        return self.gsd is not None and (self.gsd_of or ("photo" if straight_down else "place")) == "photo"
 
     @property
     def of_ground(self) -> bool:

@@ -13,6 +13,9 @@ from skyverse._typing import Bools, Floats
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.survey.ground import BLOCK, GroundCells
 
+AIMED = 6
+"""Steps by which it is found where an optical axis meets the ground."""
+
 
 @by_reference
 class GroundView(NamedTuple):
@@ -171,10 +174,12 @@ def shared_shares(cells: GroundCells, view: GroundView, first: Floats, other: Fl
         da, db = u * ex + v * ey, u * ey - v * ex
         ra, rb = 0.5 * (abs(ex) * wide + abs(ey) * deep), 0.5 * (abs(ey) * wide + abs(ex) * deep)
         i, j = int((x + 0.5 * u - cells.origin[0]) / wide), int((y + 0.5 * v - cells.origin[1]) / deep)
-        i, j = min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)
-        fall = (z + 0.5 * up - cells.middle[i, j]) * view.level / view.down
-        i += math.floor(0.5 + fall * ex / wide)
-        j += math.floor(0.5 + fall * ey / deep)
+        i0, j0, fall = min(max(i, 0), nx - 1), min(max(j, 0), ny - 1), 0.0
+        for turn in range(AIMED):  # where the optical axis meets the ground
+            i, j = i0 + math.floor(0.5 + fall * ex / wide), j0 + math.floor(0.5 + fall * ey / deep)
+            ground = cells.middle[min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)]
+            fall += (1.0 if turn == 0 else 0.5) * ((z + 0.5 * up - ground) * view.level / view.down - fall)
+        i, j = i0 + math.floor(0.5 + fall * ex / wide), j0 + math.floor(0.5 + fall * ey / deep)
         if not (0 <= i < nx and 0 <= j < ny and cells.low[i, j] < math.inf):
             shares[k] = math.inf
             continue

@@ -73,12 +73,12 @@ def _swept(
         count = np.hypot(*(high - low)) / sight.steps[1]
         said = f"needs up to {count:,.0f} strips, but {MOST_STRIPS:,} are the most; take a smaller area"
         raise InputError(f"{said} or a coarser gsd", field="area")
-    relief: Any = sight.steps[1] if sight.even else ReliefOffsets(sight)
     way = None if direction is None else unit(direction + one.turned)
-    if way is not None and sight.even:
-        relief = partial(even_offsets, sight.steps[1])
     if way is None and not sight.even:
         way = best_direction(sight, task.wanted)
+    relief: Any = ReliefOffsets(sight, way)
+    if sight.even:
+        relief = sight.steps[1] if way is None else partial(even_offsets, sight.steps[1])
     uav = task.uavs[0]
     cost = LegTime(min(uav.max_speed, sight.steps[0] / task.survey.camera.min_interval), uav.max_acceleration)
     wanted = task.wanted

@@ -1,7 +1,7 @@
 """A survey of the ground as it is flown: its passes, and how high and how near to each other photos are taken."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -187,16 +187,12 @@ class GroundSurvey:
             side, ahead = 0.5 * steps[1], 0.5 * steps[0]
             limit = photo._replace(whole=False, beside=side, before=middle + ahead, behind=ahead - middle)
         free = free_area(self.scenario, self.error, self.cells, limit)
-        speed = min(min(uav.max_speed for uav in self.uavs), steps[0] / survey.camera.min_interval)
-        sight = GroundSight(
-            self.cells, self.rough, limit, photo, (steps[0], steps[1]), overlap, free, self.world, STEEPEST
+        return GroundSight(
+            self.cells, self.rough, limit, photo, (steps[0], steps[1]), overlap, free, self.world, self.steepest
         )
-        return replace(sight, steepest=min(self.steepest(speed), STEEPEST))
 
-    def steepest(self, speed: float) -> float:
-        """Return how steeply all UAVs can climb and descend at a speed over ground, metres a metre."""
-        found = [math.inf]
-        for uav in self.uavs:
-            found += [limit / speed for limit in (uav.max_climb, uav.max_descent) if limit is not None]
-            found += [math.tan(math.radians(uav.fixed_wing.climb))] if uav.fixed_wing is not None else []
-        return min(found)
+    @property
+    def steepest(self) -> float:
+        """Metres of height a metre that all UAVs can climb and descend; multirotors fly as slowly as that takes."""
+        wings = [uav.fixed_wing for uav in self.uavs if uav.fixed_wing is not None]
+        return min([STEEPEST, *(math.tan(math.radians(wing.climb)) for wing in wings)])

@@ -207,9 +207,13 @@ def clear_heights(space: Space, places: Floats, ahead: Floats, half: float) -> t
 
 @dataclass(frozen=True, eq=False)
 class ReliefOffsets:
-    """Where strips are flown over relief: called by the sweep with a direction, an area, and its extent across."""
+    """Where strips are flown over relief: called by the sweep with a direction, an area, and its extent across.
+
+    Cameras look along the unit vector `look`, or along the direction without one.
+    """
 
     sight: GroundSight
+    look: Floats | None = None
     known: list[tuple[Floats, Floats]] = field(default_factory=list)
 
     def __call__(self, way: Floats, area: Any, low: float, high: float) -> Floats:
@@ -272,7 +276,7 @@ class ReliefOffsets:
         _, begin, _, end = band.bounds
         length = sight.steps[0] / (1.0 - sight.overlap[0])
         at = np.linspace(begin, end, max(int((end - begin) / length * STATIONS), 1) + 1)
-        ahead = np.tile(way, (len(at), 1))
+        ahead = np.tile(way if self.look is None else self.look, (len(at), 1))
 
         def cameras(x: float, every: int) -> Floats:
             places = at[::every, None] * way + x * np.array([way[1], -way[0]])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse._typing import Floats
+from skyverse._typing import Bools, Floats
 from skyverse.survey.footprints import shared_shares
 from skyverse.survey.ground_survey import SPARE, GroundSurvey, Pass
 from skyverse.survey.heights import fewest_points, gentle
@@ -46,13 +46,23 @@ def lines_along(flown: StripFlown, strip: Floats) -> Iterator[PhotoLine]:
     count = max(math.ceil(way.length / pace), 1)
     at = (np.arange(count) + 0.5) * way.length / count
     floor, most = sight.heights(at, way.places(at), way.ahead(at), 0.5 * way.length / count)
-    edges = np.flatnonzero(np.diff(np.r_[False, floor <= most, False].astype(np.int8)))
-    for first, stop in edges.reshape(-1, 2):
-        nodes = np.arange(first, stop + 1) * (way.length / count)
+    todo = _runs(floor <= most)
+    while todo:
+        first, stop = todo.pop(0)
+        nodes = np.arange(first, stop + 1, dtype=np.float64) * (way.length / count)
         low = gentle(nodes, _at_nodes(floor[first:stop], np.maximum), sight.steepest, -1.0)
         high = gentle(nodes, _at_nodes(most[first:stop], np.minimum), sight.steepest, 1.0)
-        if np.all(low <= high):
+        flat = (low <= high)[1:] & (low <= high)[:-1]  # elsewhere it is too steep from one limit to the other
+        if flat.all():
             yield from _clear(flown, way, nodes, (low, high), CLEAR_PARTS)
+        else:
+            todo = [(first + begin, first + end) for begin, end in _runs(flat)] + todo
+
+
+def _runs(some: Bools) -> list[tuple[int, int]]:
+    """Return the first index of each run of true values, and the one after its last."""
+    edges = np.flatnonzero(np.diff(np.r_[False, some, False].astype(np.int8)))
+    return [(int(first), int(stop)) for first, stop in edges.reshape(-1, 2)]
 
 
 def _at_nodes(limits: Floats, pick: np.ufunc) -> Floats:

@@ -83,7 +83,7 @@ def with_launches(
         raise InputError(f"expected free places for {uavs} UAVs {apart:g} m apart, {found}", field="launch")
     steep = [k for k, slope in enumerate(_slopes(around, chosen), 1) if slope > STEEPEST]
     if steep and like.fixed_wing is None:
-        said = f"{Caution.WARNING}: the ground where {listed([f'uav-{k}' for k in steep])} start is steeper than "
+        said = f"{Caution.WARNING}: the ground at the start of {listed([f'uav-{k}' for k in steep])} is steeper than "
         said += f"{STEEPEST:g} degrees, and no level place was found near"
         options.on_note(Note("", Sentence(said, give=[Remedy("launch", None, "(latitude,longitude) of level ones")])))
     starts = _starts(around, chosen)
