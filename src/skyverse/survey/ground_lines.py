@@ -58,7 +58,7 @@ def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
         for strip, gap in zip(strips, gaps, strict=True):
             for line in lines_along(StripFlown(task, sight, one, float(gap)), strip):
                 lines.append(line)
-                if len(passes) <= 2 or one.pitch == -90.0:
+                if len(passes) <= 2 or one.pitch == -90.0:  # slanting photos show far ground too coarsely to count
                     _mark(task, sight, line, seen)
     assert free is not None
     return SurveyLines(tuple(lines), _unseen(task, free, seen))

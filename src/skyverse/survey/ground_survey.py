@@ -143,8 +143,8 @@ class GroundSurvey:
                 field="gimbal",
             )
         c = 0.0 if pitch == -90.0 else c
-        front, side = (share / 100.0 + SPARE * (share > 0) for share in survey.overlap)
-        overlap = front, side
+        front, beside = (share / 100.0 + SPARE * (share > 0) for share in survey.overlap)
+        overlap = front, beside
         whole = survey.fine_all_over
         # how far from the optical axis what limits the height may be, for each metre of depth
         aside = math.hypot(across, along) if whole else math.hypot((1 - overlap[1]) * across, (1 - overlap[0]) * along)
@@ -184,8 +184,8 @@ class GroundSurvey:
                 whole=False, beside=0.0, before=0.0, behind=0.0, level=0.0, down=1.0, depth=depth * s
             )
         elif not whole:
-            side, ahead = 0.5 * steps[1], 0.5 * steps[0]
-            limit = photo._replace(whole=False, beside=side, before=middle + ahead, behind=ahead - middle)
+            aside, ahead = 0.5 * steps[1], 0.5 * steps[0]
+            limit = photo._replace(whole=False, beside=aside, before=middle + ahead, behind=ahead - middle)
         free = free_area(self.scenario, self.error, self.cells, limit)
         return GroundSight(
             self.cells, self.rough, limit, photo, (steps[0], steps[1]), overlap, free, self.world, self.steepest
@@ -194,5 +194,9 @@ class GroundSurvey:
     @property
     def steepest(self) -> float:
         """Metres of height a metre that all UAVs can climb and descend; multirotors fly as slowly as that takes."""
-        wings = [uav.fixed_wing for uav in self.uavs if uav.fixed_wing is not None]
-        return min([STEEPEST, *(math.tan(math.radians(wing.climb)) for wing in wings)])
+        found = [STEEPEST]
+        for uav in self.uavs:
+            if (wing := uav.fixed_wing) is not None:
+                found += [rate / uav.max_speed for rate in (uav.max_climb, uav.max_descent) if rate is not None]
+                found.append(math.tan(math.radians(wing.climb)))
+        return min(found)

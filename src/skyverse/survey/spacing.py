@@ -39,6 +39,8 @@ MOVED = (6, 3)
 """Strips before a border that are moved where not all can be."""
 SHORTEST = 1.0
 """Metres: along a shorter line one photo is taken, in its middle."""
+LOST = 10.0
+"""How many times the photos of a direction a part of its strips counts where no height suits."""
 TRIED_STRIPS = 4
 """Strips in each direction by which directions are compared."""
 
@@ -321,11 +323,12 @@ def _photos(sight: GroundSight, area: Any, way: Floats) -> float:
     """Return about how many photos strips along a unit vector take, each counted with the time of a turn."""
     turned, offsets = across(area, way), ReliefOffsets(sight)
     x0, y0, x1, y1 = turned.bounds
-    photos = 0.0
+    photos, lost = 0.0, 0.0
     for x in x0 + (np.arange(TRIED_STRIPS) + 0.5) * (x1 - x0) / TRIED_STRIPS:
         at = np.linspace(y0, y1, max(int((y1 - y0) * (1.0 - sight.overlap[0]) / sight.steps[0] * STATIONS), 1) + 1)
         places, ahead = at[:, None] * way + x * np.array([way[1], -way[0]]), np.tile(way, (len(at), 1))
-        z = sight.heights(at, places, ahead, at[1] - at[0])[1]
+        floor, z = sight.heights(at, places, ahead, at[1] - at[0])
+        lost += float((floor > z).mean()) / TRIED_STRIPS
         cameras = np.column_stack([places, z])
         ahead_too = np.column_stack([places + sight.steps[0] * way, z])
         share = float(
@@ -334,4 +337,4 @@ def _photos(sight: GroundSight, area: Any, way: Floats) -> float:
         step = min(max(sight.held(sight.steps[0], share, False), LEAST_SHARE * sight.steps[0]), sight.steps[0])
         gap = offsets.gap(way, turned, float(x), sight.steps[1], finely=False)
         photos += ((y1 - y0) / step + 2.0) * (x1 - x0) / TRIED_STRIPS / gap
-    return photos
+    return photos * (1.0 + LOST * lost)

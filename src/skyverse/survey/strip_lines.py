@@ -49,6 +49,7 @@ def lines_along(flown: StripFlown, strip: Floats) -> Iterator[PhotoLine]:
     todo = _runs(floor <= most)
     while todo:
         first, stop = todo.pop(0)
+        # between stations the narrower of both limits counts, so that what was not too steep may be
         nodes = np.arange(first, stop + 1, dtype=np.float64) * (way.length / count)
         low = gentle(nodes, _at_nodes(floor[first:stop], np.maximum), sight.steepest, -1.0)
         high = gentle(nodes, _at_nodes(most[first:stop], np.minimum), sight.steepest, 1.0)

@@ -8,12 +8,12 @@ import shapely
 from skyverse._typing import Floats
 from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.survey.cells import turned_back
-from skyverse.survey.sweep_lines import SPARED, SweepTask, across, lines_across, units, upright
+from skyverse.survey.sweep_lines import LEFT_OPEN, SweepTask, across, lines_across, units, upright
 from skyverse.survey.visibility import outline
 
 _OVERRUN = 3.0
 """Half widths by which a strip goes on at most so that its swath reaches over a slanted border."""
-_LEAST_SHARE = 0.2
+_LEFT_AT_LEAST = 0.2
 """Of a strip that is left at least, however far it is seen beyond its ends."""
 
 
@@ -39,7 +39,7 @@ def overrun(task: SweepTask, lines: Floats, way: Floats) -> Floats:
         low, high = lines[:, 1].copy(), lines[:, 2].copy()
         np.minimum.at(low, which[on], bounds[on, 1])
         np.maximum.at(high, which[on], bounds[on, 3])
-    middle, least = 0.5 * (low + high), 0.5 * _LEAST_SHARE * (high - low)
+    middle, least = 0.5 * (low + high), 0.5 * _LEFT_AT_LEAST * (high - low)
     low, high = np.maximum(low, np.minimum(first, middle - least)), np.minimum(high, np.maximum(last, middle + least))
     return np.stack([x, low, high], 1)
 
@@ -106,7 +106,7 @@ def _missing(task: SweepTask, strips: Floats) -> Any:
     swaths = shapely.buffer(shapely.linestrings(reaching(task, strips)), half, cap_style=caps)
     seen = shapely.union_all(swaths, grid_size=SWEEP_CONTACT)
     missing = shapely.get_parts(task.flown.difference(seen))
-    return missing[shapely.area(missing) > SPARED * half**2]
+    return missing[shapely.area(missing) > LEFT_OPEN * half**2]
 
 
 def reaching(task: SweepTask, strips: Floats) -> Floats:

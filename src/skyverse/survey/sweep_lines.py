@@ -16,7 +16,7 @@ from skyverse.survey.visibility import outline
 Offsets = Callable[[Floats, Any, float, float], Floats]
 _MOST_BORDERS = 120
 _SAME_DIRECTION = 1e-3  # radians
-SPARED = 0.4
+LEFT_OPEN = 0.4
 """Of half a width squared: no part left open is larger than that, where borders are met at a slant."""
 
 
@@ -100,7 +100,7 @@ def price(task: SweepTask, edges: Floats, way: Floats) -> float:
         hops = len(lines) * task.cost(np.array([way[1], -way[0]]) * task.step)
         return float(task.cost((lines[:, 2] - lines[:, 1])[:, None] * way).sum() + hops)
     half, direction = 0.5 * task.width, (float(way[0]), float(way[1]))
-    return float(price_lines(edges, direction, half, _terms(task, way), SPARED * half**2))
+    return float(price_lines(edges, direction, half, _terms(task, way), LEFT_OPEN * half**2))
 
 
 def _beside_corners(task: SweepTask, offsets: Floats, lines: Floats, way: Floats) -> Floats:
