@@ -41,8 +41,8 @@ def claims_of(scenario, photos, error, rng, most):
         told(corners, None, shown, (grid.whole & (shown.count > 0)).ravel())
         return shown
 
-    def show_pieces(viewers, pieces, normal=None):
-        shown = show_some(viewers, pieces, normal)
+    def show_pieces(viewers, pieces, normal=None, hidden=None):
+        shown = show_some(viewers, pieces, normal, hidden)
         told(pieces.corners, normal, shown, shown.count > 0)
         return shown
 

@@ -147,7 +147,7 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
     first = int(cells.source.max(initial=-1)) + 1 - len(survey.facets)
     for left in range(HALVINGS, -1, -1):
         flat = Pieces(np.zeros(len(cells.area), dtype=object), cells.corners, np.zeros(len(cells.area)), cells.area)
-        shown = viewers.show_pieces(flat, cells.normal)
+        shown = viewers.show_pieces(flat, cells.normal, cells.inside(solids))
         once = (shown.count > 0) & ~((cells.source >= first) & _sunk(scenario, cells))
         rows.append((flat.area[once], shown.count[once], shown.depth[once]))
         unsure = ~once & shown.touched & (left > 0)

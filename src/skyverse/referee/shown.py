@@ -91,8 +91,11 @@ class Viewers:
             self._count(shown, here, inside, partly, depth, touched)
         return shown
 
-    def show_pieces(self, pieces: Pieces, normal: Floats | None = None) -> Shown:
-        """Return how often pieces are shown; those with normals (n, 3) from their front, and not too flatly."""
+    def show_pieces(self, pieces: Pieces, normal: Floats | None = None, hidden: Bools | None = None) -> Shown:
+        """Return how often pieces are shown, but those that are `hidden` (n,) from all photos.
+
+        Those with normals (n, 3) are shown from their front, and not too flatly.
+        """
         shown = Shown.nothing(pieces.area.shape)
         if not len(pieces.area):
             return shown
@@ -112,6 +115,8 @@ class Viewers:
             inside = margin.min(axis=1) >= part.slack * (1 + view.sine) - LET_PASS
             if normal is not None:
                 inside &= (view.facing(part.corners, normal[some]) >= 0).all(axis=1)
+            if hidden is not None:
+                inside &= ~hidden[some]
             if self.relief is not None:
                 near = np.flatnonzero(inside)
                 inside[near] = self.relief.hides_nothing(_places(part.of(near)), view.position, view.error)
