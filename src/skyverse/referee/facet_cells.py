@@ -48,8 +48,9 @@ class FacetCells(NamedTuple):
     @property
     def outline(self) -> tuple[tuple[float, float, float], ...]:
         """The corners of a rectangle, in the plane of the first cell, that holds all of them, metres."""
-        first, last = self.corners[0, 0], self.corners[0, 1]
-        along = (last - first) / np.sqrt(((last - first) ** 2).sum())
+        first, sides = self.corners[0, 0], np.roll(self.corners[0], -1, axis=0) - self.corners[0]
+        long = np.linalg.norm(sides, axis=1)
+        along = sides[long.argmax()] / long.max()
         axes = np.stack([along, np.cross(self.normal[0], along)])
         places = np.einsum("ij,kj->ik", (self.corners.reshape(-1, 3) - first), axes)
         (a, b), (c, d) = places.min(axis=0), places.max(axis=0)
