@@ -214,9 +214,8 @@ def largest_distance(trajectory: Trajectory, path: Floats) -> float:
     parts = _bernstein(trajectory)
     reached, bounds = -math.inf, np.full(len(parts), math.inf)
     for _ in range(MAX_HALVINGS):
-        distances = _distances(parts, starts, ends)
-        reached = max(reached, float(distances[:, [0, -1]].min(axis=2).max()))
-        bounds = distances.max(axis=1).min(axis=1)
+        ends_reached, bounds = _farthest(parts, starts, ends)
+        reached = max(reached, ends_reached)
         open_parts = bounds > reached + DEVIATION / 2
         if not open_parts.any():
             return reached + DEVIATION
@@ -244,15 +243,16 @@ def _halves(parts: Floats) -> tuple[Floats, Floats]:
     return left, right
 
 
-def _distances(parts: Floats, starts: Floats, ends: Floats) -> Floats:
-    """Return the distances (n, degree + 1, m) of coefficients (n, degree + 1, 3) from m legs, metres."""
+def _farthest(parts: Floats, starts: Floats, ends: Floats) -> tuple[float, Floats]:
+    """Return the greatest distance of ends of parts (n, degree + 1, 3) from m legs, and bounds (n,), all metres."""
     ways = ends - starts
     squares = np.maximum(np.sum(ways**2, axis=1), np.finfo(float).tiny)
-    points = parts.reshape(-1, 1, 3)
-    found = np.empty((len(points), len(starts)))
-    at_once = max(1, DISTANCES_AT_ONCE // len(starts))
-    for first in range(0, len(points), at_once):
-        some = points[first : first + at_once] - starts
-        shares = np.clip(np.sum(some * ways, axis=2) / squares, 0.0, 1.0)
-        found[first : first + at_once] = np.linalg.norm(some - shares[:, :, None] * ways, axis=2)
-    return found.reshape(*parts.shape[:2], len(starts))
+    reached, bounds = -math.inf, np.empty(len(parts))
+    at_once = max(1, DISTANCES_AT_ONCE // (len(starts) * parts.shape[1]))
+    for first in range(0, len(parts), at_once):
+        some = parts[first : first + at_once, :, None] - starts
+        shares = np.clip(np.sum(some * ways, axis=3) / squares, 0.0, 1.0)
+        found = np.linalg.norm(some - shares[..., None] * ways, axis=3)
+        reached = max(reached, float(found[:, [0, -1]].min(axis=2).max()))
+        bounds[first : first + at_once] = found.max(axis=1).min(axis=1)
+    return reached, bounds
