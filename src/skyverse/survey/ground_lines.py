@@ -90,7 +90,13 @@ def _swept(
     # straight down, half a step beyond the first and the last photo of a strip is shown as often as elsewhere
     early = 0.5 * sight.steps[0] if sight.photo.level == 0.0 else 0.0
     plan = sweep(
-        wanted, sight.free.polygon, relief, cost=cost, directions=only, reach=early, beside=not sight.limit.whole
+        wanted,
+        sight.free.polygon,
+        relief,
+        cost=cost,
+        directions=only,
+        ends="swath" if sight.limit.whole else "corners",
+        reach=early,
     )
     strips, ways = np.asarray(plan.strips), plan.directions[plan.cell]
     gaps = np.full(len(strips), sight.steps[1])

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import shapely
@@ -17,6 +17,7 @@ from skyverse.survey.lower_bound import SweepBound, any_strips_bound, these_stri
 from skyverse.survey.strip_order import StripOrder, order_strips
 from skyverse.survey.sweep_ends import border_strips, gap_strips, overrun, reaching
 from skyverse.survey.sweep_lines import (
+    Ends,
     Offsets,
     SweepTask,
     candidate_directions,
@@ -77,10 +78,9 @@ def sweep(
     *,
     cost: LegTime,
     directions: Floats | None = None,
-    ends: Literal["line", "swath"] = "swath",
+    ends: Ends = "swath",
     start: Floats | None = None,
     reach: float = 0.0,
-    beside: bool = False,
 ) -> StripPlan:
     """Cover an area by straight strips so that one route along all of them takes little time.
 
@@ -99,13 +99,12 @@ def sweep(
         Vectors (d, 2) along which strips may run; None: along the borders, and along and across what is longest.
     ends
         "line": a strip ends where its line leaves the area. "swath": it goes on until the area within half a width is
-        passed, as far as it is free there.
+        passed, as far as it is free there. "corners": that, and corners between offsets that no line cuts get strips
+        beside them, if `width` is a function.
     start
         Where the route starts and ends (2,), metres; None: wherever that costs nothing.
     reach
-        Metres that are seen beyond the ends of a strip, which may end that much earlier if `ends` is "swath".
-    beside
-        Whether a corner between two offsets that no line cuts gets a strip beside it, if `width` is a function.
+        Metres that are seen beyond the ends of a strip, which may end that much earlier unless `ends` is "line".
 
     Raises
     ------
@@ -114,9 +113,7 @@ def sweep(
     """
     if not callable(width) and not (np.isfinite(width) and width > 0.0):
         raise InputError(f"The width of strips must be a length above 0 m, not {width}.", field="width")
-    task = SweepTask(
-        polygons(wanted), None if free is None else polygons(free), width, cost, ends, start, reach, beside
-    )
+    task = SweepTask(polygons(wanted), None if free is None else polygons(free), width, cost, ends, start, reach)
     if task.flown.is_empty:
         raise InputError("Nothing of the area that is to be seen may be flown over.", field="free")
     across = 2 * float(shapely.minimum_bounding_radius(task.flown)) / task.step
@@ -186,7 +183,7 @@ def _plan_strips(task: SweepTask, plan: list[tuple[Floats, Floats]]) -> tuple[Fl
     for i, (edges, way) in enumerate(plan):
         both = [(lines_across(task, edges, sign * way), sign * way) for sign in (1.0, -1.0)]
         lines, sense = min(both, key=lambda one: (len(one[0]), (one[0][:, 2] - one[0][:, 1]).sum()))
-        if task.ends == "swath" and len(lines):
+        if task.ends != "line" and len(lines):
             lines = overrun(task, lines, sense)
         lines = lines[lines[:, 2] - lines[:, 1] > SWEEP_CONTACT]
         strips.append(turned_back(upright(lines), sense))

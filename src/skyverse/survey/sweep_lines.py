@@ -13,6 +13,7 @@ from skyverse.survey.cells import cover_lines, cross_sections, lines_at, price_l
 from skyverse.survey.leg_time import LegTime
 from skyverse.survey.visibility import outline
 
+Ends = Literal["line", "swath", "corners"]
 Offsets = Callable[[Floats, Any, float, float], Floats]
 _MOST_BORDERS = 120
 _SAME_DIRECTION = 1e-3  # radians
@@ -28,10 +29,9 @@ class SweepTask:
     free: Any
     width: float | Offsets
     cost: LegTime
-    ends: Literal["line", "swath"]
+    ends: Ends
     start: Floats | None
     reach: float
-    beside: bool
     flown: Any = field(init=False)
     terms: dict[tuple[float, float], tuple[float, float, float]] = field(default_factory=dict)
 
@@ -89,7 +89,7 @@ def lines_across(task: SweepTask, edges: Floats, way: Floats) -> Floats:
     if callable(task.width):
         offsets = task.width(way, task.flown, float(sections.x[0]), float(sections.x[-1]))
         lines = lines_at(sections.edges, offsets)
-        return np.concatenate([lines, _beside_corners(task, offsets, lines, way)]) if task.beside else lines
+        return np.concatenate([lines, _beside_corners(task, offsets, lines, way)]) if task.ends == "corners" else lines
     return cover_lines(sections, 0.5 * task.width, _terms(task, way))
 
 
