@@ -252,7 +252,7 @@ def _farthest(parts: Floats, starts: Floats, ends: Floats) -> tuple[float, Float
     for first in range(0, len(parts), at_once):
         some = parts[first : first + at_once, :, None] - starts
         shares = np.clip(np.sum(some * ways, axis=3) / squares, 0.0, 1.0)
-        found = np.linalg.norm(some - shares[..., None] * ways, axis=3)
+        found = np.sqrt(np.sum((some - shares[..., None] * ways) ** 2, axis=3))
         reached = max(reached, float(found[:, [0, -1]].min(axis=2).max()))
         bounds[first : first + at_once] = found.max(axis=1).min(axis=1)
     return reached, bounds
