@@ -18,6 +18,7 @@ from skyverse.model.uav import GRAVITY, UAV
 from skyverse.model.wind import Wind, slow_down
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
 from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.space.path_distance import farthest_ends
 
 COURSE_SAMPLES = 1001
 """Instants at which a battery is told."""
@@ -29,10 +30,8 @@ NODES, WEIGHTS = np.array([*(-x for x in _INNER[::-1]), *_INNER]), np.array([*_O
 """Gauss's quadrature with eight nodes on the interval from -1 to 1 (Abramowitz and Stegun, table 25.4)."""
 TURNS_PER_PIECE, SLOWEST = 30, 0.01
 """Instants of a piece at which its course is taken, and metres per second from which a UAV has one."""
-MAX_PARTS, MAX_DISTANCES = 2**16, 2**24
-"""Intervals, and pairs of a part and a leg, beyond which none is cut any more, so that no file fills the memory."""
-DISTANCES_AT_ONCE = 2**21
-"""Distances between coefficients and legs of a path computed together, which bounds the memory."""
+MAX_PARTS = 2**16
+"""Intervals beyond which none is cut any more, so that no file fills the memory."""
 
 
 def with_flight_summaries(mission: Mission) -> Mission:
@@ -206,20 +205,18 @@ def _gauss(rates: Callable[[Floats], Floats], begins: Floats, ends: Floats) -> F
 def largest_distance(trajectory: Trajectory, path: Floats) -> float:
     """Return a distance, metres, that no place of a trajectory is farther from a path (n, 3); at most `DEVIATION` more.
 
-    The distance from one leg is convex, so that on a part of a curve it is largest at one of the coefficients in
-    Bernstein form. The least of these over all legs bounds the part, which is cut in two until the bound is tight.
+    Parts of the trajectory are cut in two until the bounds of their distances are tight.
     """
     corners = drop_collinear(path)
-    starts, ends = (corners[:-1], corners[1:]) if len(corners) > 1 else (corners, corners)
     parts = _bernstein(trajectory)
     reached, bounds = -math.inf, np.full(len(parts), math.inf)
     for _ in range(MAX_HALVINGS):
-        ends_reached, bounds = _farthest(parts, starts, ends)
+        ends_reached, bounds = farthest_ends(parts, corners)
         reached = max(reached, ends_reached)
         open_parts = bounds > reached + DEVIATION / 2
         if not open_parts.any():
             return reached + DEVIATION
-        if np.count_nonzero(open_parts) * len(starts) > MAX_DISTANCES:
+        if np.count_nonzero(open_parts) > MAX_PARTS:
             break
         parts, bounds = np.concatenate(_halves(parts[open_parts])), bounds[open_parts]
     return float(bounds.max()) + DEVIATION
@@ -241,18 +238,3 @@ def _halves(parts: Floats) -> tuple[Floats, Floats]:
         row = (row[:, 1:] + row[:, :-1]) / 2
         left[:, k], right[:, count - 1 - k] = row[:, 0], row[:, -1]
     return left, right
-
-
-def _farthest(parts: Floats, starts: Floats, ends: Floats) -> tuple[float, Floats]:
-    """Return the greatest distance of ends of parts (n, degree + 1, 3) from m legs, and bounds (n,), all metres."""
-    ways = ends - starts
-    squares = np.maximum(np.sum(ways**2, axis=1), np.finfo(float).tiny)
-    reached, bounds = -math.inf, np.empty(len(parts))
-    at_once = max(1, DISTANCES_AT_ONCE // (len(starts) * parts.shape[1]))
-    for first in range(0, len(parts), at_once):
-        some = parts[first : first + at_once, :, None] - starts
-        shares = np.clip(np.sum(some * ways, axis=3) / squares, 0.0, 1.0)
-        found = np.sqrt(np.sum((some - shares[..., None] * ways) ** 2, axis=3))
-        reached = max(reached, float(found[:, [0, -1]].min(axis=2).max()))
-        bounds[first : first + at_once] = found.max(axis=1).min(axis=1)
-    return reached, bounds
