@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -227,15 +228,19 @@ def _look(viewers: Viewers, grid: CellGrid) -> tuple[Seen, NDArray[np.object_]]:
 
 def _gaps(sight: Sight, number: int, lost: NDArray[np.object_], grid: CellGrid) -> tuple[tuple[CoverageGap, ...], bool]:
     """Return the gaps of a survey, and whether some of them are certainly not seen."""
+    outlines = outlines_of(lost, math.sqrt(grid.size))
+    if not outlines:
+        return (), False
+    level = [spots(polygon)[: None if k < MOST_WITNESSES else 1] for k, (polygon, _) in enumerate(outlines)]
+    places, terrain = np.concatenate(level), sight.scenario.terrain
+    z = np.full(len(places), sight.scenario.bounds.min[2]) if terrain is None else terrain.height(places)
+    reasons = iter(sight.reasons(np.column_stack([places, z])))
     found, certain = [], False
-    for k, (polygon, area) in enumerate(outlines_of(lost, math.sqrt(grid.size))):
-        places = spots(polygon) if k < MOST_WITNESSES else spots(polygon)[:1]
-        terrain = sight.scenario.terrain
-        z = np.full(len(places), sight.scenario.bounds.min[2]) if terrain is None else terrain.height(places)
-        reasons = sight.reasons(np.column_stack([places, z]))
-        certain |= any(reason.certain for reason in reasons)
+    for (polygon, area), some in zip(outlines, level, strict=True):
+        why = list(islice(reasons, len(some)))
+        certain |= any(reason.certain for reason in why)
         outline = tuple((x, y) for x, y in shapely.get_coordinates(shapely.get_exterior_ring(polygon))[:-1].tolist())
-        found.append(CoverageGap(number, outline, area, Counter(reason.why for reason in reasons).most_common(1)[0][0]))
+        found.append(CoverageGap(number, outline, area, Counter(one.why for one in why).most_common(1)[0][0]))
     return tuple(found), certain
 
 

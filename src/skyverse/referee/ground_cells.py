@@ -143,9 +143,9 @@ class CellGrid:
             found.append(slice(first, last))
         return found[0], found[1]
 
-    def cells(self, which: Bools) -> Pieces:
-        """Return some cells (n, m) as pieces."""
-        i, j = np.nonzero(which)
+    def cells(self, which: Bools, first: tuple[int, int] = (0, 0)) -> Pieces:
+        """Return some cells as pieces; `which` begins at a row and a column."""
+        i, j = (found + k for found, k in zip(np.nonzero(which), first, strict=True))
         return self.cut(shapely.box(self.x[i], self.y[j], self.x[i + 1], self.y[j + 1]))
 
     def cut(self, polygons: NDArray[np.object_]) -> Pieces:

@@ -28,6 +28,8 @@ MOST_NODES = 80
 """Cells along x and along y at whose middles the ground is looked at that two photos show, about."""
 SHORT = 0.3
 """Per cent by which an overlap may be less than asked: it depends on how finely the ground is looked at."""
+PAIRS_AT_ONCE = 2**20
+"""Photos compared at once, at most, which bounds the memory."""
 
 
 class Neighbours(NamedTuple):
@@ -178,24 +180,31 @@ def _in_area(places: Floats, grid: CellGrid) -> Indices:
 
 def _neighbours(level: Floats, course: Floats, spacing: Floats, axis: Floats, width: Floats) -> Indices:
     """Return pairs (m, 2) of photos on parallel strips, each with the nearest one on either side that it faces."""
-    found = set()
-    for begin in range(0, len(level), 256):
-        rows = np.arange(begin, min(begin + 256, len(level)))
-        way = level - level[rows, None]
-        ahead, left = course[rows, None], np.stack([-course[rows, 1], course[rows, 0]], axis=1)[:, None]
-        along, aside = (way * ahead).sum(axis=2), (way * left).sum(axis=2)
-        reach = width[rows, None]
-        fits = np.abs(aside) > APART * reach
-        fits &= np.abs(along) <= FACING * np.maximum(spacing[rows, None], spacing)
-        fits &= (np.abs((course * ahead).sum(axis=2)) > PARALLEL) & (
-            np.einsum("jk,ik->ij", axis, axis[rows]) > PARALLEL
-        )
-        for side in (aside, -aside):
-            far = np.where(fits & (side > 0), side + NEARER_AHEAD * np.abs(along), np.inf)
-            best = far.argmin(axis=1)
-            has = np.isfinite(far[np.arange(len(rows)), best])
-            found |= {(min(i, j), max(i, j)) for i, j in zip(rows[has].tolist(), best[has].tolist(), strict=True)}
-    return np.array(sorted(found), dtype=np.intp).reshape(-1, 2)
+    points, found = shapely.points(level), [np.zeros((0, 2), dtype=np.intp)]
+    tree, most_ahead = shapely.STRtree(points), FACING * float(spacing.max())
+    left, reach = np.flatnonzero(course.any(axis=1)), float(np.median(width)) + most_ahead
+    while len(left):  # those that have no neighbour in reach on a side are looked for again, farther away
+        settled, whole = np.zeros(len(level), dtype=np.intp), reach >= np.hypot(*np.ptp(level, axis=0))
+        for begin in range(0, len(left), max(PAIRS_AT_ONCE // len(level), 1)):
+            rows = left[begin : begin + max(PAIRS_AT_ONCE // len(level), 1)]
+            i, j = tree.query(points[rows], "dwithin", distance=reach)
+            i = rows[i]
+            way, on = level[j] - level[i], course[i]
+            along, aside = (way * on).sum(axis=1), way[:, 1] * on[:, 0] - way[:, 0] * on[:, 1]
+            fits = np.abs(aside) > APART * width[i]
+            fits &= np.abs(along) <= FACING * np.maximum(spacing[i], spacing[j])
+            fits &= np.abs((course[j] * on).sum(axis=1)) > PARALLEL
+            fits &= (axis[j] * axis[i]).sum(axis=1) > PARALLEL
+            far = np.abs(aside) + NEARER_AHEAD * np.abs(along)
+            for side in (aside > 0, aside < 0):
+                some = np.flatnonzero(fits & side)
+                some = some[np.lexsort((j[some], far[some], i[some]))]
+                nearest = some[np.unique(i[some], return_index=True)[1]]
+                nearest = nearest[whole | (far[nearest] <= reach - most_ahead)]
+                settled[i[nearest]] += 1
+                found.append(np.column_stack([i[nearest], j[nearest]]))
+        left, reach = (left[:0] if whole else left[settled[left] < 2]), 4 * reach
+    return np.unique(np.sort(np.concatenate(found), axis=1), axis=0)
 
 
 def _shared(one: PhotoView, other: PhotoView, grid: CellGrid) -> float:

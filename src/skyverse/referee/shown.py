@@ -132,10 +132,10 @@ class Viewers:
             here = grid.within(view)
             if here is None:
                 continue
-            (x, y, z), deep = grid.nodes(here), np.zeros_like(grid.whole)
+            x, y, z = grid.nodes(here)
             depth = _of_four(np.maximum, view.look(x[:, None], y, z)[1]) + grid.slack[here]
-            deep[here] = grid.whole[here] & (depth > self.most)
-            pieces = joined(grid.pieces, grid.cells(deep))
+            deep = grid.cells(grid.whole[here] & (depth > self.most), (here[0].start, here[1].start))
+            pieces = joined(grid.pieces, deep)
             for left in range(CLOSER, -1, -1):
                 margin, depth = view.look(*np.moveaxis(pieces.corners, 2, 0))
                 depth = depth.max(axis=1) + pieces.slack
