@@ -65,6 +65,8 @@ class Viewers:
         Metres along the optical axis: what is deeper is shown too coarsely.
     deepest, deepest_cell
         Metres: the greatest depth at which any photo is certain to show a place, at most, and all of a cell.
+    coarse
+        Views that may show places deeper than what counts.
     """
 
     def __init__(
@@ -72,6 +74,7 @@ class Viewers:
     ) -> None:
         self.views, self.relief, self.blockers = views, relief, blockers
         self.most, self.deepest, self.deepest_cell = most * (1 + LIMIT_LET_PASS), 0.0, 0.0
+        self.coarse: dict[PhotoView, None] = {}
 
     def show_grid(self, grid: CellGrid) -> Shown:
         """Return how often the whole cells of a grid are shown."""
@@ -88,7 +91,7 @@ class Viewers:
             inside = (least >= slack * (1 + view.sine) - LET_PASS) & grid.whole[here]
             self._hide_by_ground(view, inside, grid, here)
             self._hide_by_walls(view, inside, touched, grid, here)
-            self._count(shown, here, inside, partly, depth, touched)
+            self._count(shown, view, here, inside, partly, depth, touched)
         return shown
 
     def show_pieces(self, pieces: Pieces, normal: Floats | None = None, hidden: Bools | None = None) -> Shown:
@@ -122,13 +125,13 @@ class Viewers:
                 inside[near] = self.relief.hides_nothing(_places(part.of(near)), view.position, view.error)
             touched = np.any((margin >= 0) & (depth <= self.most), axis=1)
             self._hide_pieces_by_walls(view, inside, touched, part)
-            self._count(shown, some, inside, partly, depth.max(axis=1) + part.slack, touched)
+            self._count(shown, view, some, inside, partly, depth.max(axis=1) + part.slack, touched)
         return shown
 
     def look_closer(self, grid: CellGrid) -> None:
         """Look more finely how deep what photos are certain to show may be, where cells are deeper than what counts."""
         self.deepest = min(self.deepest, self.most)
-        for view in self.views:
+        for view in self.coarse:
             here = grid.within(view)
             if here is None:
                 continue
@@ -146,8 +149,13 @@ class Viewers:
             else:
                 self.deepest = max(self.deepest, float(depth[partly].max()))
 
-    def _count(self, shown: Shown, where: Any, inside: Bools, partly: Bools, depth: Floats, touched: Bools) -> None:
-        self.deepest = max(self.deepest, float(depth.max(initial=0.0, where=partly)))
+    def _count(
+        self, shown: Shown, view: PhotoView, where: Any, inside: Bools, partly: Bools, depth: Floats, touched: Bools
+    ) -> None:
+        deepest = float(depth.max(initial=0.0, where=partly))
+        self.deepest = max(self.deepest, deepest)
+        if deepest > self.most:
+            self.coarse[view] = None
         self.deepest_cell = max(self.deepest_cell, float(depth.max(initial=0.0, where=inside)))
         shown.add(where, inside & (depth <= self.most), depth, touched)
 
