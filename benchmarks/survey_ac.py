@@ -14,10 +14,12 @@ from machine import table
 from scipy.optimize import linprog
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
+from strip_bounds import any_strips_bound, these_strips_bound
+from sweep_routes import SweepRoute, sweep_route
 
 from skyverse.survey.leg_time import LegTime
-from skyverse.survey.sweep import StripPlan, sweep
-from skyverse.survey.visibility import shortest_ways
+from skyverse.survey.sweep import sweep
+from skyverse.survey.visibility import way_prices
 
 COST = LegTime(3.0, 1.0)
 SPACING = 3.0
@@ -59,23 +61,15 @@ def covered(area: Any, strips: np.ndarray) -> float:
     return float(shapely.union_all(swaths, grid_size=1e-6).intersection(area).area / area.area)
 
 
-def planned(one: Map, start: np.ndarray) -> tuple[StripPlan, float]:
+def planned(one: Map, start: np.ndarray) -> tuple[SweepRoute, float]:
+    """Return a route from a place and back, of which it is made sure that it is free, and how long it took to plan."""
     begun = time.perf_counter()
     plan = sweep(one.area, one.area, SPACING, cost=COST, ends="line", start=start)
+    route = sweep_route(plan.strips, one.area, COST, start)
     seconds = time.perf_counter() - begun
-    assert np.isclose(flown(one, plan, start), plan.route.cost)
-    return plan, seconds
-
-
-def flown(one: Map, plan: StripPlan, start: np.ndarray) -> float:
-    """Return the seconds of a route, leg by leg, and make sure that it is free."""
-    ends = plan.strips[plan.route.order]
-    ends[plan.route.flipped] = ends[plan.route.flipped, ::-1]
-    stops = np.concatenate([start[None], ends.reshape(-1, 2), start[None]])
-    ways = shortest_ways(one.area, stops, COST)
-    points = np.concatenate([ways.points(i, i + 1)[:-1] for i in range(len(stops) - 1)] + [start[None]])
-    assert one.area.buffer(1e-5).covers(shapely.LineString(points))
-    return float(COST(np.diff(points, axis=0)).sum())
+    assert one.area.buffer(1e-5).covers(shapely.LineString(route.points))
+    assert np.isclose(COST(np.diff(route.points, axis=0)).sum(), route.cost)
+    return route, seconds
 
 
 def compare(folder: Path, costs: Path, eth: bool) -> None:
@@ -85,10 +79,10 @@ def compare(folder: Path, costs: Path, eth: bool) -> None:
     for holes in sorted({one.holes for one in every}):
         part = []
         for one in (one for one in every if one.holes == holes):
-            plan, seconds = planned(one, np.zeros(2) if eth else one.start)
-            ratio = plan.route.cost / (one.eth if eth else one.agarwal)
+            route, seconds = planned(one, np.zeros(2) if eth else one.start)
+            ratio = route.cost / (one.eth if eth else one.agarwal)
             theirs = covered(one.area, one.strips) if holes else 1.0
-            part.append((ratio, seconds, covered(one.area, plan.strips), theirs))
+            part.append((ratio, seconds, covered(one.area, route.strips), theirs))
         part = np.array(part)
         ratios += part[:, 0].tolist()
         times += part[:, 1].tolist()
@@ -114,12 +108,18 @@ def bound(folder: Path, costs: Path) -> None:
     """Print the gaps of routes on maps with 15 holes to our bounds, and to a linear programme that checks them."""
     gaps = []
     for one in maps(folder, costs, {15}):
-        plan, _ = planned(one, one.start)
-        places = np.concatenate([plan.strips.reshape(-1, 2), one.start[None], one.start[None]])
-        checked = relaxed(shortest_ways(one.area, places, COST).price)
-        assert plan.bound.these_strips <= checked + 1e-6
-        assert checked <= plan.route.cost + 1e-6
-        gaps.append([plan.route.cost / low - 1 for low in (plan.bound.any_strips, plan.bound.these_strips, checked)])
+        route, _ = planned(one, one.start)
+        ends = 2 * len(route.strips)
+        swaths = shapely.union_all(shapely.buffer(shapely.linestrings(route.strips), SPACING / 2), grid_size=1e-6)
+        seen, longest = one.area.intersection(swaths).area, 2 * shapely.minimum_bounding_radius(one.area)
+        prices = way_prices(one.area, np.concatenate([route.strips.reshape(-1, 2), one.start[None]]), COST)
+        these = these_strips_bound(prices, np.arange(ends).reshape(-1, 2), ends, ends)
+        twice = np.r_[: ends + 1, ends]
+        checked = relaxed(prices[np.ix_(twice, twice)])
+        assert these <= checked + 1e-6
+        assert checked <= route.cost + 1e-6
+        lows = any_strips_bound(seen / SPACING, longest, COST), these, checked
+        gaps.append([route.cost / low - 1 for low in lows])
     for name, gap in zip(("any strips", "these strips", "these strips, by LP"), np.array(gaps).T, strict=True):
         print(f"gap to the bound of {name}: median {np.median(gap):.2%}, most {gap.max():.2%}")
 

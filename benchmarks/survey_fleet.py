@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 from machine import table
+from strip_bounds import routes_bound
 from survey_ac import Map, maps
 from survey_sorties import routing
 
@@ -36,7 +37,9 @@ def fleet(folder: Path, costs: Path, vm25: Path, ctu: Path, every: int = 4) -> N
             vehicle, strips, work, _ = routing(one)
             begun = time.perf_counter()
             routes = route_strips([vehicle] * UAVS, strips, work, "min-max")
-            found.append((routes.finish / routes.lower_bound - 1.0, time.perf_counter() - begun))
+            seconds = time.perf_counter() - begun
+            bound = routes_bound([vehicle] * UAVS, strips, work, routes, "min-max")
+            found.append((routes.finish / bound - 1.0, seconds))
             print(one.name, len(strips), *(f"{value:.4g}" for value in found[-1]), flush=True)
         gap, seconds = np.array(found).T
         within = f"{(gap <= 0.05).sum()} of {len(gap)}"

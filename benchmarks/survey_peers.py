@@ -20,11 +20,11 @@ import numpy as np
 import shapely
 from machine import table
 from survey_zones import blob
+from sweep_routes import sweep_route
 
 import skyverse as sky
 from skyverse.survey.leg_time import LegTime
 from skyverse.survey.sweep import sweep
-from skyverse.survey.visibility import shortest_ways
 
 CAMERA = sky.CAMERAS["mavic-3e"]
 HEIGHT = 75.0
@@ -82,14 +82,11 @@ def judge(area: Any, strips: np.ndarray, legs: np.ndarray, how: str) -> Judged:
 
 def ours(area: Any) -> Judged:
     zones = shapely.union_all([shapely.Polygon(hole) for hole in area.interiors])
-    free = None if zones.is_empty else shapely.box(*area.buffer(500.0).bounds).difference(zones)
+    free = shapely.box(*area.buffer(500.0).bounds).difference(zones)
     plan = sweep(area, free, SPACING, cost=COST, reach=0.5 * STEP)
-    strips = plan.strips[plan.route.order]
-    strips[plan.route.flipped] = strips[plan.route.flipped, ::-1]
-    stops = strips.reshape(-1, 2)
-    ways = shortest_ways(free, stops, COST)
-    points = np.concatenate([ways.points(i, i + 1)[:-1] for i in range(len(stops) - 1)] + [stops[-1:]])
-    return judge(area, strips, np.stack([points[:-1], points[1:]], 1), f"{len(plan.directions)} directions")
+    route = sweep_route(plan.strips, free, COST)
+    legs = np.stack([route.points[:-1], route.points[1:]], 1)
+    return judge(area, route.strips, legs, f"{len(plan.directions)} directions")
 
 
 def straight(area: Any, strips: np.ndarray, how: str) -> Judged:

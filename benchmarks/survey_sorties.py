@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 from machine import table
+from strip_bounds import routes_bound
 from survey_ac import COST, Map, maps, planned
 
-from skyverse.mission.routing import RouteSearch, TourVehicle, Work
+from skyverse.mission.routing import TourVehicle, Work
 from skyverse.mission.strip_routing import route_strips
-from skyverse.survey.visibility import shortest_ways
+from skyverse.survey.visibility import way_prices
 
 SORTIE = 1200.0
 MOST_SUM = 1.003
@@ -25,9 +26,9 @@ def routing(one: Map) -> tuple[TourVehicle, np.ndarray, Work, float]:
 
     Seconds are the prices, and the joules.
     """
-    plan, _ = planned(one, one.start)
-    places = np.concatenate([plan.strips.reshape(-1, 2), one.start[None], one.start[None]])
-    seconds = shortest_ways(one.area, places, COST).price
+    route, _ = planned(one, one.start)
+    places = np.concatenate([route.strips.reshape(-1, 2), one.start[None], one.start[None]])
+    seconds = way_prices(one.area, places, COST)
     n = len(places) - 2
     vehicle = TourVehicle(
         price=seconds,
@@ -42,7 +43,7 @@ def routing(one: Map) -> tuple[TourVehicle, np.ndarray, Work, float]:
         returns=True,
     )
     work = Work(np.zeros(n), np.tile((0.0, np.inf), (n, 1)), np.zeros(n))
-    return vehicle, np.arange(n).reshape(-1, 2), work, plan.route.cost
+    return vehicle, np.arange(n).reshape(-1, 2), work, route.cost
 
 
 def sorties(folder: Path, costs: Path, every: int = 1) -> None:
@@ -54,9 +55,10 @@ def sorties(folder: Path, costs: Path, every: int = 1) -> None:
     for one in maps(folder, costs)[::every]:
         vehicle, strips, work, single = routing(one)
         begun = time.perf_counter()
-        routes = route_strips([replace(vehicle, usable=SORTIE, most_sorties=9)], strips, work)
+        flown = [replace(vehicle, usable=SORTIE, most_sorties=9)]
+        routes = route_strips(flown, strips, work)
         seconds = time.perf_counter() - begun
-        alone = route_strips([vehicle], strips, work, search=RouteSearch(bounded=False)).price
+        alone = route_strips([vehicle], strips, work).price
         assert not routes.unvisited
         one_route = min(single, alone)
         found.append(
@@ -64,7 +66,7 @@ def sorties(folder: Path, costs: Path, every: int = 1) -> None:
                 one.holes,
                 routes.swaps + 1,
                 routes.price / one_route,
-                routes.lower_bound / one_route,
+                routes_bound(flown, strips, work, routes) / one_route,
                 seconds,
                 alone / single,
             )

@@ -14,7 +14,7 @@ from skyverse.stop import Stop
 
 Tour = tuple[tuple[int, ...], ...]
 Reason = Literal["nobody may", "no way", "capacity", "window", "battery", "left over"]
-Bound = Literal["exact", "assignment", "subtours"]
+Bound = Literal["exact", "assignment"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,8 @@ class Routes:
     price
         The sum over all vehicles.
     lower_bound
-        What no routes with the same targets go below: of the price for min-sum, of the largest finish for min-max.
+        What no routes with the same targets go below: of the price for min-sum, of the largest finish for min-max; 0
+        where none was sought.
     bound
         Where the lower bound comes from.
     optimal
@@ -177,8 +178,6 @@ class RouteSearch(NamedTuple):
         Whether the search takes a tenth of its time.
     tours
         Tours from which it begins, if it is given any that visit all targets.
-    bounded
-        Whether a lower bound of routes along strips is wanted; without, it is 0 unless they are exact.
     """
 
     stop: Stop | None = None
@@ -186,7 +185,6 @@ class RouteSearch(NamedTuple):
     order: Sequence[int] | None = None
     quick: bool = False
     tours: Sequence[Tour] | None = None
-    bounded: bool = True
 
 
 class Totals(NamedTuple):

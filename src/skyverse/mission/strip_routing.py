@@ -21,7 +21,6 @@ from skyverse.mission.exact_routing import exact_tours
 from skyverse.mission.fleet_search import FleetSearch
 from skyverse.mission.given_order import stretches
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
-from skyverse.mission.strip_bound import strip_bound
 from skyverse.numerics.tolerances import LENGTH_ROUNDING
 from skyverse.stop import require_stop
 
@@ -83,14 +82,8 @@ def route_strips(
         if all(timed(v, work, tour) is not None for v, tour in zip(vehicles, tours, strict=True)):
             break
     routes = replace(_told(vehicles, work, tours, nodes, criterion), optimal=optimal, interrupted=interrupted)
-    value = routes.price if criterion == "min-sum" else routes.finish
-    if optimal:
-        return replace(routes, lower_bound=value)
-    if not search.bounded:
-        return routes
-    flown = np.isin(nodes.enter, [place for tour in tours for sortie in tour for place in sortie])
-    bound, kind = strip_bound(whole, seen, np.where(flown, nodes.strip, -1), criterion)
-    return replace(routes, lower_bound=min(bound, value), bound=kind)
+    exact = routes.price if criterion == "min-sum" else routes.finish
+    return replace(routes, lower_bound=exact if optimal else 0.0)
 
 
 class StripNodes(NamedTuple):

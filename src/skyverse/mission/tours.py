@@ -150,7 +150,7 @@ def _work(scenario: Scenario) -> Work:
 def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions) -> Routes:
     order = [*range(len(scenario.targets))] if options.keep_order else None
     stop = None if legs.how.stop is None else _WhenCancelled(legs.how.stop)
-    search = RouteSearch(stop, legs.how.seed, order, quick=True, bounded=False)
+    search = RouteSearch(stop, legs.how.seed, order, quick=True)
     best: Routes | None = None
     thorough = len(scenario.targets) <= MOST_TARGETS
     for _ in range(MOST_ROUNDS):

@@ -13,9 +13,8 @@ from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.survey.cell_directions import cells_of, choose_directions
 from skyverse.survey.cells import turned_back
 from skyverse.survey.leg_time import LegTime
-from skyverse.survey.lower_bound import SweepBound, any_strips_bound, these_strips_bound
-from skyverse.survey.strip_order import StripOrder, order_strips
-from skyverse.survey.sweep_ends import border_strips, gap_strips, overrun, reaching
+from skyverse.survey.strip_order import order_strips
+from skyverse.survey.sweep_ends import border_strips, gap_strips, overrun
 from skyverse.survey.sweep_lines import (
     Ends,
     Offsets,
@@ -27,7 +26,7 @@ from skyverse.survey.sweep_lines import (
     units,
     upright,
 )
-from skyverse.survey.visibility import outline, shortest_ways
+from skyverse.survey.visibility import outline, way_prices
 
 _LAID_OUT, _ROUTED = 20, 6
 """Plans whose strips are laid out, and of those the ones whose routes are planned, by estimates."""
@@ -38,8 +37,8 @@ _CHOICES = 4
 """Directions that are tried for each cell."""
 _CHANGES = (3.0, 8.0)
 """Seconds that each further group of cells with a direction of its own is taken to cost."""
-_ROUNDS = (300, 2000)
-"""Kicks when routes are compared, and for the route that is kept."""
+_ROUNDS = 300
+"""Kicks when routes are compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,21 +53,11 @@ class StripPlan:
         The cell that each strip belongs to (m,); -1 where it runs along a border or a gap.
     directions
         The unit vector along the strips of each cell (c, 2).
-    unreached
-        shapely Polygon or MultiPolygon: what of the area is farther than half a width from every strip; empty where the
-        width was given by a function, which alone knows how far strips see.
-    route
-        The order and direction of the strips in one route, and its seconds, from where it was said to start and back.
-    bound
-        What no route is faster than.
     """
 
     strips: Floats
     cell: Ints
     directions: Floats
-    unreached: Any
-    route: StripOrder
-    bound: SweepBound
 
 
 def sweep(
@@ -89,7 +78,7 @@ def sweep(
     wanted
         shapely Polygon or MultiPolygon of what is to be seen, metres.
     free
-        shapely Polygon or MultiPolygon where the UAV may be; None: everywhere.
+        shapely Polygon or MultiPolygon where the UAV may be.
     width
         Metres from strip to strip at most; or a function of a unit vector along the strips, the polygons to cover, and
         the least and greatest offset across them, metres to the right of the vector, that returns the offsets of lines.
@@ -113,7 +102,7 @@ def sweep(
     """
     if not callable(width) and not (np.isfinite(width) and width > 0.0):
         raise InputError(f"The width of strips must be a length above 0 m, not {width}.", field="width")
-    task = SweepTask(polygons(wanted), None if free is None else polygons(free), width, cost, ends, start, reach)
+    task = SweepTask(polygons(wanted), polygons(free), width, cost, ends, start, reach)
     if task.flown.is_empty:
         raise InputError("Nothing of the area that is to be seen may be flown over.", field="free")
     across = 2 * float(shapely.minimum_bounding_radius(task.flown)) / task.step
@@ -131,18 +120,9 @@ def sweep(
             plans += _several_directions(task, tried, i)
     laid = [(plan, *_plan_strips(task, plan)) for plan in plans]
     laid.sort(key=lambda one: float(_flown(task, one[1])))
-    prices = [_prices(task, strips) for _, strips, _ in laid[:_ROUTED]]
-    best = int(np.argmin([_route(one, _ROUNDS[0]).cost for one in prices]))
-    plan, strips, cell = laid[best]
-    used = np.array([way for _, way in plan])
-    pairs = np.arange(2 * len(strips)).reshape(-1, 2)
-    unreached = _unreached(task, strips)
-    seen = 0.0 if callable(width) or reach > 0.0 else float(task.flown.difference(unreached).area) / width
-    bound = SweepBound(
-        any_strips_bound(seen, float(shapely.minimum_bounding_radius(task.flown)) * 2, cost),
-        these_strips_bound(prices[best], pairs, 2 * len(strips), 2 * len(strips)),
-    )
-    return StripPlan(strips, cell, used, unreached, _route(prices[best], _ROUNDS[1]), bound)
+    best = laid[:_ROUTED]
+    plan, strips, cell = min(best, key=lambda one: _routed(task, one[1])) if len(best) > 1 else best[0]
+    return StripPlan(strips, cell, np.array([way for _, way in plan]))
 
 
 def _flown(task: SweepTask, strips: Floats) -> float:
@@ -195,22 +175,11 @@ def _plan_strips(task: SweepTask, plan: list[tuple[Floats, Floats]]) -> tuple[Fl
     return laid, which
 
 
-def _prices(task: SweepTask, strips: Floats) -> Floats:
-    """Return the seconds (2 m + 1, 2 m + 1) from end to end of strips, and to where the route starts and ends."""
-    places = strips.reshape(-1, 2)
+def _routed(task: SweepTask, strips: Floats) -> float:
+    """Return the seconds of a route along strips, from where it starts and back."""
+    m, places = len(strips), strips.reshape(-1, 2)
     if task.start is not None:
         places = np.concatenate([places, np.asarray(task.start, dtype=float)[None]])
-    price = shortest_ways(task.free, places, task.cost).price
-    return np.pad(price, (0, 1)) if task.start is None else price
-
-
-def _route(prices: Floats, rounds: int) -> StripOrder:
-    m = len(prices) // 2
-    return order_strips(prices, np.arange(2 * m).reshape(-1, 2), 2 * m, 2 * m, rounds=rounds)
-
-
-def _unreached(task: SweepTask, strips: Floats) -> Any:
-    if callable(task.width):
-        return shapely.Polygon()
-    seen = shapely.buffer(shapely.linestrings(reaching(task, strips)), 0.5 * task.width)
-    return task.wanted.difference(shapely.union_all(seen, grid_size=SWEEP_CONTACT))
+    prices = way_prices(task.free, places, task.cost)
+    prices = np.pad(prices, (0, 1)) if task.start is None else prices
+    return order_strips(prices, np.arange(2 * m).reshape(-1, 2), 2 * m, 2 * m, rounds=_ROUNDS).cost

@@ -30,15 +30,14 @@ def overrun(task: SweepTask, lines: Floats, way: Floats) -> Floats:
     np.minimum.at(low, which[on], bounds[:, 1])
     np.maximum.at(high, which[on], bounds[:, 3])
     first, last = low + task.reach, high - task.reach
-    if task.free is not None:
-        grown = shapely.linestrings(upright(np.stack([x, low, high], 1)))
-        parts, which = shapely.get_parts(shapely.intersection(grown, across(task.free, way)), return_index=True)
-        bounds = shapely.bounds(parts)
-        middle = 0.5 * (lines[which, 1] + lines[which, 2])
-        on = (bounds[:, 1] <= middle) & (bounds[:, 3] >= middle)
-        low, high = lines[:, 1].copy(), lines[:, 2].copy()
-        np.minimum.at(low, which[on], bounds[on, 1])
-        np.maximum.at(high, which[on], bounds[on, 3])
+    grown = shapely.linestrings(upright(np.stack([x, low, high], 1)))
+    parts, which = shapely.get_parts(shapely.intersection(grown, across(task.free, way)), return_index=True)
+    bounds = shapely.bounds(parts)
+    middle = 0.5 * (lines[which, 1] + lines[which, 2])
+    on = (bounds[:, 1] <= middle) & (bounds[:, 3] >= middle)
+    low, high = lines[:, 1].copy(), lines[:, 2].copy()
+    np.minimum.at(low, which[on], bounds[on, 1])
+    np.maximum.at(high, which[on], bounds[on, 3])
     middle, least = 0.5 * (low + high), 0.5 * _LEFT_AT_LEAST * (high - low)
     low, high = np.maximum(low, np.minimum(first, middle - least)), np.minimum(high, np.maximum(last, middle + least))
     return np.stack([x, low, high], 1)
@@ -103,16 +102,14 @@ def _missing(task: SweepTask, strips: Floats) -> Any:
         return np.empty(0, dtype=object)
     half = 0.5 * task.width
     caps: Any = "flat" if task.ends == "line" else "round"
-    swaths = shapely.buffer(shapely.linestrings(reaching(task, strips)), half, cap_style=caps)
+    swaths = shapely.buffer(shapely.linestrings(_reaching(task, strips)), half, cap_style=caps)
     seen = shapely.union_all(swaths, grid_size=SWEEP_CONTACT)
     missing = shapely.get_parts(task.flown.difference(seen))
     return missing[shapely.area(missing) > LEFT_OPEN * half**2]
 
 
-def reaching(task: SweepTask, strips: Floats) -> Floats:
+def _reaching(task: SweepTask, strips: Floats) -> Floats:
     """Return strips from where to where they see."""
-    if task.reach <= 0.0:
-        return strips
     legs = strips[:, 1] - strips[:, 0]
     on = task.reach * legs / np.hypot(legs[:, 0], legs[:, 1])[:, None]
     return np.stack([strips[:, 0] - on, strips[:, 1] + on], 1)

@@ -36,8 +36,7 @@ class SweepTask:
     terms: dict[tuple[float, float], tuple[float, float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        flown = self.wanted if self.free is None else self.wanted.intersection(self.free)
-        object.__setattr__(self, "flown", polygons(flown))
+        object.__setattr__(self, "flown", polygons(self.wanted.intersection(self.free)))
 
     @property
     def step(self) -> float:

@@ -6,107 +6,59 @@ of legs that grows with their length less than in proportion.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
+from scipy.sparse.csgraph import floyd_warshall
 
-from skyverse._typing import Bools, Floats, Ints
+from skyverse._typing import Bools, Floats
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import SWEEP_CONTACT
 
 LegPrice = Callable[[Floats], Floats]
 
 
-@dataclass(frozen=True)
-class PlanarWays:
-    """The cheapest ways between all pairs of places.
-
-    Attributes
-    ----------
-    price
-        What the way from each place to each costs (k, k): metres, or as `shortest_ways` was told; infinite without one.
-    places, corners
-        The places (k, 2) and the corners (c, 2) at which ways may bend, metres.
-    direct
-        Which places see each other (k, k).
-    out, back, first, between
-        The price from places to corners (k, c), from corners to places (c, k), the corner that follows on the way from
-        a corner to a corner (c, c), and the price of that way (c, c).
-    """
-
-    price: Floats
-    places: Floats
-    corners: Floats
-    direct: Bools
-    out: Floats
-    back: Floats
-    first: Ints
-    between: Floats
-
-    def points(self, start: int, end: int) -> Floats:
-        """Return the points (n, 2) of the way from one place to another, both places included."""
-        bends: list[Floats] = []
-        if not self.direct[start, end]:
-            whole = self.out[start][:, None] + self.between + self.back[:, end][None]
-            at, last = np.unravel_index(int(np.argmin(whole)), whole.shape)
-            while at != last:
-                bends.append(self.corners[at])
-                at = self.first[at, last]
-            bends.append(self.corners[last])
-        return np.array([self.places[start], *bends, self.places[end]])
-
-
-def shortest_ways(free: Any, places: Floats, price: LegPrice | None = None) -> PlanarWays:
-    """Find the cheapest ways between all pairs of places in the plane.
+def way_prices(free: Any, places: Floats, price: LegPrice) -> Floats:
+    """Return what the cheapest ways between all pairs of places (k, 2) in the plane cost, (k, k); infinite without one.
 
     Parameters
     ----------
     free
-        shapely Polygon or MultiPolygon in which ways stay, its border included; None: everywhere.
+        shapely Polygon or MultiPolygon in which ways stay, its border included.
     places
-        Places (k, 2), metres.
+        Metres.
     price
-        Gives for vectors (..., 2) of straight legs what each costs; None: their lengths.
+        Gives for vectors (..., 2) of straight legs what each costs.
     """
-    price = price or (lambda legs: np.hypot(legs[..., 0], legs[..., 1]))
     places = np.ascontiguousarray(places, dtype=float)
     edges, corners = outline(free), reflex_corners(free)
-    everywhere = free is None
-    direct = np.ones((len(places),) * 2, bool) if everywhere else _sight(edges, places, places, True)
-    seen = _sight(edges, places, corners, False)
-    between = np.where(_sight(edges, corners, corners, True), price(corners[None] - corners[:, None]), np.inf)
-    np.fill_diagonal(between, 0.0)
-    first = _all_pairs(between)
+    direct, seen = _sight(edges, places, places, True), _sight(edges, places, corners, False)
+    legs = np.where(_sight(edges, corners, corners, True), price(corners[None] - corners[:, None]), np.inf)
+    between = floyd_warshall(np.maximum(legs, np.finfo(float).tiny)) if len(corners) else legs  # 0 would be no leg
     out = np.where(seen, price(corners[None] - places[:, None]), np.inf)
     back = np.where(seen.T, price(places[None] - corners[:, None]), np.inf)
     straight = np.where(direct, price(places[None] - places[:, None]), np.inf)
-    return PlanarWays(_by_corners(straight, out, between, back), places, corners, direct, out, back, first, between)
+    return _by_corners(straight, out, between, back)
 
 
 def outline(area: Any) -> Floats:
     """Return the edges (n, 4) of a shapely area as x0, y0, x1, y1, with the area to the left of each."""
-    import shapely
-
-    if area is None or area.is_empty:
-        return np.empty((0, 4))
-    rings = shapely.get_rings(shapely.orient_polygons(shapely.get_parts(area)))
-    points = [shapely.get_coordinates(ring) for ring in rings]
-    return np.ascontiguousarray(np.concatenate([np.hstack([ring[:-1], ring[1:]]) for ring in points]))
+    return np.ascontiguousarray(np.concatenate([np.hstack([ring[:-1], ring[1:]]) for ring in _rings(area)]))
 
 
 def reflex_corners(area: Any) -> Floats:
     """Return the corners (c, 2) of a shapely area at which it takes more than half a turn."""
-    import shapely
-
-    if area is None or area.is_empty:
-        return np.empty((0, 2))
     found = []
-    for ring in shapely.get_rings(shapely.orient_polygons(shapely.get_parts(area))):
-        points = shapely.get_coordinates(ring)[:-1]
+    for points in (ring[:-1] for ring in _rings(area)):
         before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
         found.append(points[before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] < 0.0])
     return np.ascontiguousarray(np.concatenate(found))
+
+
+def _rings(area: Any) -> list[Floats]:
+    rings = shapely.get_rings(shapely.orient_polygons(shapely.get_parts(area)))
+    return [shapely.get_coordinates(ring) for ring in rings]
 
 
 @kernel
@@ -166,8 +118,8 @@ def _sees(edges: Floats, ax: float, ay: float, bx: float, by: float, touches: Fl
 
 @inner
 def _inside(edges: Floats, x: float, y: float) -> bool:
-    """Tell whether a point is inside the edges (even-odd) or on one of them; without edges all is inside."""
-    odd = len(edges) == 0
+    """Tell whether a point is inside the edges (even-odd) or on one of them."""
+    odd = False
     for e in range(len(edges)):
         px, py, qx, qy = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
         dx, dy = qx - px, qy - py
@@ -179,24 +131,6 @@ def _inside(edges: Floats, x: float, y: float) -> bool:
         if (py > y) != (qy > y) and x < px + (y - py) / dy * dx:
             odd = not odd
     return odd
-
-
-@kernel
-def _all_pairs(price: Floats) -> Ints:
-    """Lower prices (c, c) of legs to those of the cheapest ways, and return which corner follows (Floyd, Warshall)."""
-    n = len(price)
-    first = np.empty((n, n), dtype=np.int64)
-    for i in range(n):
-        for j in range(n):
-            first[i, j] = j
-    for k in range(n):
-        for i in range(n):
-            if price[i, k] < np.inf:
-                for j in range(n):
-                    if price[i, k] + price[k, j] < price[i, j]:
-                        price[i, j] = price[i, k] + price[k, j]
-                        first[i, j] = first[i, k]
-    return first
 
 
 @kernel

@@ -1,15 +1,29 @@
-"""What no routes along strips go below: a linear programme whose cuts leave no tour apart from home."""
+"""What no routes along strips go below.
+
+Routes of several vehicles are bounded by a linear programme whose cuts leave no tour apart from home. For one of them
+there are two quick bounds. With straight strips in whatever places and directions, a strip of length l sees l times the
+width at most, and takes at least as long per metre as the longest one that fits. With given strips, hops pair the ends
+of strips, the start and the end with one another, so that they cost no less than the cheapest such pairs; half the cost
+of an assignment is a bound of that.
+"""
 
 import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment, linprog
+from scipy.sparse import csr_array, vstack
+from scipy.sparse.csgraph import connected_components
 
 from skyverse._typing import Bools, Floats, Ints
 from skyverse.mission.assignment import Criterion
-from skyverse.mission.routing import Bound, TourVehicle, Work
+from skyverse.mission.routing import Routes, TourVehicle, Work
+from skyverse.mission.strip_routing import StripNodes
 from skyverse.numerics.tolerances import PROOF_ROUNDING
+from skyverse.survey.leg_time import LegTime
+
+_NO_WAY = 1e9  # seconds that stand for no way at all
 
 _MOST_STRIPS = 150  # with more, only legs are assigned
 _ROUNDS = 60
@@ -18,21 +32,43 @@ _LEVELS = 0.01, 0.25, 0.5, 0.75, 0.95  # of the flows that join strips where tou
 _VIOLATED = 1e-3  # how much of a flow is missing where a cut is worth it
 
 
-def strip_bound(vehicles: Sequence[TourVehicle], work: Work, strip: Ints, criterion: Criterion) -> tuple[float, Bound]:
-    """Return what no routes along some strips go below, and where that comes from.
+def any_strips_bound(length: float, longest: float, cost: LegTime) -> float:
+    """Return a bound for routes along any straight strips that see an area, of its size over the width that they see.
 
-    Parameters
-    ----------
-    vehicles, work
-        Of n nodes: ways of flying strips, of which one is flown of each strip.
-    strip
-        (n,) which strip each node is, or -1 if it need not be flown.
-    criterion
-        Whether the sum of prices is meant, or the largest finish.
+    The time of a leg over its length falls with the length, so that no strip is faster per metre than the longest one.
     """
+    return length / longest * float(cost(np.array([longest, 0.0])))
+
+
+def these_strips_bound(costs: Floats, strips: Ints, start: int, end: int) -> float:
+    """Return a bound for routes along given strips, from a place to a place; parameters are those of `order_strips`."""
+    count = 2 * len(strips)
+    places = np.r_[np.ravel(strips), start, end]
+    price = costs[np.ix_(places, places)]
+    price = np.minimum(np.minimum(price, price.T), _NO_WAY)
+    ends = np.arange(count + 2)
+    flown = price[ends[:-2:2], ends[1:-2:2]].sum()
+    price[ends, ends] = price[ends, ends ^ 1] = 2 * _NO_WAY  # no hop from a strip to itself, or from start to end
+    bound = float(flown + 0.5 * price[linear_sum_assignment(price)].sum())
+    return bound if bound < _NO_WAY else np.inf
+
+
+def routes_bound(
+    vehicles: Sequence[TourVehicle], strips: Ints, work: Work, routes: Routes, criterion: Criterion = "min-sum"
+) -> float:
+    """Return what no routes along the strips that `routes` fly go below: the price, or with min-max the finish."""
+    nodes = StripNodes.along(np.asarray(strips).reshape(-1, 2))
+    flown = np.isin(nodes.enter, [place for tour in routes.tours for sortie in tour for place in sortie])
+    whole, held = [nodes.vehicle(v, work) for v in vehicles], np.where(flown, nodes.strip, -1)
+    value = routes.price if criterion == "min-sum" else routes.finish
+    return min(_strip_bound(whole, nodes.work(work), held, criterion), value)
+
+
+def _strip_bound(vehicles: Sequence[TourVehicle], work: Work, strip: Ints, criterion: Criterion) -> float:
+    """Return what no routes go below among n nodes, of which each is a way of flying a strip (n,), or -1 for none."""
     held = np.flatnonzero(strip >= 0)
     if not len(held):
-        return 0.0, "exact"
+        return 0.0
     _, groups = np.unique(strip[held], return_inverse=True)
     timed, fleet = criterion == "min-max", len(vehicles)
     legs = _least(vehicles, [v.seconds if timed else v.price for v in vehicles], held)
@@ -45,13 +81,13 @@ def strip_bound(vehicles: Sequence[TourVehicle], work: Work, strip: Ints, criter
     need = max(1, math.ceil(_by_group(np.minimum, joules, groups).sum() * (1.0 - PROOF_ROUNDING) / usable))
     programme = _Programme(legs, groups)
     if not timed:
-        return programme.bound(need), programme.kind
+        return programme.bound(need)
     swaps = max(need - fleet, 0) * min(v.swap for v in vehicles) / fleet
     shared = programme.bound(max(need, fleet)) / fleet
     if fleet > 1:  # or one of them stays at home
         shared = min(shared, programme.bound(need) / (fleet - 1))
     alone = _by_group(np.minimum, legs[-1, :-1] + legs[:-1, -1], groups).max()
-    return max(shared + swaps, float(alone) * (1.0 - PROOF_ROUNDING)), programme.kind
+    return max(shared + swaps, float(alone) * (1.0 - PROOF_ROUNDING))
 
 
 def _least(vehicles: Sequence[TourVehicle], matrices: Sequence[Floats], held: Ints) -> Floats:
@@ -82,8 +118,6 @@ class _Programme:
     Only legs that may matter are columns; others join when their reduced costs are negative. Every dual solution
     gives a bound, whatever the solver's tolerances are.
     """
-
-    kind: Bound = "subtours"
 
     def __init__(self, legs: Floats, groups: Ints) -> None:
         n = len(groups)
@@ -116,9 +150,6 @@ class _Programme:
 
     def _solved(self, degree: int) -> tuple[Floats | None, Floats, float]:
         """Return the flows, the reduced costs of all legs, and the value."""
-        from scipy.optimize import linprog
-        from scipy.sparse import csr_array, vstack
-
         n, m = len(self._groups), int(self._groups.max()) + 1
         tail, head = np.nonzero(self._columns)
         legs, count = self._legs[tail, head], len(tail)
@@ -148,8 +179,6 @@ class _Programme:
 
     def _cut(self, flow: Floats) -> bool:
         """Add cuts around strips that are joined to one another more than to others; tell whether there are any."""
-        from scipy.sparse.csgraph import connected_components
-
         groups, n = self._groups, len(self._groups)
         joined = np.zeros((groups.max() + 1,) * 2)
         np.add.at(joined, (groups[:, None], groups), flow[:n, :n])
