@@ -1,5 +1,7 @@
 """Surveys as planned: whatever the ground, wind, zones, UAVs and batteries, the referee finds nothing wrong."""
 
+import math
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -92,6 +94,62 @@ def test_slanting_photos_show_all_finely_and_overlap_as_asked(seed, steep, patte
     survey = scenario.surveys[0].model_copy(update={"pattern": pattern, "gimbal": gimbal})
     mission = sky.plan_mission(scenario.model_copy(update={"surveys": (survey,)}))
     assert [one.message for one in mission.violations] == []
+    assert mission.coverage[0].verdict.value == "proven", mission.coverage[0].sentence
+
+
+MAPPING = {"vehicle": "mapping"}
+NIMBLE = {
+    "fixed_wing": {"speed": 14.0, "turn_radius": 30.0, "climb": 10.0},
+    "max_speed": 16.0,
+    "max_acceleration": 12.0,
+    "tracking_error": {"horizontal": 2.0, "vertical": 2.0},
+}
+
+
+def survey_by_aeroplane(seed, steepest, gsd_of, wing, most=250.0):
+    """Return a scenario with a survey of a quadrangle on hills, some place of which is as steep as said, degrees."""
+    rng = np.random.default_rng([seed, 37])
+    x, heights = np.arange(61) * 15.0, np.zeros((61, 61))
+    for _ in range(8):
+        kx, ky = rng.normal(0.0, 2.0 * np.pi / 250.0, 2)
+        heights += rng.normal() * np.sin(kx * x[:, None] + ky * x + rng.uniform(0.0, 6.3))
+    heights *= math.tan(math.radians(steepest)) / np.hypot(*np.gradient(heights, 15.0)).max()
+    heights -= heights.min()
+    area = 450.0 + rng.uniform(-30, 30, (4, 2)) + rng.uniform(100, 200, (4, 2)) * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    start = (450.0, 150.0, float(heights[28:33, 8:13].max()) + 80.0)
+    return sky.Scenario(
+        name="hills",
+        bounds={"min": (0.0, 0.0, 0.0), "max": (900.0, 900.0, float(heights.max()) + 400.0)},
+        clearance=2.0,
+        terrain={"origin": (0.0, 0.0), "step": (15.0, 15.0), "heights": heights, "clearance": 20.0},
+        max_height=most,
+        uavs=(sky.UAV(name="wing", start=start, end="home", **wing),),
+        surveys=(sky.Survey(area.tolist(), "soda", gsd="3.5 cm", overlap=(70, 60), gsd_of=gsd_of),),
+    )
+
+
+def turned(mission):
+    """Return by how many degrees at most the heading of a UAV changes from the first to the last photo of a strip."""
+    most = 0.0
+    for flight, sorties in zip(mission.trajectories, mission.sorties, strict=True):
+        for strip in (strip for sortie in sorties for strip in sortie.strips):
+            way = np.diff(flight.at(np.linspace(strip.begin, strip.end, 400)).position[:, :2], axis=0)
+            most = max(most, float(np.ptp(np.unwrap(np.arctan2(way[:, 1], way[:, 0])))))
+    return math.degrees(most)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    steepest=st.sampled_from([8.0, 15.0, 25.0]),
+    gsd_of=st.sampled_from(["photo", "place"]),
+    wing=st.sampled_from([MAPPING, NIMBLE]),
+)
+def test_aeroplanes_fly_strips_over_hills_without_turning_and_photos_overlap_as_asked(seed, steepest, gsd_of, wing):
+    mission = sky.plan_mission(survey_by_aeroplane(seed, steepest, gsd_of, wing))
+    assert [one.message for one in mission.violations] == []
+    assert mission.sorties[0][0].strips
+    assert turned(mission) < 3.0
     assert mission.coverage[0].verdict.value == "proven", mission.coverage[0].sentence
 
 

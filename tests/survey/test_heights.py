@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skyverse.survey.heights import fewest_points, gentle
+from skyverse.survey.heights import fewest_points, gentle, linked
 
 HEIGHTS = 31
 
@@ -70,3 +70,22 @@ def test_gentle_heights_are_the_nearest_that_are_nowhere_too_steep(seed, side):
 def test_over_level_ground_two_points_are_enough():
     at = np.linspace(0.0, 500.0, 200)
     assert len(fewest_points(at, np.full(200, 60.0), np.full(200, 60.0), 1.0)) == 2
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.5, 30.0))
+def test_links_are_long_enough_nowhere_too_steep_and_nowhere_above_the_limit(seed, least):
+    at, low, high, steepest = tube(seed)
+    points = fewest_points(at, low, high, steepest)
+    kept = linked(points, at, high, steepest, least)
+    runs, rises = np.diff(kept[:, 0]), np.abs(np.diff(kept[:, 1]))
+    assert kept[0, 0] == at[0]
+    assert kept[-1, 0] == at[-1]
+    assert (runs >= least * (1 - 1e-9)).all() or len(kept) == 2
+    assert (rises <= steepest * runs * np.minimum(runs / least, 1.0) + 1e-5).all()
+    every = np.unique(np.r_[at, kept[:, 0]])
+    z = np.interp(every, *kept.T)
+    assert (z <= np.interp(every, at, high) + 1e-5).all()
+    # no lower than what is lost between bends: by half a link's rise where they are set, and by as much again
+    reach = max(runs.max(), least) if len(kept) == 2 else 2.0 * least
+    assert (z >= np.interp(every, *points.T) - steepest * reach - 1e-5).all()

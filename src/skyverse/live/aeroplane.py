@@ -35,8 +35,9 @@ from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import MIN_FLOWN
 from skyverse.problem import Airspace
+from skyverse.space.agility import agility_of, fixed_wing
 from skyverse.space.world import World
-from skyverse.trajectory.aeroplane import agility_of, fixed_wing, fly_aeroplane
+from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.path_to_trajectory import needed_waypoints
 from skyverse.trajectory.proof import clear_pieces, prove

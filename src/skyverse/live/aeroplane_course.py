@@ -25,10 +25,10 @@ from skyverse.model.arrays import arctan2
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import LEG_END, MIN_FLOWN, MIN_PIECE
+from skyverse.space.agility import Agility
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.dubins import pose as pose_after
 from skyverse.trajectory.dubins_leg import Climb, DubinsLeg, climb_along, climb_length, leg_pieces
-from skyverse.trajectory.pose_search import Agility
 
 FINEST_ARC = math.pi / 18.0
 """Radians that one polynomial turns at most: in half an hour of circles velocities jump by less than is let pass."""

@@ -11,6 +11,7 @@ from skyverse.errors import InputError
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, TrackingError
+from skyverse.space.agility import CLIMB_SHARE, agility_of, link_of
 from skyverse.space.world import World
 from skyverse.survey.footprints import GroundView, Unsteady
 from skyverse.survey.free_area import free_area
@@ -188,15 +189,24 @@ class GroundSurvey:
             limit = photo._replace(whole=False, beside=aside, before=middle + ahead, behind=ahead - middle)
         free = free_area(self.scenario, self.error, self.cells, limit)
         return GroundSight(
-            self.cells, self.rough, limit, photo, (steps[0], steps[1]), overlap, free, self.world, self.steepest
+            self.cells,
+            self.rough,
+            limit,
+            photo,
+            (steps[0], steps[1]),
+            overlap,
+            free,
+            self.world,
+            self.steepest,
+            max(map(link_of, self.wings), default=0.0),
         )
+
+    @cached_property
+    def wings(self) -> tuple[UAV, ...]:
+        """Those of them that are aeroplanes."""
+        return tuple(uav for uav in self.uavs if uav.fixed_wing is not None)
 
     @property
     def steepest(self) -> float:
         """Metres of height a metre that all UAVs can climb and descend; multirotors fly as slowly as that takes."""
-        found = [STEEPEST]
-        for uav in self.uavs:
-            if (wing := uav.fixed_wing) is not None:
-                found += [rate / uav.max_speed for rate in (uav.max_climb, uav.max_descent) if rate is not None]
-                found.append(math.tan(math.radians(wing.climb)))
-        return min(found)
+        return min([STEEPEST, *(CLIMB_SHARE * agility_of(uav).slope for uav in self.wings)])

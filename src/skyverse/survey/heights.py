@@ -30,6 +30,22 @@ def gentle(at: Floats, z: Floats, steepest: float, side: float) -> Floats:
     return side * found
 
 
+def linked(points: Floats, at: Floats, high: Floats, steepest: float, least: float) -> Floats:
+    """Return points (m, 2) of a polyline near a given one, none of whose links is shorter than `least` metres.
+
+    It bends at places as far from each other as that, and is nowhere above heights (n,) at places (n,). A link that
+    alone is shorter is less steep by as much.
+    """
+    if (np.diff(points[:, 0]) >= least).all():
+        return points
+    nodes = np.linspace(at[0], at[-1], max(int((at[-1] - at[0]) / least), 1) + 1)
+    z = np.interp(nodes, points[:, 0], points[:, 1])
+    z = gentle(nodes, z, steepest * min((nodes[1] - nodes[0]) / least, 1.0), 1.0)
+    z -= max(float((np.interp(at, nodes, z) - high).max()), 0.0)
+    bends = np.abs(np.diff(z, 2)) > TUBE_ROUNDING
+    return np.column_stack([nodes, z])[np.r_[True, bends, True]]
+
+
 @inner_query
 def _cut(lines: Floats, count: int, at: float, most: float, side: float, cut: Floats) -> int:
     """Keep the lines with side * (z at a place) <= side * most; return how many corners the kept ones have.

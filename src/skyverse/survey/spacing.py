@@ -12,6 +12,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.numerics.kernel import kernel
 from skyverse.numerics.tolerances import SWEEP_CONTACT
+from skyverse.space.agility import CLIMB_SHARE
 from skyverse.space.ground import height
 from skyverse.space.obstacles import Space
 from skyverse.space.world import World
@@ -101,6 +102,8 @@ class GroundSight:
         What must be kept clear of.
     steepest
         Metres of height a metre that they climb or descend.
+    link
+        Metres between bends at least, 0 for multirotors: at each of them aeroplanes are level.
     """
 
     cells: GroundCells
@@ -112,6 +115,7 @@ class GroundSight:
     free: FreeArea
     world: World
     steepest: float
+    link: float
 
     @property
     def even(self) -> bool:
@@ -145,7 +149,13 @@ class GroundSight:
             np.maximum.at(floor, which, self.free.tops[roof])
         level = self.world.scenario.terrain is None
         most = np.minimum(under if level else np.where(np.isinf(most), under, most), ceiling)
+        floor, most = floor + self.off, most - self.off
         return gentle(at, floor, self.steepest, -1.0), gentle(at, most, self.steepest, 1.0)
+
+    @property
+    def off(self) -> float:
+        """Metres by which aeroplanes that are level at bends are above or below a line at most."""
+        return 0.5 * (1.0 - CLIMB_SHARE) * self.link * self.steepest
 
 
 def _under(cells: GroundCells, places: Floats) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from skyverse._typing import Bools, Floats
 from skyverse.survey.footprints import shared_shares
 from skyverse.survey.ground_survey import SPARE, GroundSurvey, Pass
-from skyverse.survey.heights import fewest_points, gentle
+from skyverse.survey.heights import fewest_points, gentle, linked
 from skyverse.survey.lines import PhotoLine
 from skyverse.survey.spacing import (
     SHORTEST,
@@ -81,7 +81,9 @@ def _clear(
         path, every = np.column_stack([way.places(np.array([middle])), [np.interp(middle, at, limits[1])]]), 0.0
     else:
         every, path = _path(flown, way, at, limits)
-    if not bool(sight.world.segments_free(path[: max(len(path) - 1, 1)], path[min(len(path) - 1, 1) :]).all()):
+    begins, ends = path[: max(len(path) - 1, 1)], path[min(len(path) - 1, 1) :]
+    swerves = [np.array([0.0, 0.0, off]) for off in {-sight.off, sight.off}]
+    if not all(sight.world.segments_free(begins + off, ends + off).all() for off in swerves):
         half = len(at) // 2
         for part in (slice(0, half + 1), slice(half, len(at))) if halvings and len(at) > 2 else ():
             yield from _clear(flown, way, at[part], (limits[0][part], limits[1][part]), halvings - 1)
@@ -120,6 +122,7 @@ def _path(flown: StripFlown, way: LineWay, at: Floats, limits: tuple[Floats, Flo
     low = np.minimum(gentle(at, np.minimum(low, most), sight.steepest, -1.0), most)
     found = fewest_points(at, low, most, sight.steepest)
     found = found if len(found) else np.column_stack([at, most])
+    found = linked(found, at, most, sight.steepest, sight.link)
     inner = way.at[1:-1]
     bends = inner[(inner > found[0, 0]) & (inner < found[-1, 0])]
     along = np.unique(np.r_[found[:, 0], bends])

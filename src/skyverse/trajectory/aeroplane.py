@@ -13,17 +13,16 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.model.arrays import arctan2
 from skyverse.model.trajectory import Trajectory, joined
-from skyverse.model.uav import UAV, FixedWing
+from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import kernel
-from skyverse.numerics.tolerances import ARC_MARGIN, MIN_FLOWN, TURN_BACK
+from skyverse.numerics.tolerances import MIN_FLOWN, TURN_BACK
 from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.space.agility import Agility, agility_of, fixed_wing
 from skyverse.space.world import World
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.dubins_leg import MAX_ARC, leg_pieces
-from skyverse.trajectory.pose_search import Agility, Poses, cheapest_legs, make_leg
+from skyverse.trajectory.pose_search import Poses, cheapest_legs, make_leg
 
-TURNING_SHARE = 0.98
-"""The share of `max_acceleration` that turns may take; the rest is for climbs."""
 FINE_ARC = MAX_ARC / 2.0
 """Radians that a polynomial turns at most where more legs follow, whose errors add up."""
 LONG_LEG = 4.0
@@ -144,22 +143,6 @@ def _least_ways(leaving: Floats, entering: Floats, radius: float) -> Floats:
                 words = all_words(x, y, heading, x1, y1, heading1, radius)
                 least[i, k] = max(straight, (words[:, 0] + words[:, 1] + words[:, 2]).min())
     return least
-
-
-def fixed_wing(uav: UAV) -> FixedWing:
-    """Return the limits of an aeroplane, or raise `ValueError` if the UAV is none."""
-    if uav.fixed_wing is None:
-        raise ValueError(f"{uav.name or 'the UAV'} has no fixed_wing")
-    return uav.fixed_wing
-
-
-def agility_of(uav: UAV) -> Agility:
-    """Return what an aeroplane can do, with turns of its least radius only."""
-    wing = fixed_wing(uav)
-    least = max(wing.turn_radius * (1.0 + ARC_MARGIN), wing.speed**2 / (TURNING_SHARE * uav.max_acceleration))
-    vertical = math.sqrt(uav.max_acceleration**2 - (wing.speed**2 / least) ** 2)
-    slope = math.tan(math.radians(wing.climb))
-    return Agility(np.array([least]), slope * (1.0 - ARC_MARGIN), vertical / wing.speed**2 * (1.0 - ARC_MARGIN))
 
 
 def _between(points: Floats, least: float) -> Floats:

@@ -13,6 +13,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.numerics.heap import Heap, make_heap, pop, push
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import LEG_END, MIN_PLAIN_WAY
+from skyverse.space.agility import Agility
 from skyverse.space.obstacles import Space
 from skyverse.space.world import segment_free
 from skyverse.trajectory.dubins import all_words
@@ -31,25 +32,6 @@ OPTIONS_OF_RADIUS = 12
 """Options of a leg for each radius: six words, each with its full turns at the first or at the last letter."""
 PROFILES = 3
 """Of a climb: along the whole leg, at its beginning, at its end."""
-
-
-@by_reference
-class Agility(NamedTuple):
-    """What the aeroplane can do, by metres of way.
-
-    Attributes
-    ----------
-    radii
-        Of its turns, metres, the least one first.
-    slope
-        The steepest slope of its climbs.
-    rate
-        The largest change of the slope for each metre of way, 1/m.
-    """
-
-    radii: Floats
-    slope: float
-    rate: float
 
 
 @by_reference
