@@ -83,8 +83,8 @@ def test_all_places_outside_the_area_are_named(halls):
         )
     heading, *lines = str(refused.value).splitlines()
     assert heading == "2 starts and targets cannot be where they are:"
-    assert lines[0].startswith("  far: expected a place in the area, which ends ")
-    assert lines[1].startswith("  away: expected a place in the area, which ends ")
+    assert lines[0].startswith("  far: expected a place in the area; it ends ")
+    assert lines[1].startswith("  away: expected a place in the area; it ends ")
 
 
 def refused_lines(halls, uavs, targets=(), **more):

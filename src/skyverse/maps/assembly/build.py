@@ -241,9 +241,10 @@ def _survey(
         if origin is not None:
             frame.refuse_far(origin, middle)
         region = frame.region_of(area, margin, places, known, corners, level, lambda *told: on_note(Note(*told)))
-        refuse_outside([*starts, *goals], [*starts.values(), *goals.values()], level, region, "the area")
+        filled = f", the rectangle along east and north that {files[0].path} fills" if files and area is None else ""
+        refuse_outside([*starts, *goals], [*starts.values(), *goals.values()], level, region, f"the area{filled}")
         for name, place in seen:
-            refuse_outside([name], [place], level, region, "the area")
+            refuse_outside([name], [place], level, region, f"the area{filled}")
         sources = [
             (Path(file.path), Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name))
             for file in files

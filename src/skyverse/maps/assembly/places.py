@@ -94,7 +94,7 @@ def refuse_outside(
         swapped = abs(longitude) <= 90 and contains(region, flat_points([(longitude, latitude, altitude)], origin)[0])
         hint = SWAPPED if swapped else ""
         sentences.append(
-            f"{name}: expected a place in {what}, which ends {_distance(point, region)} from latitude {latitude:g}, "
+            f"{name}: expected a place in {what}; it ends {_distance(point, region)} from latitude {latitude:g}, "
             f"longitude {longitude:g}{hint}"
         )
     refuse_all(sentences)
