@@ -8,8 +8,9 @@ import numpy as np
 from machine import table
 
 import skyverse as sky
+from skyverse.model.asked_ground import asked_ground
 from skyverse.model.photos import Photos
-from skyverse.referee.ground_cells import area_of, grid_of
+from skyverse.referee.ground_cells import grid_of
 from skyverse.referee.photo_overlaps import SHORT, neighbours_of
 from skyverse.survey.ground_lines import ground_lines
 from skyverse.survey.lines import PhotoLine
@@ -83,7 +84,7 @@ def judged(given: sky.Scenario, lines: tuple[PhotoLine, ...], side: float) -> tu
     none = np.zeros(len(heading))
     strip, uav = np.repeat(np.arange(len(lines)), counts), np.zeros(len(heading), dtype=np.int64)
     shots = Photos(np.concatenate([where for where, _ in taken]), heading, none - 90.0, none, none, uav, strip)
-    shared = neighbours_of(shots, survey.camera, grid_of(given, survey, area_of(survey)))
+    shared = neighbours_of(shots, survey.camera, grid_of(given, survey, asked_ground(survey)))
     spare = np.concatenate([pairs.share - asked for pairs, asked in zip(shared, survey.overlap, strict=True)])
     pixel = survey.camera.pixel
     return coarsest * pixel, best.max() * pixel, float((spare >= -SHORT).mean()), float(spare.min()) / 100

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.model.asked_ground import asked_ground
 from skyverse.model.photos import Photos
-from skyverse.referee.ground_cells import area_of, grid_of
+from skyverse.referee.ground_cells import grid_of
 from skyverse.referee.photo_overlaps import neighbours_of
 
 HEIGHT = 60.0
@@ -30,7 +31,7 @@ def shared(along, aside, phase, heading, slope):
     z = slope * (level @ right) + HEIGHT
     none, strip = np.zeros(6), np.repeat([0, 1], 3)
     photos = Photos(np.column_stack([level, z]), none + heading, none - 90.0, none, none, np.zeros(6, int), strip)
-    along, between = neighbours_of(photos, survey.camera, grid_of(scenario, survey, area_of(survey)))
+    along, between = neighbours_of(photos, survey.camera, grid_of(scenario, survey, asked_ground(survey)))
     return survey.camera, along.share, between.share
 
 

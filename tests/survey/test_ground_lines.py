@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.model.asked_ground import asked_ground
 from skyverse.space.world import World
-from skyverse.survey.ground import wanted_ground
 from skyverse.survey.ground_lines import ground_lines
 from skyverse.survey.ground_survey import GroundSurvey, Pass
 from skyverse.survey.spacing import ReliefOffsets, unit
@@ -118,7 +118,7 @@ def certain(scenario, line, xy):
 
 def require_covered(scenario, lines, step=4.0):
     """Require that all places are certain to be seen, but those that are told not to be."""
-    wanted = wanted_ground(scenario.surveys[0])
+    wanted = asked_ground(scenario.surveys[0])
     xy = places(wanted, step)
     seen = np.zeros(len(xy), dtype=bool)
     for line in lines.lines:
@@ -137,7 +137,7 @@ def test_over_relief_all_is_seen_finely_and_clear_of_the_ground(seed, gsd_of, ar
     assert require_covered(given, lines) == 1.0
     assert not lines.unseen
     camera, error = survey.camera, given.uavs[0].tracking_error
-    xy = places(wanted_ground(survey), 3.0)
+    xy = places(asked_ground(survey), 3.0)
     best = np.full(len(xy), np.inf)
     e = math.radians(camera.attitude_error)
     for line in lines.lines:
@@ -175,8 +175,8 @@ def test_photos_overlap_over_relief_as_asked(seed, area):
         return (shown[0] & shown[1]).sum() / max(min(one.sum() for one in shown), 1)
 
     across, along = survey.camera.half_widths
-    xy = places(wanted_ground(survey), 1.0)
-    ground, area, spare = given.terrain.height(xy), wanted_ground(survey), []
+    xy = places(asked_ground(survey), 1.0)
+    ground, area, spare = given.terrain.height(xy), asked_ground(survey), []
     way = where[0][1][0]
     offsets = np.array([one[0, 0] * way[1] - one[0, 1] * way[0] for one, _ in where])
     for number, (row, ahead) in enumerate(where):
@@ -278,7 +278,7 @@ def test_patterns_look_in_their_directions(pattern, headings):
     assert {None if line.heading is None else round(line.heading) % 360.0 for line in lines.lines} == headings
     assert require_covered(given, lines) == 1.0
     for heading in headings - {None}:
-        xy = places(wanted_ground(survey), 4.0)
+        xy = places(asked_ground(survey), 4.0)
         slanting = [line for line in lines.lines if line.heading is not None and round(line.heading) % 360 == heading]
         assert np.any([in_picture(given, line, xy)[0].any(axis=0) for line in slanting], axis=0).all()
 
@@ -307,7 +307,8 @@ def test_a_height_is_kept_above_the_ground_below():
     ("field", "given"),
     [
         ("gimbal", {"gimbal": -20.0, "gsd": GSD}),
-        ("area", {"area": ((0, 0), (140.0, 0.0), (140.0, 130.0)), "gsd": 2e-4, "overlap": (80, 95)}),
+        ("area", {"area": ((0, 0), (1400.0, 0.0), (1400.0, 1300.0)), "gsd": 2e-3, "overlap": (80, 95)}),
+        ("gsd", {"gsd": 2e-4}),
         ("area", {"area": ((-400.0, -400.0), (-300.0, -400.0), (-300.0, -300.0)), "gsd": GSD}),
     ],
 )

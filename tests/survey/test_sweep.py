@@ -6,7 +6,6 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skyverse.errors import InputError
 from skyverse.survey.leg_time import LegTime
 from skyverse.survey.sweep import sweep
 
@@ -113,16 +112,3 @@ def test_offsets_may_be_given():
     assert len(plan.strips) == 2
     assert {area for _, area, _, _ in asked} == {10000.0}
     assert set(np.round(plan.strips[..., 0].ravel())) in ({10.0, 70.0}, {90.0, 30.0})
-
-
-@pytest.mark.parametrize("width", [0.0, np.nan, 0.01])
-def test_widths_that_cannot_be_are_refused(width):
-    with pytest.raises(InputError) as refused:
-        sweep(SQUARE, AROUND, width, cost=COST)
-    assert refused.value.sentence.field == "width"
-
-
-def test_an_area_inside_a_zone_is_refused():
-    with pytest.raises(InputError) as refused:
-        sweep(SQUARE, shapely.box(200, 0, 300, 100), 3.0, cost=COST)
-    assert refused.value.sentence.field == "free"

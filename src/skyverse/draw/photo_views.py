@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.model.asked_ground import asked_ground
 from skyverse.model.camera import Camera
 from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.mission import Mission
+from skyverse.model.pad import ground_height
 from skyverse.model.photos import Photos, photos_of
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
@@ -83,17 +85,17 @@ class DrawnSurvey:
         """The outlines of what is to be seen, (k, 3) metres each, on the ground or on a structure."""
         if not self.survey.of_ground:
             return [np.array([*facet, facet[0]]) for facet in self.survey.facets]
-        shape = wanted(self.survey)
+        shape = asked_ground(self.survey)
         rings = [ring for part in getattr(shape, "geoms", [shape]) for ring in (part.exterior, *part.interiors)]
         fine = max(float(np.ptp(shape.bounds[::2])), float(np.ptp(shape.bounds[1::2]))) / SAMPLES
         flat = [np.array(ring.segmentize(fine).coords) for ring in rings]
-        return [np.column_stack([ring, ground(self.scenario, ring)]) for ring in flat]
+        return [np.column_stack([ring, ground_height(self.scenario, ring)]) for ring in flat]
 
     @cached_property
     def footprints(self) -> Floats:
         """Where the rays through the corners of each photo, and through its middle, end: (n, 5, 3) metres."""
         photos, survey = self.photos, self.survey
-        ahead, right, up = axes(photos)
+        ahead, right, up = np.moveaxis(photos.frames, 1, 0)
         wide, high = survey.camera.half_widths
         across = (wide * right)[:, None] * CORNERS[:, :1] + (high * up)[:, None] * CORNERS[:, 1:]
         rays, start = (ahead[:, None] + across).reshape(-1, 3), np.repeat(photos.position, len(CORNERS), axis=0)
@@ -103,7 +105,7 @@ class DrawnSurvey:
     @cached_property
     def gsd(self) -> tuple[Floats, Floats]:
         """The ground sample distances in the middle of each photo, and in its coarsest corner, (n,) metres."""
-        depths = np.einsum("nkc,nc->nk", self.footprints - self.photos.position[:, None], axes(self.photos)[0])
+        depths = np.einsum("nkc,nc->nk", self.footprints - self.photos.position[:, None], self.photos.frames[:, 0])
         return self.survey.camera.pixel * depths[:, -1], self.survey.camera.pixel * depths.max(axis=1)
 
     @cached_property
@@ -126,39 +128,12 @@ def drawn_surveys(scenario: Scenario, mission: Mission | None = None) -> Iterato
         yield DrawnSurvey(scenario, number, photos, np.array(flown, dtype=np.int64), coverage, unseen)
 
 
-def wanted(survey: Survey) -> Any:
-    """Return the ground that a survey is to see, as a geometry of shapely."""
-    from shapely import LineString, Polygon, union_all
-
-    if survey.line:
-        return LineString(survey.line).buffer((survey.width or 0.0) / 2 + survey.margin)
-    parts = union_all([Polygon(one.vertices, one.holes) for one in survey.area])
-    return parts.buffer(survey.margin) if survey.margin else parts
-
-
-def ground(scenario: Scenario, places: Floats) -> Floats:
-    """Return z of the ground at places, (..., 2) metres: the lowest of the bounds where there is no terrain."""
-    if scenario.terrain is None:
-        return np.full(places.shape[:-1], float(scenario.bounds.min[2]))
-    return scenario.terrain.height(places)
-
-
-def axes(photos: Photos) -> tuple[Floats, Floats, Floats]:
-    """Return where the cameras of photos look, and what is to the right and up in the pictures: (n, 3) each."""
-    heading, pitch, roll = (np.radians(angle)[:, None] for angle in (photos.heading, photos.pitch, photos.roll))
-    level, above = np.concatenate([np.sin(heading), np.cos(heading)], axis=1), np.zeros_like(heading)
-    right = np.column_stack([level[:, 1], -level[:, 0], above])
-    ahead = np.column_stack([np.cos(pitch) * level, np.sin(pitch)])
-    up = np.column_stack([-np.sin(pitch) * level, np.cos(pitch)])
-    return ahead, np.cos(roll) * right - np.sin(roll) * up, np.sin(roll) * right + np.cos(roll) * up
-
-
 def meets(scenario: Scenario, start: Floats, rays: Floats, most: float) -> Floats:
     """Return how many times its length each ray, (n, 3), goes until it meets the ground, or `most`."""
 
     def above(times: Floats) -> Floats:
         places = start[:, None] + times[..., None] * rays[:, None]
-        return places[..., 2] - ground(scenario, places[..., :2])
+        return places[..., 2] - ground_height(scenario, places[..., :2])
 
     times = np.broadcast_to(most * np.arange(STEPS + 1) / STEPS, (len(rays), STEPS + 1))
     below = above(times) <= 0
@@ -179,12 +154,12 @@ def sampled_views(drawn: DrawnSurvey) -> SampledViews:
     """
     from shapely import contains_xy
 
-    survey, shape = drawn.survey, wanted(drawn.survey)
+    survey, shape = drawn.survey, asked_ground(drawn.survey)
     west, south, east, north = shape.bounds
     step = max(east - west, north - south) / SAMPLES
     x, y = np.arange(west + step / 2, east, step), np.arange(south + step / 2, north, step)
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    places = np.concatenate([places, ground(drawn.scenario, places)[..., None]], axis=-1)
+    places = np.concatenate([places, ground_height(drawn.scenario, places)[..., None]], axis=-1)
     count, depth = np.zeros(places.shape[:2], dtype=np.int64), np.full(places.shape[:2], np.inf)
     most = np.inf if survey.gsd is None else survey.distance
     slopes = [np.diff(places[..., 2], axis=axis) / step for axis in (0, 1)]
@@ -196,7 +171,7 @@ def sampled_views(drawn: DrawnSurvey) -> SampledViews:
     last = np.clip(np.floor((high - (x[0], y[0])) / step) + 1, 0, count.shape).astype(int)
     fall = drawn.footprints[:, :4] - drawn.photos.position[:, None]
     gentle = (-fall[..., 2] / np.maximum(np.hypot(fall[..., 0], fall[..., 1]), 1e-9)).min(axis=1) <= steepest
-    ahead, right, up = axes(drawn.photos)
+    ahead, right, up = np.moveaxis(drawn.photos.frames, 1, 0)
     for k, place in enumerate(drawn.photos.position):
         part = slice(first[k, 0], last[k, 0]), slice(first[k, 1], last[k, 1])
         away = places[part] - place
@@ -221,4 +196,4 @@ def _in_view(camera: Camera, away: Floats, ahead: Floats, right: Floats, up: Flo
 def _hidden(scenario: Scenario, place: Floats, away: Floats) -> Any:
     """Return which of some places, (n, 3) metres from a camera, lie behind ground."""
     sight = place + away[:, None] * (np.arange(1, SIGHTS) / SIGHTS)[:, None]
-    return (ground(scenario, sight[..., :2]) > sight[..., 2]).any(axis=1)
+    return (ground_height(scenario, sight[..., :2]) > sight[..., 2]).any(axis=1)

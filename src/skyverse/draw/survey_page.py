@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from html import escape
 
-from skyverse.draw.photo_views import DrawnSurvey, wanted
+from skyverse.draw.photo_views import DrawnSurvey
 from skyverse.draw.scenes import MissionScene
 from skyverse.draw.template import MAX_SHOWN_FINDINGS, NO_VALUE, card, table
+from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.short_lines import counted, told_gsd, told_overlap, told_share
 from skyverse.model.verdict import Verdict
@@ -93,7 +94,7 @@ def _facts(scene: MissionScene) -> str:
 def _told(drawn: DrawnSurvey) -> Iterator[tuple[str, str]]:
     survey, proof = drawn.survey, drawn.coverage
     if survey.of_ground:
-        yield "To be seen", told_area(wanted(survey).area if proof is None else proof.area)
+        yield "To be seen", told_area(asked_ground(survey).area if proof is None else proof.area)
     along, across = survey.overlap
     asked = told_gsd(survey.gsd) if survey.gsd is not None else f"from {survey.height:g} m"
     yield "Pattern", survey.pattern

@@ -8,9 +8,10 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.drawn_world import DrawnWorld
 from skyverse.draw.palette import COUNTS, DISTANCES, FINDINGS, SURVEY
-from skyverse.draw.photo_views import DrawnSurvey, SampledViews, ground
+from skyverse.draw.photo_views import DrawnSurvey, SampledViews
 from skyverse.draw.plotly_values import NOWHERE, Trace, columns, mesh, packed, plain, trace
 from skyverse.draw.scenes import Scene
+from skyverse.model.pad import ground_height
 
 LIFT = 0.004
 """How far above the ground what lies on it is drawn in space, as a share of the picture's longest side."""
@@ -45,7 +46,7 @@ def _carpet(drawn: DrawnSurvey, views: SampledViews, up: Floats) -> Trace:
     """Return the ground of a survey in the colours of how many photos show each place."""
     x, y, count = views.x[::COARSER], views.y[::COARSER], views.count[::COARSER, ::COARSER]
     flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    places = np.concatenate([flat, ground(drawn.scenario, flat)[..., None]], axis=-1).reshape(-1, 3) + up
+    places = np.concatenate([flat, ground_height(drawn.scenario, flat)[..., None]], axis=-1).reshape(-1, 3) + up
     rows = np.arange(count.size).reshape(count.shape)
     cells = np.stack([rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]], axis=-1).reshape(-1, 4)
     cells = cells[(count.ravel()[cells] >= 0).all(axis=1)]
@@ -71,7 +72,7 @@ def _rings(drawn: DrawnSurvey) -> Iterator[tuple[str, str, Floats]]:
 def _ring(drawn: DrawnSurvey, outline: Sequence[Sequence[float]]) -> Floats:
     """Return an outline, given by x and y or x, y and z, closed and in space: on the ground where it has no z."""
     ring = np.array([*outline, outline[0]], dtype=np.float64)
-    return ring if ring.shape[1] > 2 else np.column_stack([ring, ground(drawn.scenario, ring)])
+    return ring if ring.shape[1] > 2 else np.column_stack([ring, ground_height(drawn.scenario, ring)])
 
 
 def surveys_on_map(scene: Scene) -> list[Trace]:

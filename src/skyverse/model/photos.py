@@ -46,6 +46,18 @@ class Photos(ArrayRecord):
     def __len__(self) -> int:
         return len(self.position)
 
+    @property
+    def frames(self) -> Floats:
+        """Where the cameras look, and where the right and the top of their pictures are: (n, 3, 3)."""
+        heading, pitch, roll = (np.radians(angle) for angle in (self.heading, self.pitch, self.roll))
+        none = np.zeros(len(self))
+        ahead, up = np.stack([np.sin(heading), np.cos(heading), none], axis=1), np.array([0.0, 0.0, 1.0])
+        rise, level = np.sin(pitch)[:, None], np.cos(pitch)[:, None]
+        axis, top = level * ahead + rise * up, level * up - rise * ahead
+        right = np.stack([np.cos(heading), -np.sin(heading), none], axis=1)
+        turned, straight = np.sin(roll)[:, None], np.cos(roll)[:, None]
+        return np.stack([axis, straight * right - turned * top, straight * top + turned * right], axis=1)
+
     def taken(self, which: Ints) -> "Photos":
         """Return some of the photos, by their numbers or by a truth value for each."""
         return Photos(*(getattr(self, name)[which] for name in self.__dataclass_fields__))

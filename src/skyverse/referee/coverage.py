@@ -11,7 +11,9 @@ import shapely
 from numpy.typing import NDArray
 
 from skyverse._typing import Bools, Floats
+from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
+from skyverse.model.pad import ground_height
 from skyverse.model.photos import Photos
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted, told_gsd, told_overlap
@@ -21,7 +23,7 @@ from skyverse.model.verdict import Verdict
 from skyverse.referee.blockers import Solid, blockers_of, bottoms_of, closed_between, solids_of
 from skyverse.referee.facet_cells import FacetCells, facet_cells
 from skyverse.referee.gaps import Sight, outlines_of, runs, spots
-from skyverse.referee.ground_cells import CellGrid, Pieces, area_of, grid_of, joined
+from skyverse.referee.ground_cells import CellGrid, Pieces, grid_of, joined
 from skyverse.referee.photo_overlaps import SHORT, Neighbours, directions_of, neighbours_of
 from skyverse.referee.photo_views import views_of
 from skyverse.referee.relief import relief_of
@@ -72,7 +74,7 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     survey = scenario.surveys[number]
     if not survey.of_ground:
         return _structures(scenario, number, photos, errors)
-    asked = area_of(survey)
+    asked = asked_ground(survey)
     solids = _near(solids_of(scenario.obstacles), asked, photos)
     stands = np.array([_stands(scenario, solid) for solid in solids], dtype=bool)
     resting = {solid.ball for solid, on_ground in zip(solids, stands, strict=True) if on_ground} - {None}
@@ -189,8 +191,6 @@ def _near(solids: list[Solid], asked: shapely.Geometry, photos: Photos) -> list[
 
 def _stands(scenario: Scenario, solid: Solid) -> bool:
     """Tell whether a solid touches the ground somewhere, so that there is none to be seen below it."""
-    if scenario.terrain is None:
-        return solid.low <= scenario.bounds.min[2]
     west, south, east, north = shapely.bounds(solid.polygon)
     x, y = np.meshgrid(np.linspace(west, east, ACROSS), np.linspace(south, north, ACROSS))
     within = np.column_stack([x.ravel(), y.ravel()])[shapely.contains_xy(solid.polygon, x.ravel(), y.ravel())]
@@ -199,7 +199,7 @@ def _stands(scenario: Scenario, solid: Solid) -> bool:
     if solid.ball is not None:
         inner = solid.ball[3] ** 2 - ((places - solid.ball[:2]) ** 2).sum(axis=1)
         low = solid.ball[2] - np.sqrt(np.maximum(inner, 0.0))
-    return bool((scenario.terrain.height(places) >= low).any())
+    return bool((ground_height(scenario, places) >= low).any())
 
 
 def _look(viewers: Viewers, grid: CellGrid) -> tuple[Seen, NDArray[np.object_]]:
@@ -232,9 +232,8 @@ def _gaps(sight: Sight, number: int, lost: NDArray[np.object_], grid: CellGrid) 
     if not outlines:
         return (), False
     level = [spots(polygon)[: None if k < MOST_WITNESSES else 1] for k, (polygon, _) in enumerate(outlines)]
-    places, terrain = np.concatenate(level), sight.scenario.terrain
-    z = np.full(len(places), sight.scenario.bounds.min[2]) if terrain is None else terrain.height(places)
-    reasons = iter(sight.reasons(np.column_stack([places, z])))
+    places = np.concatenate(level)
+    reasons = iter(sight.reasons(np.column_stack([places, ground_height(sight.scenario, places)])))
     found, certain = [], False
     for (polygon, area), some in zip(outlines, level, strict=True):
         why = list(islice(reasons, len(some)))

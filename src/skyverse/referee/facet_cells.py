@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from skyverse._typing import Bools, Floats, Indices
+from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.referee.blockers import Solid, rings_of
@@ -126,8 +127,6 @@ def facet_cells(scenario: Scenario, survey: Survey, solids: list[Solid]) -> Face
 
 def _wall(scenario: Scenario, solid: Solid, a: Floats, b: Floats) -> Floats:
     """Return the corners (4, 3) of a wall, counterclockwise as seen from outside."""
-    foot = scenario.bounds.min[2]
-    if scenario.terrain is not None:
-        foot = float(scenario.terrain.height(a + np.linspace(0, 1, 33)[:, None] * (b - a)).max())
+    foot = float(ground_height(scenario, a + np.linspace(0, 1, 33)[:, None] * (b - a)).max())
     low = min(max(solid.low, foot), solid.high)
     return np.array([[*a, low], [*b, low], [*b, solid.high], [*a, solid.high]])

@@ -11,6 +11,7 @@ import shapely
 
 from skyverse._typing import Bools, Floats
 from skyverse.errors import InputError, require_kind
+from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.photos import Photos
 from skyverse.model.scenario import Scenario
@@ -18,9 +19,8 @@ from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
 from skyverse.referee.coverage import judge_coverage, neighbours
-from skyverse.referee.ground_cells import area_of, grid_of
+from skyverse.referee.ground_cells import grid_of
 from skyverse.referee.photo_overlaps import PARALLEL, SHORT
-from skyverse.referee.photo_views import frames_of
 from skyverse.referee.tolerances import LET_PASS, MORE_THAN_HALF, NO_LENGTH
 
 ASTRAY = 15.0
@@ -90,7 +90,7 @@ def in_strips(photos: Photos, survey: Survey) -> Photos:
     length = np.hypot(*steps.T)
     ahead = steps / np.maximum(length, NO_LENGTH)[:, None]
     alike = (ahead[1:] * ahead[:-1]).sum(axis=1) > PARALLEL
-    look = frames_of(photos)[:count, 0]
+    look = photos.frames[:count, 0]
     on = (np.r_[alike, False] | np.r_[False, alike]) & ((look[1:] * look[:-1]).sum(axis=1) > PARALLEL)
     if on.any():
         usual = float(np.median(length[on]))
@@ -118,7 +118,7 @@ def _half_step(survey: Survey, axis: int) -> float:
 def _with_short(scenario: Scenario, number: int, photos: Photos, coverage: Coverage) -> Coverage:
     """Return a coverage whose gaps are also the places between neighbours that share less than asked."""
     survey = scenario.surveys[number]
-    asked = area_of(survey)
+    asked = asked_ground(survey)
     grid = grid_of(scenario, survey, asked)
     step, spacing = (_half_step(survey, axis) for axis in (0, 1))
     along, between = (

@@ -222,15 +222,6 @@ def convex_parts(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
     return polygons
 
 
-def area_of(survey: Survey) -> shapely.Geometry:
-    """Return what is to be seen of the ground, margin included, metres."""
-    if survey.line:
-        asked = shapely.buffer(shapely.linestrings(survey.line), float(survey.width or 0.0) / 2, cap_style="flat")
-    else:
-        asked = shapely.union_all([shapely.polygons(region.vertices, region.holes or None) for region in survey.area])
-    return shapely.buffer(asked, survey.margin) if survey.margin else asked
-
-
 def grid_of(scenario: Scenario, survey: Survey, asked: shapely.Geometry) -> CellGrid:
     """Return the cells of the ground about what is to be seen of it."""
     low, high = (np.array(corner) for corner in np.split(np.array(shapely.bounds(asked)), 2))

@@ -16,7 +16,7 @@ from skyverse._typing import Bools, Floats, Indices, Ints
 from skyverse.model.camera import Camera
 from skyverse.model.photos import Photos
 from skyverse.referee.ground_cells import CellGrid
-from skyverse.referee.photo_views import PhotoView, frames_of, views_of
+from skyverse.referee.photo_views import PhotoView, views_of
 from skyverse.referee.tolerances import APART, NEARER_AHEAD, NO_LENGTH, STEEP_VIEW
 from skyverse.referee.tracking_error import EXACT
 
@@ -59,7 +59,7 @@ def neighbours_of(
         return none, none
     same, course, spacing = _courses(photos)
     first, level = np.flatnonzero(same), photos.position[:, :2]
-    frames, views = frames_of(photos), views_of(photos, camera, [EXACT] * len(photos), 0.0)
+    frames, views = photos.frames, views_of(photos, camera, [EXACT] * len(photos), 0.0)
     centre, deep = _centres(photos.position, frames[:, 0], grid)
     width = _width(np.column_stack([-course[:, 1], course[:, 0]]), frames, camera) * deep
     beside = _neighbours(level, course, spacing, frames[:, 0], width)

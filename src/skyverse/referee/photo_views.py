@@ -21,18 +21,6 @@ FLATTEST = math.cos(math.radians(75.0))
 """The cosine of the angle, from straight on, at which facets are seen at most."""
 
 
-def frames_of(photos: Photos) -> Floats:
-    """Return where the cameras of photos look, and where the right and the top of their pictures are: (n, 3, 3)."""
-    heading, pitch, roll = (np.radians(angle) for angle in (photos.heading, photos.pitch, photos.roll))
-    none = np.zeros(len(photos))
-    ahead, up = np.stack([np.sin(heading), np.cos(heading), none], axis=1), np.array([0.0, 0.0, 1.0])
-    rise, level = np.sin(pitch)[:, None], np.cos(pitch)[:, None]
-    axis, top = level * ahead + rise * up, level * up - rise * ahead
-    right = np.stack([np.cos(heading), -np.sin(heading), none], axis=1)
-    turned, straight = np.sin(roll)[:, None], np.cos(roll)[:, None]
-    return np.stack([axis, straight * right - turned * top, straight * top + turned * right], axis=1)
-
-
 @dataclass(frozen=True, eq=False)
 class PhotoView:
     """What one photo is certain to show.
@@ -111,7 +99,7 @@ def views_of(photos: Photos, camera: Camera, errors: list[TrackingError], attitu
     wide, high = camera.half_widths
     signs = ((-1, -1), (-1, 1), (1, 1), (1, -1))
     views = []
-    for position, (axis, right, top), error in zip(photos.position, frames_of(photos), errors, strict=True):
+    for position, (axis, right, top), error in zip(photos.position, photos.frames, errors, strict=True):
         sides = np.stack(
             [(t * axis + s * d) / math.hypot(t, 1) for t, d in ((wide, right), (high, top)) for s in (1, -1)]
         )

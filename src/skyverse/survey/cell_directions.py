@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
+from scipy.sparse.csgraph import connected_components
 
 from skyverse._typing import Bools, Floats
 from skyverse.numerics.tolerances import SWEEP_CONTACT
@@ -43,14 +44,9 @@ class SweepCells(NamedTuple):
 
     def groups(self, cells: frozenset[int]) -> Iterator[frozenset[int]]:
         """Yield the cells that hang together."""
-        left = set(cells)
-        while left:
-            group, edge = set(), {left.pop()}
-            while edge:
-                group |= edge
-                edge = {int(i) for i in np.flatnonzero(self.beside[list(edge)].any(axis=0))} & left
-                left -= edge
-            yield frozenset(group)
+        members = np.array(sorted(cells))
+        count, label = connected_components(self.beside[np.ix_(members, members)]) if len(members) else (0, members)
+        yield from (frozenset(members[label == k].tolist()) for k in range(count))
 
 
 def cells_of(area: Any, way: Floats) -> SweepCells:

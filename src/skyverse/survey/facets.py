@@ -12,6 +12,7 @@ from shapely.geometry.polygon import orient
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.arrays import arctan2
+from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Cylinder, Prism, Shape, Sphere, Voxels
@@ -112,9 +113,7 @@ def facets_of(scenario: Scenario, survey: Survey, size: float) -> Facets:
     parts += [_cut_triangle(np.array(facet), size) for facet in survey.facets]
     wall = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     corners = np.concatenate([np.zeros((0, 4, 3)), *parts])
-    floor = np.full(corners.shape[:2], scenario.bounds.min[2])
-    if scenario.terrain is not None:
-        floor = np.maximum(floor, scenario.terrain.height(corners[..., :2]))
+    floor = np.maximum(ground_height(scenario, corners[..., :2]), scenario.bounds.min[2])
     above = (corners[..., 2] > floor).any(axis=1)
     flat = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     corners[..., 2] = np.maximum(corners[..., 2], floor)

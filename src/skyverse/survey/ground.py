@@ -10,11 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
-from shapely import MultiPolygon, Polygon
 
 from skyverse._typing import Bools, Floats
 from skyverse.model.scenario import Scenario
-from skyverse.model.survey import Survey
 from skyverse.numerics.kernel import by_reference
 
 BLOCK = 16
@@ -34,10 +32,8 @@ class GroundCells(NamedTuple):
         others.
     middle
         (nx, ny) metres: the z in the middle of each cell, seen or not.
-    top
-        (nx, ny) metres: the greatest z in each cell, seen or not.
-    block_low, block_high
-        The same as `low` and `high` for every `BLOCK` by `BLOCK` cells.
+    block_low
+        The same as `low` for every `BLOCK` by `BLOCK` cells.
     origin, step
         (2,) metres: x, y of the corner of the first cell, and the sides of a cell.
     """
@@ -45,29 +41,12 @@ class GroundCells(NamedTuple):
     low: Floats
     high: Floats
     middle: Floats
-    top: Floats
     block_low: Floats
-    block_high: Floats
     origin: Floats
     step: Floats
 
 
-def wanted_ground(survey: Survey) -> MultiPolygon:
-    """Return the ground that a survey is to show, seen from above: its area and a margin.
-
-    Along a line, that is all within half its width, with flat ends and round bends.
-    """
-    if survey.line:
-        shape = shapely.LineString(survey.line).buffer((survey.width or 0.0) / 2.0, cap_style="flat")
-    else:
-        shape = shapely.union_all([Polygon(one.vertices, one.holes) for one in survey.area])
-    shape = shape.buffer(survey.margin) if survey.margin else shape
-    return MultiPolygon([one for one in getattr(shape, "geoms", [shape]) if isinstance(one, Polygon) and one.area > 0])
-
-
-def ground_cells(
-    scenario: Scenario, wanted: MultiPolygon, cell: float, reach: float, *, touched: bool = True
-) -> GroundCells:
+def ground_cells(scenario: Scenario, wanted: Any, cell: float, reach: float, *, touched: bool = True) -> GroundCells:
     """Return the ground in and around what is wanted, in cells of about a size.
 
     Parameters
@@ -106,9 +85,9 @@ def ground_cells(
     around = wanted.buffer(0.51 * math.hypot(*size), quad_segs=2) if touched else wanted
     seen = _inside(around, np.array(begin), np.array(size), low.shape)
     below, above = np.where(seen, low, np.inf), np.where(seen, high, -np.inf)
-    block_low = _merged(_padded(below, np.inf), (BLOCK, BLOCK), np.minimum)
-    block_high = _merged(_padded(above, -np.inf), (BLOCK, BLOCK), np.maximum)
-    return GroundCells(below, above, middle, high, block_low, block_high, np.array(begin), np.array(size))
+    padded = np.pad(below, [(0, -count % BLOCK) for count in below.shape], constant_values=np.inf)
+    block_low = _merged(padded, (BLOCK, BLOCK), np.minimum)
+    return GroundCells(below, above, middle, block_low, np.array(begin), np.array(size))
 
 
 def _interpolated(heights: Floats, at: Floats) -> Floats:
@@ -121,10 +100,6 @@ def _interpolated(heights: Floats, at: Floats) -> Floats:
 
 def _of_corners(at: Floats, pick: np.ufunc) -> Floats:
     return pick(pick(at[1:, 1:], at[:-1, 1:]), pick(at[1:, :-1], at[:-1, :-1]))
-
-
-def _padded(cells: Floats, fill: float) -> Floats:
-    return np.pad(cells, [(0, -count % BLOCK) for count in cells.shape], constant_values=fill)
 
 
 def _merged(cells: Floats, block: "list[int] | tuple[int, int]", pick: np.ufunc) -> Floats:

@@ -28,6 +28,7 @@ from skyverse.survey.spacing import (
 )
 from skyverse.survey.strip_lines import StripFlown, lines_along
 from skyverse.survey.sweep import sweep
+from skyverse.survey.sweep_lines import polygons, widest_gaps
 
 
 def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
@@ -39,7 +40,8 @@ def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
         If the camera would see the horizon, nothing of the area can be flown over, or too many strips are needed.
     """
     task = GroundSurvey(scenario, number)
-    if task.wanted.is_empty:
+    _require_above_clearance(task)
+    if not task.wanted.area:
         raise InputError("expected an area of more than nothing", field="area")
     seen = np.zeros(task.cells.low.shape, dtype=np.bool_)
     lines: list[PhotoLine] = []
@@ -64,6 +66,18 @@ def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
     return SurveyLines(tuple(lines), _unseen(task, free, seen))
 
 
+def _require_above_clearance(task: GroundSurvey) -> None:
+    """Refuse photos that would be taken from below the clearance from the ground, whatever the relief."""
+    survey, kept = task.survey, task.scenario.ground_clearance + task.error.vertical
+    high = survey.distance * math.sin(math.radians(-survey.pitch))
+    if 0.0 < high < kept:
+        raise InputError(
+            f"expected photos from {kept:.4g} m above ground or more, the clearance and the tracking error, found "
+            f"{high:.4g} m",
+            field="height" if survey.gsd is None else "gsd",
+        )
+
+
 def _swept(
     task: GroundSurvey, sight: GroundSight, one: Pass, direction: float | None
 ) -> tuple[list[Floats], Floats, Floats]:
@@ -84,7 +98,7 @@ def _swept(
     wanted = task.wanted
     if way is not None and sight.middle != 0.0:
         wanted = shapely.transform(wanted, lambda p: p - sight.middle * way)
-    if wanted.intersection(sight.free.polygon).area <= 0.0:
+    if polygons(wanted.intersection(sight.free.polygon)).is_empty:
         raise InputError(f"expected an area that may be flown over, but {sight.free.why(wanted)}", field="area")
     only = None if way is None else way[None]
     # straight down, half a step beyond the first and the last photo of a strip is shown as often as elsewhere
@@ -102,10 +116,7 @@ def _swept(
     gaps = np.full(len(strips), sight.steps[1])
     if not sight.even:
         across = np.einsum("ij,ij->i", strips[:, 0], np.column_stack([ways[:, 1], -ways[:, 0]]))
-        offsets, which = np.unique(np.round(across, 3), return_inverse=True)
-        if len(offsets) > 1:
-            between = np.diff(offsets)
-            gaps = np.minimum(np.maximum(np.r_[between[0], between], np.r_[between, between[-1]])[which], gaps)
+        gaps = np.minimum(widest_gaps(np.round(across, 3), sight.steps[1]), gaps)
     if way is not None:  # the camera looks along it, wherever a strip is begun
         backward = np.einsum("ij,j->i", strips[:, 1] - strips[:, 0], way) < 0.0
         strips = np.where(backward[:, None, None], strips[:, ::-1], strips)

@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 
 from skyverse.errors import InputError
+from skyverse.model.asked_ground import asked_ground
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.space.agility import CLIMB_SHARE, agility_of, link_of
 from skyverse.space.world import World
+from skyverse.survey.flying import flying, greatest_error
 from skyverse.survey.footprints import GroundView, Unsteady
 from skyverse.survey.free_area import free_area
-from skyverse.survey.ground import GroundCells, ground_cells, wanted_ground
+from skyverse.survey.ground import GroundCells, ground_cells
 from skyverse.survey.spacing import (
     GroundSight,
     clear_heights,
@@ -75,20 +77,17 @@ class GroundSurvey:
     @cached_property
     def uavs(self) -> tuple[UAV, ...]:
         """Those that may fly it."""
-        names = self.survey.uavs
-        found = tuple(uav for uav in self.scenario.uavs if not names or uav.name in names)
-        return found or (UAV(start=(0.0, 0.0, 0.0)),)
+        return flying(self.scenario, self.survey)
 
     @cached_property
     def error(self) -> TrackingError:
         """How far any of them may stray."""
-        errors = [uav.tracking_error for uav in self.uavs]
-        return TrackingError(horizontal=max(e.horizontal for e in errors), vertical=max(e.vertical for e in errors))
+        return greatest_error(self.uavs)
 
     @cached_property
     def wanted(self) -> Any:
         """The ground that is to be seen, a shapely geometry."""
-        return wanted_ground(self.survey)
+        return asked_ground(self.survey)
 
     @cached_property
     def cells(self) -> GroundCells:

@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
 from skyverse.numerics.kernel import kernel
 from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.space.agility import CLIMB_SHARE
@@ -229,13 +228,7 @@ class ReliefOffsets:
     known: list[tuple[Floats, Floats]] = field(default_factory=list)
 
     def __call__(self, way: Floats, area: Any, low: float, high: float) -> Floats:
-        """Return the offsets (n,) of strips, metres to the right of a unit vector along them.
-
-        Raises
-        ------
-        InputError
-            Too many strips are needed.
-        """
+        """Return the offsets (n,) of strips, metres to the right of a unit vector along them."""
         for known, offsets in self.known:
             if np.array_equal(known, way):
                 return offsets
@@ -243,9 +236,6 @@ class ReliefOffsets:
                 return -offsets[::-1]
         turned = across(area, way)
         widest = self.sight.steps[1]
-        if (high - low) / widest > MOST_STRIPS:
-            said = f"needs {(high - low) / widest:,.0f} strips, but {MOST_STRIPS:,} are the most; take a larger area"
-            raise InputError(f"{said} or a coarser gsd", field="area")
         if high - low <= widest:
             return np.array([0.5 * (low + high)])
         gap = self.gap(way, turned, low, widest)

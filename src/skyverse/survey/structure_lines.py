@@ -11,12 +11,13 @@ import shapely
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.coverage import CoverageGap
+from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.model.timed_shapes import temporary_zones, with_zones_active
-from skyverse.model.uav import TrackingError
 from skyverse.space.world import World
 from skyverse.survey.facets import Facets, StructureOutline, facets_of, heading_of, outlines
+from skyverse.survey.flying import flying, greatest_error
 from skyverse.survey.lines import PhotoLine, SurveyLines
 from skyverse.survey.viewpoints import few_views
 from skyverse.survey.views import OFF_WALL, Look, Sights, look_of
@@ -74,12 +75,8 @@ def structure_lines(scenario: Scenario, number: int) -> SurveyLines:
         lie in free air, where nothing keeps UAVs away from them.
     """
     survey = scenario.surveys[number]
-    uavs = [uav for uav in scenario.uavs if not survey.uavs or uav.name in survey.uavs]
-    strays = [uav.tracking_error for uav in uavs]
-    error = TrackingError(
-        horizontal=max((one.horizontal for one in strays), default=0.0),
-        vertical=max((one.vertical for one in strays), default=0.0),
-    )
+    uavs = flying(scenario, survey)
+    error = greatest_error(uavs)
     look = look_of(survey, error)
     kept, field = scenario.clearance + error.horizontal, "height" if survey.gsd is None else "gsd"
     if look.distance < kept:
@@ -100,7 +97,7 @@ def structure_lines(scenario: Scenario, number: int) -> SurveyLines:
     views = np.concatenate([np.zeros((0, 5)), *map(_views, lines)])
     shown = np.isin(np.arange(len(facets)), sights.seen(views, facets)[1])
     more, found = few_views(world, sights, facets.chosen(~shown), survey.gimbal)
-    fastest = max((uav.max_speed for uav in uavs), default=math.inf)
+    fastest = max(uav.max_speed for uav in uavs)
     lines += [PhotoLine(number, view[None, :3], 0.0, fastest, float(view[4]), float(view[3])) for view in more]
     lines = [replace(one, survey=number, speed=min(one.speed, fastest)) for one in lines]
     shown[~shown] = found
@@ -210,11 +207,8 @@ def _circle(outline: StructureOutline, frame: WallFrame, step: float) -> Iterato
 def _heights(scenario: Scenario, world: World, run: _Run, frame: WallFrame, beside: float) -> Floats:
     """Return the heights of the layers that show a wall, as low and as high as may be flown."""
     places = np.linspace(run.a, run.b, 9)
-    level = float(scenario.bounds.min[2])
     floor = max(float(world.space.low[2]), *(world.least_height([*place, 0.0]) for place in places))
-    if scenario.terrain is not None:
-        level = max(level, float(scenario.terrain.height(places).min()))
-    low, high = max(run.low, level), run.high
+    low, high = max(run.low, scenario.bounds.min[2], float(ground_height(scenario, places).min())), run.high
     first, last = max(low - frame.low, floor), min(high - frame.high, float(world.space.high[2]))
     tall = frame.high - frame.low
     if first >= last:

@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import shapely
 
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError
 from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.survey.cell_directions import cells_of, choose_directions
 from skyverse.survey.cells import turned_back
@@ -30,7 +28,6 @@ from skyverse.survey.visibility import outline, way_prices
 
 _LAID_OUT, _ROUTED = 20, 6
 """Plans whose strips are laid out, and of those the ones whose routes are planned, by estimates."""
-_MOST_LINES = 2000
 _BASES = 2
 """Directions by whose cells several directions are tried."""
 _CHOICES = 4
@@ -78,7 +75,7 @@ def sweep(
     wanted
         shapely Polygon or MultiPolygon of what is to be seen, metres.
     free
-        shapely Polygon or MultiPolygon where the UAV may be.
+        shapely Polygon or MultiPolygon where the UAV may be, with something of what is wanted.
     width
         Metres from strip to strip at most; or a function of a unit vector along the strips, the polygons to cover, and
         the least and greatest offset across them, metres to the right of the vector, that returns the offsets of lines.
@@ -94,23 +91,8 @@ def sweep(
         Where the route starts and ends (2,), metres; None: wherever that costs nothing.
     reach
         Metres that are seen beyond the ends of a strip, which may end that much earlier unless `ends` is "line".
-
-    Raises
-    ------
-    InputError
-        Nothing of the area may be flown over, or the width is no length.
     """
-    if not callable(width) and not (np.isfinite(width) and width > 0.0):
-        raise InputError(f"The width of strips must be a length above 0 m, not {width}.", field="width")
     task = SweepTask(polygons(wanted), polygons(free), width, cost, ends, start, reach)
-    if task.flown.is_empty:
-        raise InputError("Nothing of the area that is to be seen may be flown over.", field="free")
-    across = 2 * float(shapely.minimum_bounding_radius(task.flown)) / task.step
-    if across > _MOST_LINES:
-        raise InputError(
-            f"Strips {width} m apart would be about {across:.0f} side by side; the most is {_MOST_LINES}.",
-            field="width",
-        )
     tried = candidate_directions(task.flown) if directions is None else units(np.asarray(directions, dtype=float))
     edges = outline(task.flown)
     order = [int(i) for i in np.argsort([price(task, edges, way) for way in tried], kind="stable")]

@@ -8,7 +8,7 @@ import shapely
 from skyverse._typing import Floats
 from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.survey.cells import turned_back
-from skyverse.survey.sweep_lines import LEFT_OPEN, SweepTask, across, lines_across, units, upright
+from skyverse.survey.sweep_lines import LEFT_OPEN, SweepTask, across, lines_across, units, upright, widest_gaps
 from skyverse.survey.visibility import outline
 
 _OVERRUN = 3.0
@@ -47,9 +47,7 @@ def _halves(task: SweepTask, lines: Floats) -> Floats:
     """Return how far each line sees to both sides."""
     if not callable(task.width):
         return np.full(len(lines), 0.5 * task.width)
-    x, at = np.unique(lines[:, 0], return_inverse=True)
-    gaps = np.diff(x) if len(x) > 1 else np.ones(1)
-    return 0.5 * np.maximum(np.r_[gaps[0], gaps], np.r_[gaps, gaps[-1]])[at] if len(x) > 1 else gaps[at]
+    return 0.5 * widest_gaps(lines[:, 0], 2.0)
 
 
 def gap_strips(task: SweepTask, strips: Floats) -> Floats:

@@ -49,7 +49,7 @@ def candidate_directions(area: Any) -> Floats:
     edges = np.concatenate([outline(area), outline(area.convex_hull)])
     along = edges[:, 2:] - edges[:, :2]
     long = np.hypot(along[:, 0], along[:, 1])
-    along = along[np.argsort(-long, kind="stable")][: max(_MOST_BORDERS, 1)]
+    along = along[np.argsort(-long, kind="stable")][:_MOST_BORDERS]
     return units(np.concatenate([along, np.stack([-along[:, 1], along[:, 0]], 1)]))
 
 
@@ -113,6 +113,13 @@ def _beside_corners(task: SweepTask, offsets: Floats, lines: Floats, way: Floats
     )
     alone = np.setdiff1d(np.flatnonzero(shapely.area(parts) > SWEEP_CONTACT), cut)
     return np.column_stack([offsets[which[alone]], shapely.bounds(parts[alone])[:, 1::2]])
+
+
+def widest_gaps(offsets: Floats, alone: float) -> Floats:
+    """Return how far lines (k,) at offsets are from those beside them, at most, metres; or `alone` without any."""
+    x, at = np.unique(offsets, return_inverse=True)
+    gaps = np.diff(x) if len(x) > 1 else np.full(1, alone)
+    return np.maximum(np.r_[gaps[:1], gaps], np.r_[gaps, gaps[-1:]])[at]
 
 
 def upright(lines: Floats) -> Floats:
