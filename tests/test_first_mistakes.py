@@ -11,12 +11,21 @@ import pytest
 import skyverse as sky
 
 MAP1 = sky.read("map1")
+FIELD = sky.Survey([(0, 0), (20, 0), (20, 10)], "mavic-3e", gsd="2 cm")
+SPOT = sky.Survey([(0, 0), (2, 0), (2, 2)], "mavic-3e", gsd="3 cm")
 PROBLEM = sky.Problem(MAP1)
 
 
 @cache
 def planned():
     return sky.plan_mission(MAP1)
+
+
+def by_one(vehicle, survey):
+    """Plan a survey over level ground, by one UAV."""
+    uav = {"vehicle": vehicle, "start": (-50, 0, 30), "end": "home"}
+    world = {"bounds": {"min": (-500, -500, 0), "max": (500, 500, 140)}, "uavs": [uav], "surveys": [survey]}
+    return sky.plan_mission(sky.Scenario.model_validate(world | {"name": "field", "clearance": 2.0}))
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +46,11 @@ def mission():
         (lambda: sky.plan_mission(MAP1, sky.MVO), "planner", r"MVO\(\) is one"),
         (lambda: sky.plan_many(MAP1, sky.MVO), "planner", r"MVO\(\) is one"),
         (lambda: sky.plan_mission(MAP1, 3), "planner", "found 3"),
+        (lambda: sky.photos_of(None), "mission", "expected a Mission"),
+        (lambda: sky.photos_of(planned(), 0), "survey", "one of no surveys, found 0"),
+        (lambda: FIELD.without(None), "coverage", "expected a Coverage"),
+        (lambda: FIELD.without(sky.Photos), "coverage", "expected a Coverage"),
+        (lambda: by_one("mapping", SPOT), "assignment", "uav-1 is an aeroplane.*single photos"),
         (lambda: sky.plan_mission(MAP1, "mvo", stop=40), "stop", r"MaxIterations\(40\)"),
         (lambda: sky.plan_many(MAP1, "mvo", stop=40), "stop", "found 40"),
         *((lambda one=one: one().plan(PROBLEM, stop=40), "stop", "found 40") for one in (sky.MVO, sky.Taut, sky.Auto)),

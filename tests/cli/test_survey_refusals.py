@@ -110,6 +110,7 @@ OPTIONS = {
     "an empty battery": ({"battery": "0 min"}, "--battery: expected minutes"),
     "an overlap of 100": ({"overlap": "100,70"}, "overlap.*95"),
     "one overlap": ({"overlap": "80"}, "--overlap"),
+    "overlaps as shares of one": ({"overlap": "0.8,0.7"}, "overlap.*per cent"),
     "a negative overlap": ({"overlap": "-5,70"}, "overlap"),
     "a GSD without meaning": ({"gsd": "fine"}, "gsd.*'2 cm'"),
     "a GSD of nought": ({"gsd": "0 cm"}, "gsd"),

@@ -41,7 +41,8 @@ def pyvrp_tours(
 ) -> tuple[tuple[Tour, ...], bool]:
     """Return a tour for each vehicle, and whether the search was cancelled; see `route`."""
     if find_spec("pyvrp") is None:
-        said = f'{work.targets} targets need PyVRP: pip install "skyverse[tours]"; up to ten go without it'
+        some = f"{work.targets} targets, or places of single photos, need PyVRP"
+        said = f'{some}: pip install "skyverse[tours]"; up to ten go without it'
         raise InputError(said, field="targets")
     clock = _Clock(search, work.targets)
     able = [possible(vehicle, work) for vehicle in {v.alike(): v for v in vehicles}.values()]

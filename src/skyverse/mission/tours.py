@@ -117,7 +117,8 @@ def _require_no_stops(scenario: Scenario, lines: Mapping[Ends, PhotoLine]) -> No
     for uav in scenario.uavs:
         for number, target in enumerate(scenario.targets):
             if uav.fixed_wing is not None and number not in passed and uav.name in (target.uavs or uav.name):
-                why = f"{uav.name} is an aeroplane, which cannot stop at targets; tours are for multirotors"
+                place = "targets, or for single photos of surveys"
+                why = f"{uav.name} is an aeroplane, which cannot stop at {place}; multirotors can"
                 raise InputError(why, field="assignment")
 
 

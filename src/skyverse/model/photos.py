@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.errors import InputError, require_kind
 from skyverse.model.arrays import ArrayRecord, arctan2
 from skyverse.model.mission import Mission
+from skyverse.model.short_lines import counted
 from skyverse.model.sortie import Strip
 from skyverse.model.trajectory import Trajectory
 
@@ -90,7 +92,17 @@ def strips_of(mission: Mission, survey: int | None = None) -> Iterator[tuple[int
 
 
 def photos_of(mission: Mission, survey: int | None = None) -> Photos:
-    """Return the photos of a mission, or those of one of its surveys, by its index."""
+    """Return the photos of a mission, or those of one of its surveys, by its index.
+
+    Raises
+    ------
+    InputError
+        If it is no mission, or has no such survey.
+    """
+    require_kind(mission, Mission, "mission")
+    if survey is not None and survey not in range(len(mission.scenario.surveys)):
+        many = counted(len(mission.scenario.surveys), "survey")
+        raise InputError(f"expected the index of one of {many}, found {survey!r}", field="survey")
     rows: list[Floats] = []
     for uav, number, strip in strips_of(mission, survey):
         trajectory = mission.trajectories[uav]

@@ -5,8 +5,9 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
+from skyverse.errors import require_kind
 from skyverse.model.camera import Camera, camera_of
 from skyverse.model.coverage import Coverage
 from skyverse.model.quantities import Model, NonNegative, Number, Place, Point, Positive, listed
@@ -47,7 +48,16 @@ def _regions(given: object) -> object:
 
 Area = Annotated[tuple[Region, ...], BeforeValidator(_regions)]
 Facet = Annotated[tuple[Point, Point, Point], BeforeValidator(listed)]
-Percent = Annotated[Number, Field(ge=0, le=95)]
+
+
+def _no_share(percent: float) -> float:
+    """Refuse what is rather a share of 1 than per cent."""
+    if 0 < percent < 1:
+        raise ValueError(f"expected per cent, such as 80, found {percent:g}, which is less than one per cent")
+    return percent
+
+
+Percent = Annotated[Number, Field(ge=0, le=95), AfterValidator(_no_share)]
 
 
 class Survey(Model):
@@ -132,15 +142,15 @@ class Survey(Model):
     @model_validator(mode="after")
     def _whole(self) -> Self:
         if (self.gsd is None) == (self.height is None):
-            raise ValueError("give gsd or height, and not both")
+            raise ValueError(f"give gsd or height; {'both' if self.height else 'neither'} is given")
         needed = {"area": self.pattern in OF_AREAS, "line": self.pattern == "corridor"}
         needed["width"] = needed["line"]
         given = {name: bool(getattr(self, name)) for name in needed}
-        needed["structure or facet"] = not self.of_ground
-        given["structure or facet"] = bool(self.structures or self.facets)
+        needed["structures or facets"] = not self.of_ground
+        given["structures or facets"] = bool(self.structures or self.facets)
         for name, needs in needed.items():
             if given[name] != needs:
-                raise ValueError(f"pattern {self.pattern!r} {'needs a' if needs else 'has no'} {name}")
+                raise ValueError(f"pattern {self.pattern!r} {'needs' if needs else 'has no'} {name}")
         return self
 
     def without(self, coverage: Coverage, direction: float | None = None) -> "tuple[Survey, ...]":
@@ -154,6 +164,7 @@ class Survey(Model):
             Of strips, degrees clockwise from north, as in `Photos.direction` of those that were taken, whose neighbours
             they then are; that of the survey, or north, if it is left out.
         """
+        require_kind(coverage, Coverage, "coverage")
         from skyverse.model.missing import boxes_of, facets_of  # shapely loads only where it is needed
 
         given = {name: getattr(self, name) for name in type(self).model_fields}

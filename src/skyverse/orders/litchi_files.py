@@ -64,7 +64,9 @@ def _table(content: bytes, name: str) -> _Table:
     rows = {k: row for k, row in enumerate(lines[1:], 2) if any(row)}
     lacking = [f"column {word}" for word in ("latitude", "longitude", "altitude") if word not in columns]
     if lacking or not rows:
-        raise InputError(f"{name}: expected a Litchi mission, found no {(lacking or ['waypoint'])[0]}")
+        photos = Remedy("survey", None, "and the mission that they are of, for a table of photos")
+        said = f"{name}: expected a Litchi mission, found no {(lacking or ['waypoint'])[0]}"
+        raise InputError(said, give=[photos])
     short = next((k for k, row in rows.items() if len(row) <= max(columns.values())), None)
     if short is not None:
         raise InputError(f"{name}: line {short}: expected {len(lines[0])} cells, found {len(rows[short])}")

@@ -21,7 +21,7 @@ from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario, with_fitting_lattice
 from skyverse.model.shapes import Prism
-from skyverse.model.short_lines import listed
+from skyverse.model.short_lines import counted, listed
 from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, kept_ellipsoid, with_limits
 from skyverse.space.tracking_error import STEEPEST, landing_slope
@@ -79,8 +79,11 @@ def with_launches(
         if not len(chosen) or (len(chosen) < uavs and np.hypot(*(chosen - place).T).min() >= apart - 1e-3):
             chosen = np.vstack([chosen, place])
     if len(chosen) < uavs:
-        found = f"found {len(chosen)}"
-        raise InputError(f"expected free places for {uavs} UAVs {apart:g} m apart, {found}", field="launch")
+        expected = (
+            f"expected places {apart:g} m apart beside what is to be seen, for {counted(uavs, 'UAV')} to start at"
+        )
+        found = f"found {len(chosen)} that are over known ground, clear of zones and obstacles"
+        raise InputError(f"{expected}, {found}", field="launch")
     steep = [k for k, slope in enumerate(_slopes(around, chosen), 1) if slope > STEEPEST]
     if steep and like.fixed_wing is None:
         said = f"{Caution.WARNING}: the ground at the start of {listed([f'uav-{k}' for k in steep])} is steeper than "
