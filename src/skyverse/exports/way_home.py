@@ -6,7 +6,7 @@ descent are asked for, grown by the part's size, so that they hold for all insta
 halved. The UAV may be off its path by its tracking error when it is called back, and by as much again on its return.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
-from skyverse.exports.autopilots import ACCEPTANCE, RETURN_ALTITUDES
+from skyverse.exports.autopilots import ACCEPTANCE
 from skyverse.exports.flight_parts import Parts, flown_legs, joined_parts
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.leg_geometry import leg_deviation
 from skyverse.exports.leg_space import Segments
 from skyverse.exports.separation import kept_distance
-from skyverse.exports.way_home_space import Lines, ReturnSpace, proven, rounded_up, rounding, strayed
+from skyverse.exports.way_home_space import Lines, ReturnSpace, rounded_up, rounding, strayed
 from skyverse.model.pad import ground_height
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
@@ -29,22 +29,10 @@ from skyverse.space.tracking_error import NO_ERROR, is_wall_within
 
 UNPROVEN_NEAR_HOME = {"px4": 0.0, "ardupilot": 0.0, "dji": 50.0}
 """Metres from home within which no return is proven: a DJI aircraft returns there without a climb."""
-USUAL_ALTITUDE = 30.0
-"""Metres above home: a lower return altitude is taken only where none from here on is as good."""
-MIN_RETURN_ALTITUDE = 5.0
-"""Metres above home: no lower return altitude is chosen where there is room for it."""
-ABOVE_FLIGHT = 0.2
-"""Metres above the whole flight, its error included, of an altitude that is tried: altitudes are rounded to 0.1 m."""
-ALTITUDES, LOW_ALTITUDES = 24, 4
-"""How many return altitudes are tried, from the lowest to the upper bound; and how many lower ones."""
-SEARCHED = 3
-"""How many altitudes are searched at most where none is clear from all samples of the flight."""
 LARGEST_PART = 32.0
 """Metres: the longest part of a flight that is asked for at once."""
 SMALLEST_PART, SMALLEST_LOST = 0.1, 1.0
 """Metres: the longest part that is not halved again; and the same where nothing leads home from its middle either."""
-SAMPLES = 64
-"""Places of a flight from which an altitude is tried before it is searched."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
 WAYS = (
@@ -141,7 +129,7 @@ class Heights(NamedTuple):
     highest: Floats
 
 
-class _Returns:
+class Returns:
     """The returns of one UAV, at any altitude."""
 
     def __init__(self, scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> None:
@@ -162,7 +150,6 @@ class _Returns:
         self.legs = flown_legs(plan, scenario, float(base[2]))
         self.pads = [self._pad(one, float(one[2]), self.called_back) for one in (start, base)]
         self.whole = self.legs.parts(LARGEST_PART)
-        self.samples = self.legs.samples(SAMPLES)
 
     def _pad(self, base: Floats, low: float, error: TrackingError) -> ReturnPad:
         """Return the pad over a place; at its top it is clear of what is below it, by all that the UAV may stray."""
@@ -306,81 +293,6 @@ class _Returns:
                 gaps.append(found)
         return tuple(gaps)
 
-    def blocked(self, altitude: float) -> float:
-        """Return from how many samples of the flight an altitude leads into something; its end counts as all others."""
-        clear = self.clear(self.samples, float(self.home[2]) + altitude)[:, :-1]
-        free = np.logical_and.reduce(clear, axis=1)
-        return float((~free[:-1]).sum() + (len(free) - 1) * (not free[-1]))
-
-    def best(self, taken: Sequence[tuple[float, float]]) -> WayHome:
-        """Return the way home at the first altitude at which it is proven at every instant, or else the best.
-
-        Altitudes are preferred that are as far from those that are `taken`, z and how far to keep from it, metres.
-        """
-        altitudes = self._altitudes([z + side * keep for z, keep in taken for side in (-1.0, 1.0)])
-        blocked = {one: self.blocked(one) for one in altitudes}
-        close = {one for one in altitudes if any(abs(self.home[2] + one - z) < keep for z, keep in taken)}
-        tried = list[WayHome]()
-        for one in sorted(altitudes, key=lambda one: (blocked[one], one in close)):
-            if blocked[one] and len(tried) >= SEARCHED:
-                break
-            tried.append(self.at(one))
-            if not blocked[one] and all(gap.why == WAYS[-1] for gap in tried[-1].gaps):
-                return tried[-1]
-
-        def worse(way: WayHome) -> tuple[bool, int, bool]:
-            lost = sum(gap.end - gap.begin for gap in way.gaps)
-            return not way.ends_safely, int(lost), way.altitude in close  # a part of a second is no reason
-
-        return min(tried, key=worse)
-
-    def _altitudes(self, more: Sequence[float]) -> list[float]:
-        """Return the return altitudes to try, metres above home, and those of some heights z: the usual ones first.
-
-        Then come those that are no lower than the flight itself, and at last lower ones, the highest of them first.
-        """
-        scenario, waypoints, home = self.scenario, self.plan.waypoints, float(self.home[2])
-        top = scenario.bounds.max[2] - self.error.vertical
-        low = min(max(float(waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
-        flown = float(waypoints[:, 2].max())
-        above = flown + self.error.vertical + max(self.plan.route.deviations, default=0.0) + ABOVE_FLIGHT
-        levels = [*np.linspace(low, top, ALTITUDES), home + USUAL_ALTITUDE, flown, above, *more]
-        if scenario.terrain is not None and scenario.max_height is not None:
-            lowest = float(scenario.terrain.lowest_ground.height(waypoints[:, :2]).min())
-            most = lowest + scenario.max_height - self.error.vertical - LEG_ALLOWANCE
-            levels += np.linspace(low, most, ALTITUDES).tolist()
-        least, most = RETURN_ALTITUDES[self.plan.autopilot.name]
-        lower = np.linspace(least, low - home, LOW_ALTITUDES, endpoint=False)
-        tenths = np.unique(np.round(10 * np.r_[np.clip(levels, low, top) - home, lower] - 0.499)) / 10
-        able = [one for one in tenths.tolist() if least <= one <= most] or [least]
-
-        def preference(altitude: float) -> tuple[int, float]:
-            if altitude >= USUAL_ALTITUDE:
-                return 0, altitude
-            return (1, altitude) if home + altitude >= flown else (2, -altitude)
-
-        return sorted(able, key=preference)
-
-
-def ways_home(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float | None = None) -> list[WayHome | None]:
-    """Return how each UAV comes home, ``None`` for aeroplanes, whose circles are not judged.
-
-    Return altitudes are the one that is asked for, metres above home, or else apart from one another by the separations
-    of UAVs, where there is room. What the referee does not prove is not proven.
-    """
-    space, found = ReturnSpace(scenario), list[WayHome | None]()
-    for plan in plans:
-        if scenario.uavs[plan.route.uav].fixed_wing is not None:
-            found.append(None)
-            continue
-        returns = _Returns(scenario, space, plan)
-        others = [one for one in found if one is not None and one.plan.route.uav != plan.route.uav]
-        taken = [(one.level, layer(scenario, one.plan, plan)) for one in others]
-        found.append(returns.best(taken) if altitude is None else returns.at(altitude))
-    if proven([line for one in found if one is not None for line in one.lines]):
-        return found
-    return [one if one is None or proven(one.lines) else replace(one, gaps=_all_of(one.plan)) for one in found]
-
 
 def moved(back: WayHome | None, plan: FlightPlan) -> WayHome | None:
     """Return the way home of a flight that begins at another time."""
@@ -389,11 +301,6 @@ def moved(back: WayHome | None, plan: FlightPlan) -> WayHome | None:
     later = plan.begin - back.plan.begin
     gaps = tuple(gap._replace(begin=gap.begin + later, end=gap.end + later) for gap in back.gaps)
     return replace(back, plan=replace(back.plan, begin=plan.begin), gaps=gaps)
-
-
-def _all_of(plan: FlightPlan) -> tuple[Gap]:
-    """Return the whole flight as a gap."""
-    return (Gap(plan.begin, float(plan.arrivals[-1]), UNPROVEN, plan.waypoints[0]),)
 
 
 def layer(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> float:

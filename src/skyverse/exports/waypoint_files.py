@@ -29,11 +29,12 @@ from skyverse.exports.report import (
     not_apart_when_returning,
 )
 from skyverse.exports.requirements import Contents, ExportOptions, file_for_each
+from skyverse.exports.return_altitudes import ways_home
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.separation import Apart, FleetApart, few, fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds
 from skyverse.exports.verdicts import ExportCertificate, ExportedFleet, flight_verdicts
-from skyverse.exports.way_home import WayHome, moved, ways_home
+from skyverse.exports.way_home import WayHome, moved
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.caution import Caution
 from skyverse.model.mission import Mission

@@ -17,8 +17,9 @@ from skyverse._typing import Floats
 from skyverse.exports.landing import Descents, slow_touch_down, why_not_level
 from skyverse.exports.leg_geometry import greatest_on_legs
 from skyverse.exports.leg_space import Breach, LegRule
+from skyverse.exports.return_altitudes import ways_home
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
-from skyverse.exports.way_home import Gap, WayHome, ways_home
+from skyverse.exports.way_home import Gap, WayHome
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary
 from skyverse.model.quantities import derived

@@ -13,8 +13,9 @@ from functools import partial
 
 import numpy as np
 
+from skyverse.exports.return_altitudes import ways_home
 from skyverse.exports.separation import Apart, fleet_apart, kept_distance
-from skyverse.exports.way_home import WayHome, ways_home
+from skyverse.exports.way_home import WayHome
 from skyverse.maps.assembly.options import BuildOptions
 from skyverse.model.altitude import AboveHome
 from skyverse.model.flight_settings import FlightSettings
