@@ -22,9 +22,10 @@ from machine import describe, table
 
 import skyverse as sky
 from skyverse.mission.assignment import lattice_prices
+from skyverse.mission.leg_planning import LegPlanning
 from skyverse.mission.route import lower_bound, route
 from skyverse.mission.routing import RouteSearch, TourVehicle, Work
-from skyverse.mission.tour_legs import LegPlanning, TourLegs
+from skyverse.mission.tour_legs import TourLegs
 from skyverse.problem import snap_endpoint
 from skyverse.samples.city import random_city
 from skyverse.space.world import point_free

@@ -11,8 +11,8 @@ from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError, require_choice, require_flag, require_kind
 from skyverse.mission.assignment import Assignment, Criterion, assign_targets
+from skyverse.mission.leg_planning import LegPlanning
 from skyverse.mission.survey_flights import survey_flights
-from skyverse.mission.tour_legs import LegPlanning
 from skyverse.mission.tours import TourOptions, plan_tours
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status

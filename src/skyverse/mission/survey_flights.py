@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from skyverse.mission.tour_legs import Ends
+from skyverse.mission.leg_planning import Ends
 from skyverse.model.coverage import CoverageGap
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived

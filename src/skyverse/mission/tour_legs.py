@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
@@ -11,73 +11,27 @@ import numpy as np
 from skyverse._typing import Bools, Floats, Ints
 from skyverse.cost import terms_of_path
 from skyverse.mission.assignment import lattice_prices, straight_line
+from skyverse.mission.leg_planning import Ends, Leg, LegPlanner, LegPlanning
 from skyverse.mission.routing import Tour, TourVehicle
 from skyverse.mission.tour_flight import half_turn_seconds, swap_seconds, turning_seconds
-from skyverse.model.flight_table import places_along
-from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result, Status, no_history
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import LEAST_CLEARANCE, Box
 from skyverse.model.take_off import landing, take_off
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, kept_ellipsoid
+from skyverse.model.uav import UAV
 from skyverse.model.wind import WindBall, good_speed
 from skyverse.numerics.side_by_side import side_by_side
 from skyverse.numerics.tolerances import LENGTH_ROUNDING, MIN_SEGMENT
-from skyverse.planners.auto import Auto
-from skyverse.planners.base import DirectPlanner, Planner, provenance
-from skyverse.planners.cheapest import Cheapest
-from skyverse.planners.own_path import require_result
-from skyverse.planners.results import SearchRecord, any_angle_result
-from skyverse.problem import Airspace, Problem
+from skyverse.planners.base import DirectPlanner, Planner
+from skyverse.problem import Airspace
 from skyverse.referee import energy_bounds
-from skyverse.stop import Stop
 from skyverse.survey.lines import PhotoLine
-from skyverse.trajectory import Shape, least_ways, leg_along, straight_along
+from skyverse.trajectory import least_ways
 
 SPEED_SHARES = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0)
 """Shares of the speed that a UAV makes good, of which that is taken which needs the least energy."""
-PRICING_LEGS = 20_000
-"""The straight legs that `Cheapest` may price for a leg of a tour while routes are sought."""
-
-Ends = tuple[int | None, int | None]
-"""Of a leg: the targets where it begins and ends, ``None`` for the UAV's start."""
-
-
 Key = tuple[int, tuple[float, float, float] | None, Ends]
 """Of a leg: the number of the UAV's kind, the UAV's start where that is an end of the leg, and its ends."""
-
-
-@dataclass(frozen=True, eq=False)
-class Leg:
-    """A leg of a tour: its path, its trajectory from rest to rest, and what the battery gives for it at most, J."""
-
-    result: Result
-    trajectory: Trajectory | None
-    joules: float
-
-    @property
-    def seconds(self) -> float:
-        """How long it takes, s; infinite where it cannot be flown."""
-        return math.inf if self.trajectory is None else self.trajectory.duration
-
-
-@dataclass(frozen=True, kw_only=True)
-class LegPlanning:
-    """How legs are planned: by what, until when, by which seed, in which shape, and by how many threads."""
-
-    planner: Planner
-    stop: Stop | None
-    seed: int
-    shape: Shape
-    workers: int
-
-    @property
-    def pricer(self) -> Planner:
-        """What prices legs while routes are sought: the planner, if it is quick and finds the same at any time."""
-        if isinstance(self.planner, Cheapest):
-            return replace(self.planner, legs=min(self.planner.legs, PRICING_LEGS), restarts=0)
-        return self.planner if isinstance(self.planner, DirectPlanner) else Auto()
 
 
 @dataclass(eq=False)
@@ -104,8 +58,11 @@ class TourLegs:
     _planned: dict[Key, Leg] = field(default_factory=dict)
     _rough: dict[Key, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
     _lattice: dict[Key, Floats] = field(default_factory=dict)
-    _walled: dict[tuple[int, ...], Airspace] = field(default_factory=dict)
     _hover: dict[tuple[int, tuple[float, float, float]], float] = field(default_factory=dict)
+
+    @cached_property
+    def _planner(self) -> LegPlanner:
+        return LegPlanner(self.airspace, self.how, self.lines)
 
     def vehicles(self, stay: Floats, only: tuple[int | None, ...] | None) -> list[TourVehicle]:
         """Return the numbers of all UAVs among the targets, at which they stay so many seconds, (n,), for routing.
@@ -165,40 +122,13 @@ class TourLegs:
         legs = [*wanted.values()]
 
         def planned(k: int) -> Leg:
-            return self._leg(*legs[k], planner)
+            return self._planner.leg(*legs[k], planner)
 
         self._planned.update(zip(wanted, side_by_side(planned, len(legs), workers), strict=True))
 
     def leg(self, uav: int, ends: Ends) -> Leg:
         """Return a leg that was planned."""
         return self._planned[self._key(uav, ends)]
-
-    def _leg(self, uav: int, ends: Ends, planner: Planner) -> Leg:
-        problem = Problem(self.airspace, uav, ends[1], begins=ends[0])
-        numbers = [self.how.seed, self._kinds[uav], *(0 if end is None else end + 1 for end in ends)]
-        result, trajectory = self._flown(problem, planner, numbers)
-        homes = () if trajectory is None else self._homes_met(problem, trajectory)
-        if homes:
-            around = Problem(self._without(homes), uav, ends[1], begins=ends[0])
-            led = self._flown(around, planner, numbers)
-            result, trajectory = (result, trajectory) if led[1] is None else led
-        joules = 0.0
-        if trajectory is not None and self.airspace.scenario.uavs[uav].usable_energy is not None:
-            bounds = energy_bounds(self.airspace.scenario, uav, trajectory, trajectory.start, trajectory.end)
-            joules = float(bounds[1][-1])
-        return Leg(result, trajectory, joules)
-
-    def _flown(self, problem: Problem, planner: Planner, seed: list[int]) -> tuple[Result, Trajectory | None]:
-        line = self.lines.get((problem.begins, problem.target))
-        if line is not None:
-            result = any_angle_result(
-                problem, line.path, None, SearchRecord(provenance("a line of a survey", None, None))
-            )
-            return result, straight_along(problem, line.path, line.speed)
-        result = require_result(planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(seed)))
-        leaving, entering = self._headings
-        headings = leaving.get(problem.begins), entering.get(problem.target)
-        return result, leg_along(problem, result, self.how.shape, headings)
 
     @cached_property
     def _ends_of_lines(self) -> Ints:
@@ -211,45 +141,6 @@ class TourLegs:
         for ends in self.lines:
             along[self._cell(ends)] = True
         return along
-
-    @cached_property
-    def _headings(self) -> tuple[dict[int | None, float], dict[int | None, float]]:
-        """Where an aeroplane heads where it leaves a line at its end, and where it enters one, rad from the x-axis."""
-        leaving, entering = dict[int | None, float](), dict[int | None, float]()
-        for (a, b), line in self.lines.items():
-            for place, heading, (p, q) in ((a, entering, line.path[:2]), (b, leaving, line.path[-2:])):
-                heading[place] = math.atan2(q[1] - p[1], q[0] - p[0])
-        return leaving, entering
-
-    def _homes_met(self, problem: Problem, trajectory: Trajectory) -> tuple[int, ...]:
-        """Return the UAVs at whose starts a leg comes too near to them, as long as they stand there.
-
-        A leg is shared by the UAVs of a kind, so that its own UAV counts, too, unless it is the only one.
-        """
-        scenario, places, met = self.airspace.scenario, places_along(trajectory), []
-        own, ends = scenario.uavs[problem.uav], np.stack([problem.uav_place, problem.target_place])
-        for number, other in enumerate(scenario.uavs if scenario.clearance >= LEAST_CLEARANCE else ()):
-            axes = np.array(kept_ellipsoid(own, other))[[0, 0, 1]]
-            if number == problem.uav and self._kinds.count(self._kinds[number]) == 1:
-                continue
-            if not axes.all() or (np.linalg.norm((ends - other.start) / axes, axis=1) < 1.0).any():
-                continue  # from there, or to there, it must fly
-            if (np.linalg.norm((places - other.start) / axes, axis=1) < 1.0).any():
-                met.append(number)
-        return tuple(met)
-
-    def _without(self, homes: tuple[int, ...]) -> Airspace:
-        """Return the airspace with a box about each of some UAVs' starts, in which others would come too near."""
-        if homes not in self._walled:
-            scenario = self.airspace.scenario
-            boxes = []
-            for number in homes:
-                own = scenario.uavs[number]
-                half = np.array(kept_ellipsoid(own, own))[[0, 0, 1]] - scenario.clearance
-                half = np.maximum(half, scenario.clearance)
-                boxes.append(Box(min=tuple(own.start - half), max=tuple(own.start + half)))
-            self._walled[homes] = Airspace(derived(scenario, obstacles=(*scenario.obstacles, *boxes)))
-        return self._walled[homes]
 
     def _usable(self, uav: int) -> float:
         """Return what one battery gives for a sortie, J, without its take-off and the dearest landing."""
@@ -265,19 +156,11 @@ class TourLegs:
         """Return the most that a UAV takes while it stands in the air, W; 0 without a battery."""
         if self.airspace.scenario.uavs[uav].usable_energy is None:
             return 0.0
-        key = self._kinds[uav], place
+        key = self._planner.kinds[uav], place
         if key not in self._hover:
             stands = Trajectory(np.array([0.0, 1.0]), np.array([[place]]))
             self._hover[key] = float(energy_bounds(self.airspace.scenario, uav, stands, 0.0, 1.0)[1][-1])
         return self._hover[key]
-
-    @cached_property
-    def _kinds(self) -> list[int]:
-        """The number of each UAV's kind: UAVs of one kind fly alike from place to place."""
-        alike = {name: UAV.model_fields[name].default for name in _NO_MATTER} | {"start": (0.0, 0.0, 0.0)}
-        kinds: dict[str, int] = {}
-        told = [uav.model_copy(update=alike).model_dump_json() for uav in self.airspace.scenario.uavs]
-        return [kinds.setdefault(one, len(kinds)) for one in told]
 
     def _rough_numbers(self, uav: int) -> tuple[Floats, Floats, Floats]:
         """Return lower bounds of prices, seconds and joules, (n + 2, n + 2) each, as `TourVehicle` has them."""
@@ -299,7 +182,7 @@ class TourLegs:
         if vehicle.fixed_wing is not None:
             out, into = (
                 np.column_stack([everywhere[:, :2], [known.get(k, math.nan) for k in range(len(everywhere))]])
-                for known in self._headings
+                for known in self._planner.headings
             )
             seconds = least_ways(out, into, vehicle) / vehicle.fixed_wing.speed
         self._rough[key] = price, seconds, least_joules(scenario, uav, everywhere)
@@ -308,20 +191,13 @@ class TourLegs:
     def _key(self, uav: int, ends: Ends) -> Key:
         """Return what UAVs have in common that fly a leg alike: their kind, and their start where it matters."""
         start = self.airspace.scenario.uavs[uav].start if None in ends else None
-        return self._kinds[uav], start, ends
+        return self._planner.kinds[uav], start, ends
 
     def _cell(self, ends: Ends) -> tuple[Ints, Ints] | tuple[slice | int, slice | int]:
         """Return where a leg stands in matrices whose last two rows and columns are those of the UAV's start."""
         n = len(self.airspace.scenario.targets)
         a, b = (slice(n, n + 2) if end is None else end for end in ends)
         return a, b
-
-
-_NO_MATTER = (
-    *("name", "home", "end", "capacity", "look_at", "heading", "priority"),
-    *("separation", "vertical_separation", "reserve", "batteries", "swap", "vehicle"),
-)
-"""The fields of a UAV by which legs do not differ."""
 
 
 def least_times(uav: UAV, winds: WindBall, places: Floats) -> Floats:

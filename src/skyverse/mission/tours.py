@@ -13,10 +13,11 @@ from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS
 from skyverse.mission.given_order import stretches
+from skyverse.mission.leg_planning import Ends, LegPlanning
 from skyverse.mission.route import retold, route, told
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work
 from skyverse.mission.tour_flight import TourFlight
-from skyverse.mission.tour_legs import Ends, LegPlanning, TourLegs, joined_result, legs_of
+from skyverse.mission.tour_legs import TourLegs, joined_result, legs_of
 from skyverse.mission.tour_waits import with_waits
 from skyverse.model.mission import Mission
 from skyverse.model.result import CANCELLED, Provenance
