@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.survey import lines_of
 
 SIDE, STEP, RISE = 240.0, 6.0, 20.0
 
@@ -116,7 +117,7 @@ def survey_by_aeroplane(seed, steepest, gsd_of, wing, most=250.0):
     heights *= math.tan(math.radians(steepest)) / np.hypot(*np.gradient(heights, 15.0)).max()
     heights -= heights.min()
     area = 450.0 + rng.uniform(-30, 30, (4, 2)) + rng.uniform(100, 200, (4, 2)) * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-    start = (450.0, 150.0, float(heights[28:33, 8:13].max()) + 80.0)
+    start = (450.0, 150.0, float(heights[28:33, 8:13].max()) + 45.0)
     return sky.Scenario(
         name="hills",
         bounds={"min": (0.0, 0.0, 0.0), "max": (900.0, 900.0, float(heights.max()) + 400.0)},
@@ -151,6 +152,30 @@ def test_aeroplanes_fly_strips_over_hills_without_turning_and_photos_overlap_as_
     assert mission.sorties[0][0].strips
     assert turned(mission) < 3.0
     assert mission.coverage[0].verdict.value == "proven", mission.coverage[0].sentence
+
+
+def told_why(mission):
+    """Return why strips are not flown, and parts not seen."""
+    return {gap.why for gap in mission.unseen}
+
+
+def test_a_ceiling_that_brings_photos_of_aeroplanes_too_near_to_each_other_is_told():
+    scenario = survey_by_aeroplane(1, 15.0, "photo", MAPPING)
+    low = scenario.model_copy(update={"max_height": 90.0})
+    assert not told_why(sky.plan_mission(scenario))
+    assert any(
+        why.startswith("not flown: an aeroplane at 15 m/s flies 22.5 m from photo to photo, too far to overlap")
+        and "as the ceiling of 90 m leaves 78.3 m above ground of the 159 m asked for" in why
+        for why in told_why(sky.plan_mission(low))
+    )
+
+
+def test_ground_that_is_too_steep_for_aeroplanes_below_the_ceiling_is_told():
+    scenario = survey_by_aeroplane(0, 40.0, "place", MAPPING, 60.0)
+    survey = scenario.surveys[0].model_copy(update={"camera": sky.CAMERAS["sentera-65r"], "gsd": 0.01})
+    unseen = lines_of(scenario.model_copy(update={"surveys": (survey,)}), 0).unseen
+    why = "aeroplanes climb too gently to keep between its clearance and the ceiling of 60 m above it"
+    assert sum(gap.area for gap in unseen if gap.why == why) > 50_000.0
 
 
 def test_a_survey_with_batteries_is_flown_in_sorties_that_they_give():

@@ -1,5 +1,6 @@
 """Surveys flown: photo lines become legs of tours between their ends, and the tours a mission that takes the photos."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -47,8 +48,8 @@ class SurveyFlights:
         count = len(self.scenario.targets)
         sorties = tuple(tuple(map(self._asked, own)) for own in mission.sorties)
         last = (next((v.target for sortie in own[::-1] for v in sortie.visits[::-1]), None) for own in sorties)
-        left = {one.target - count: one.why for one in mission.unvisited if one.target >= count}
-        missed = {id(self.ends[end]): _not_flown(self.ends[end], why) for end, why in left.items()}
+        lost = {self.ends[one.target - count]: one.why for one in mission.unvisited if one.target >= count}
+        missed = {id(line): _not_flown(line, self._why(line, why)) for line, why in lost.items()}
         return replace(
             mission,
             scenario=self.scenario,
@@ -57,6 +58,23 @@ class SurveyFlights:
             unvisited=tuple(one for one in mission.unvisited if one.target < count),
             unseen=(*self.unseen, *missed.values()),
         )
+
+    def _why(self, line: PhotoLine, why: str) -> str:
+        """Return why nobody flies a line: by what tours tell, or that aeroplanes are too fast for its photos."""
+        from skyverse.survey.ground_survey import GroundSurvey
+
+        task, most = GroundSurvey(self.scenario, line.survey), self.scenario.max_height
+        slowest = min(0.0 if uav.fixed_wing is None else uav.fixed_wing.speed for uav in task.uavs)
+        if slowest <= line.speed:
+            return why
+        apart = task.survey.camera.min_interval * slowest
+        why = f"an aeroplane at {slowest:g} m/s flies {apart:.3g} m from photo to photo, too far to overlap"
+        asked = task.survey.distance * math.sin(math.radians(-task.survey.pitch))
+        if most is not None and task.room < asked:
+            why += (
+                f", as the ceiling of {most:g} m leaves {task.room:.3g} m above ground of the {asked:.3g} m asked for"
+            )
+        return why
 
     def _asked(self, sortie: Sortie) -> Sortie:
         count, strips = len(self.scenario.targets), list(sortie.strips)

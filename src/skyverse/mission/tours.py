@@ -168,9 +168,10 @@ def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions
         if not new or interrupted:
             break
         if best is not None and len(scenario.targets) > MOST_TARGETS:
-            if thorough:
+            kept = len(best.unvisited) <= len(routes.unvisited)  # else a leg that was wanted has no way
+            if thorough and kept:
                 break
-            thorough = _rank(best, options)[-1] <= _rank(routes, options)[-1] * (1.0 + CLOSE)
+            thorough = kept and _rank(best, options)[-1] <= _rank(routes, options)[-1] * (1.0 + CLOSE)
             search = search._replace(quick=not thorough, tours=best.tours)
     if best is None:
         best = told(vehicles, work, ((),) * len(scenario.uavs), options.criterion, optimal=False)

@@ -68,12 +68,11 @@ def _not_seen(mission: Mission) -> Iterator[MissionCaution]:
         if one.verdict is not Verdict.PROVEN:
             name = mission.scenario.surveys[one.survey].name
             yield MissionCaution("not seen", f"{Caution.WARNING}: {name}: {one.sentence}", (name,))
-            reasons: dict[str, float] = {}
-            for gap in mission.unseen:
-                if gap.survey == one.survey:
-                    reasons[gap.why] = reasons.get(gap.why, 0.0) + gap.area
-            for why, area in reasons.items():
-                where = f"about {area:,.3g} m² of {name}" if area else name
+            gaps = [gap for gap in mission.unseen if gap.survey == one.survey]
+            for why in dict.fromkeys(gap.why for gap in gaps):
+                area = sum(gap.area for gap in gaps if gap.why == why)
+                x, y = max((gap for gap in gaps if gap.why == why), key=lambda gap: gap.area).outline[0][:2]
+                where = f"{f'about {area:,.3g} m² of {name}' if area else name}, such as about ({x:.1f}, {y:.1f})"
                 yield MissionCaution("not seen", f"{Caution.WARNING}: {where}: {why}", (name,))
 
 

@@ -1,6 +1,7 @@
 """The lines of a survey of the ground: strips in one direction or two, slanting ones, and those along a line."""
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,7 @@ import shapely
 from skyverse._typing import Bools, Floats
 from skyverse.errors import InputError
 from skyverse.model.coverage import CoverageGap
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.survey.corridor import corridor_strips
 from skyverse.survey.footprints import mark_seen
@@ -19,6 +21,7 @@ from skyverse.survey.leg_time import LegTime
 from skyverse.survey.lines import PhotoLine, SurveyLines
 from skyverse.survey.spacing import (
     MOST_STRIPS,
+    STATIONS,
     GroundSight,
     LineWay,
     ReliefOffsets,
@@ -63,7 +66,10 @@ def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
                 if len(passes) <= 2 or one.pitch == -90.0:  # slanting photos show far ground too coarsely to count
                     _mark(task, sight, line, seen)
     assert free is not None
-    return SurveyLines(tuple(lines), _unseen(task, free, seen))
+    unseen = _unseen(task, free, seen)
+    if unseen and task.wings and direction is not None:
+        unseen = _told_by_heights(task, unit(direction), unseen)
+    return SurveyLines(tuple(lines), unseen)
 
 
 def _require_above_clearance(task: GroundSurvey) -> None:
@@ -148,3 +154,30 @@ def _unseen(task: GroundSurvey, free: FreeArea, seen: Bools) -> tuple[CoverageGa
         for part in parts
         if part.geom_type == "Polygon"
     )
+
+
+def _told_by_heights(task: GroundSurvey, way: Floats, gaps: tuple[CoverageGap, ...]) -> tuple[CoverageGap, ...]:
+    """Return gaps, told by the heights where aeroplanes cannot climb as a strip through them would have to."""
+    most, told = task.scenario.max_height, list[CoverageGap]()
+    sight = task.sight(-90.0)
+    opened = sight if most is None else GroundSurvey(derived(task.scenario, max_height=None), task.number).sight(-90.0)
+    for gap in gaps:
+        x, y = shapely.Polygon(gap.outline).representative_point().coords[0]
+        if not _suits(task, sight, way, (x, y)):
+            high = f"the ceiling of {most:g} m above it" if _suits(task, opened, way, (x, y)) else "what the GSD allows"
+            gap = replace(gap, why=f"aeroplanes climb too gently to keep between its clearance and {high}")
+        told.append(gap)
+    return tuple(told)
+
+
+def _suits(task: GroundSurvey, sight: GroundSight, way: Floats, place: tuple[float, float]) -> bool:
+    """Tell whether a strip through a place along a unit vector would have a height there."""
+    x0, y0, x1, y1 = task.wanted.bounds
+    pace = sight.steps[0] / (1.0 - sight.overlap[0]) / STATIONS
+    reach = math.ceil(math.hypot(x1 - x0, y1 - y0) / pace)
+    at = pace * np.arange(-reach, reach + 1)
+    places = place + at[:, None] * way
+    kept = shapely.contains_xy(task.wanted, places) | (at == 0.0)
+    ahead = np.tile(way, (int(kept.sum()), 1))
+    floor, most = sight.heights(at[kept], places[kept], ahead, 0.5 * pace)
+    return bool((floor <= most)[at[kept] == 0.0][0])
