@@ -178,6 +178,28 @@ def test_ground_that_is_too_steep_for_aeroplanes_below_the_ceiling_is_told():
     assert sum(gap.area for gap in unseen if gap.why == why) > 50_000.0
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    speed=st.floats(1.0, 4.6), blows_from=st.floats(0.0, 360.0), overlap=st.sampled_from([(60, 40), (50, 30), (20, 10)])
+)
+def test_noses_of_aeroplanes_point_into_the_wind_and_photos_overlap_as_asked(speed, blows_from, overlap):
+    scenario = survey_by_aeroplane(0, 0.0, None, MAPPING)
+    changes = {"overlap": overlap, "direction": 90.0}
+    scenario = scenario.model_copy(
+        update={
+            "wind": sky.Wind(velocity=sky.wind_from(speed, blows_from)),
+            "surveys": tuple(one.model_copy(update=changes) for one in scenario.surveys),
+        }
+    )
+    mission = sky.plan_mission(scenario)
+    photos = sky.photos_of(mission)
+    air = mission.trajectory(0).at(photos.time).velocity[:, :2] - scenario.wind.velocity[:2]
+    off = photos.heading - np.degrees(np.arctan2(*air.T))
+    assert np.abs((off + 180.0) % 360.0 - 180.0).max() < 1.0
+    assert [one.message for one in mission.violations] == []
+    assert mission.coverage[0].verdict.value == "proven", mission.coverage[0].sentence
+
+
 def test_a_survey_with_batteries_is_flown_in_sorties_that_they_give():
     scenario = random_survey(35, 1, 20.0, 1.0, False, False)
     mission = sky.plan_mission(scenario, options=sky.MissionOptions(criterion="min-max"))

@@ -110,7 +110,13 @@ def photos_of(mission: Mission, survey: int | None = None) -> Photos:
             continue
         times = photo_times(trajectory, strip)
         motion = trajectory.at(times)
-        ahead = _course(trajectory, strip, times) if strip.heading is None else np.full(len(times), strip.heading)
+        if strip.heading is not None:
+            ahead = np.full(len(times), strip.heading)
+        elif mission.scenario.uavs[uav].fixed_wing is not None and mission.scenario.wind is not None:
+            through_air = motion.velocity - mission.scenario.wind.at(motion.position[:, 2])
+            ahead = np.degrees(arctan2(through_air[:, 0], through_air[:, 1])) % 360.0
+        else:
+            ahead = _course(trajectory, strip, times)
         alike = np.tile([strip.pitch, 0.0, uav, number], (len(times), 1))
         rows.append(np.column_stack([motion.position, ahead, times, alike]))
     table = np.concatenate(rows) if rows else np.zeros((0, 9))

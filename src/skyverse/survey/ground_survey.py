@@ -14,6 +14,7 @@ from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.space.agility import CLIMB_SHARE, agility_of, link_of
 from skyverse.space.world import World
+from skyverse.survey.crab import crab_angle, inscribed, overlap_to_plan
 from skyverse.survey.flying import flying, greatest_error
 from skyverse.survey.footprints import GroundView, Unsteady
 from skyverse.survey.free_area import free_area
@@ -144,7 +145,8 @@ class GroundSurvey:
             )
         c = 0.0 if pitch == -90.0 else c
         front, beside = (share / 100.0 + SPARE * (share > 0) for share in survey.overlap)
-        overlap = front, beside
+        crab = crab_angle(self.uavs, self.scenario.wind)
+        overlap = overlap_to_plan((front, beside), (across, along), crab)
         whole = survey.fine_all_over
         # how far from the optical axis what limits the height may be, for each metre of depth
         aside = math.hypot(across, along) if whole else math.hypot((1 - overlap[1]) * across, (1 - overlap[0]) * along)
@@ -172,6 +174,7 @@ class GroundSurvey:
             2.0 * (least * (half - lost) - off.aside - off.up * half)
             for half, lost in zip((along, across), reversed(shrink), strict=True)
         ]
+        certain = inscribed(certain, crab)
         steps = [min(size * (1.0 - share), sure) for size, share, sure in zip(alone, overlap, certain, strict=True)]
         if min(steps) <= 0.0:
             raise InputError(
