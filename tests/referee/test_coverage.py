@@ -40,3 +40,67 @@ def test_no_photo_shows_what_of_a_facet_is_below_the_ground():
     assert found.verdict.value == "refuted"
     assert found.seen[0] == pytest.approx(0.5, abs=0.02)
     assert sum(gap.area for gap in found.gaps) == pytest.approx(50.0, abs=2.0)
+
+
+def scenario_of(area, obstacles, relief, **fields):
+    heights = np.array([[0.0, 2.0, 1.0], [1.0, 3.0, 0.0], [2.0, 0.0, 1.0]]) if relief else None
+    return sky.Scenario(
+        name="below",
+        bounds={"min": (-100, -100, 0), "max": (200, 200, 120)},
+        clearance=1.0,
+        terrain={"origin": (-100, -100), "step": (150, 150), "heights": heights} if relief else None,
+        obstacles=obstacles,
+        surveys=(sky.Survey(area, "mavic-3e", height=60.0, **fields),),
+        uavs=({"start": (0, 0, 50), "end": "home"},),
+    )
+
+
+def strips_over(low, high, along, aside):
+    """Return photos on straight strips northwards, 60 m high."""
+    x, y = np.meshgrid(np.arange(low, high, aside), np.arange(low, high, along), indexing="ij")
+    none, strip = np.zeros(x.size), np.repeat(np.arange(len(x)), x.shape[1])
+    places = np.column_stack([x.ravel(), y.ravel(), none + 60.0])
+    return Photos(places, none, none - 90, none, none, none.astype(int), strip)
+
+
+BELOW = {
+    "a box": [{"shape": "box", "name": "hall", "min": (0, 0, 0), "max": (40, 30, 20)}],
+    "a box as large": [{"shape": "box", "name": "hall", "min": (10, 10, 0), "max": (30, 20, 20)}],
+    "two boxes": [
+        {"shape": "box", "name": "hall", "min": (0, 0, -1), "max": (22, 30, 20)},
+        {"shape": "box", "min": (22, 0, -1), "max": (40, 30, 9)},
+    ],
+    "a prism": [{"shape": "prism", "vertices": [(-20, 0), (60, 0), (20, 60)], "low": -5, "high": 10}],
+    "a cylinder": [{"shape": "cylinder", "centre": (20, 15), "radius": 12, "low": -5, "high": 10}],
+    "a sphere": [{"shape": "sphere", "centre": (20, 15, 0), "radius": 20}],
+    "voxels": [{"shape": "voxels", "origin": (0, 0, -9), "step": (20, 15, 20), "occupied": np.ones((2, 2, 1), bool)}],
+}
+
+
+@pytest.mark.parametrize("relief", [False, True])
+@pytest.mark.parametrize("what", BELOW)
+def test_an_area_below_what_stands_there_is_refuted_with_what_that_is(what, relief):
+    scenario = scenario_of([(10, 10), (30, 10), (30, 20), (10, 20)], BELOW[what], relief)
+    found = judge_coverage(scenario, 0, strips_over(0, 40, 10, 20), [TrackingError()])
+    assert found.verdict.value == "refuted"
+    assert found.sentence.startswith("nothing of it is open ground, it lies below obstacle")
+    assert all(repr(one.name) in found.sentence for one in scenario.obstacles if one.name)
+    (again,) = sky.check_photos(scenario, strips_over(0, 40, 10, 20))
+    assert again.sentence == found.sentence
+    assert scenario.surveys[0].without(again) == ()
+
+
+@pytest.mark.parametrize("relief", [False, True])
+def test_buildings_below_the_photos_change_nothing_of_what_neighbours_share(relief):
+    area = [(0, 0), (60, 0), (50, 60), (0, 50)]
+    boxes = [
+        {"shape": "box", "min": (-5, 20, 0), "max": (25, 35, 40)},
+        {"shape": "box", "min": (35, 5, 0), "max": (58, 12, 20)},
+    ]
+    photos = strips_over(-10, 70, 12.0, 30.0)
+    bare, built = (
+        judge_coverage(scenario_of(area, those, relief), 0, photos, [TrackingError()]) for those in ([], boxes)
+    )
+    assert built.area < bare.area
+    assert bare.pairs > 5
+    assert (built.overlap, built.pairs, built.short) == (bare.overlap, bare.pairs, bare.short)

@@ -16,13 +16,13 @@ from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.pad import ground_height
 from skyverse.model.photos import Photos
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import counted, told_gsd, told_overlap
+from skyverse.model.short_lines import counted, listed, told_gsd, told_overlap
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
 from skyverse.referee.blockers import Solid, blockers_of, bottoms_of, closed_between, solids_of
 from skyverse.referee.facet_cells import FacetCells, facet_cells
-from skyverse.referee.gaps import Sight, outlines_of, runs, spots
+from skyverse.referee.gaps import Sight, name_of, outlines_of, runs, spots
 from skyverse.referee.ground_cells import CellGrid, Pieces, grid_of, joined
 from skyverse.referee.photo_overlaps import SHORT, Neighbours, directions_of, neighbours_of
 from skyverse.referee.photo_views import views_of
@@ -74,13 +74,17 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     survey = scenario.surveys[number]
     if not survey.of_ground:
         return _structures(scenario, number, photos, errors)
-    asked = asked_ground(survey)
-    solids = _near(solids_of(scenario.obstacles), asked, photos)
+    area = asked_ground(survey)
+    solids = _near(solids_of(scenario.obstacles), area, photos)
     stands = np.array([_stands(scenario, solid) for solid in solids], dtype=bool)
     resting = {solid.ball for solid, on_ground in zip(solids, stands, strict=True) if on_ground} - {None}
     stands |= np.array([solid.ball in resting for solid in solids], dtype=bool)  # all slices of a ball
     polygons = np.array([solid.polygon for solid in solids], dtype=object)
-    asked = shapely.difference(asked, shapely.union_all(polygons[stands]))
+    asked = shapely.difference(area, shapely.union_all(polygons[stands]))
+    if shapely.area(asked) <= LET_PASS:
+        below = listed(sorted({name_of(scenario, solid) for solid, on in zip(solids, stands, strict=True) if on}))
+        told, none = f"nothing of it is open ground, it lies below {below}: refuted.", math.nan
+        return Coverage(number, Verdict.REFUTED, told, len(photos), 0.0, (0.0,), none, none, 0.0, (none, none), 0, 0)
     grid = grid_of(scenario, survey, asked)
     beyond = shapely.difference(asked, shapely.box(grid.x[0], grid.y[0], grid.x[-1], grid.y[-1]))
     hanging = bottoms_of([solid for solid, on_ground in zip(solids, stands, strict=True) if not on_ground])
@@ -91,7 +95,7 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     gaps, certain = _gaps(sight, number, np.append(missed, beyond) if shapely.area(beyond) > 0 else missed, grid)
     needed = _directions(survey)
     lacking = _lacking(survey, photos, grid, needed) if needed > 1 else 0.0
-    overlaps = neighbours(scenario, survey, photos, grid)
+    overlaps = neighbours(scenario, survey, photos, grid_of(scenario, survey, area) if stands.any() else grid)
     figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers, overlaps, lacking)
     return figures.judged(survey, number, len(photos), gaps, certain)
 

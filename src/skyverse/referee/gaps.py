@@ -101,9 +101,14 @@ class Sight:
                 length = max(float(np.hypot(*(camera - place)[:2])), NO_LENGTH)
                 z = place[2] + np.hypot(*(inner - place[:2]).T) / length * (camera[2] - place[2])
                 if max(z.min(), solid.low) + LET_PASS < min(z.max(), solid.high):
-                    shape = self.scenario.obstacles[solid.obstacle]
-                    return f"hidden by {shape.kind or 'obstacle'} {shape.name or solid.obstacle!r}"
+                    return f"hidden by {name_of(self.scenario, solid)}"
         return ""
+
+
+def name_of(scenario: Scenario, solid: Solid) -> str:
+    """Return how sentences call the obstacle that a solid is of."""
+    shape = scenario.obstacles[solid.obstacle]
+    return f"{shape.kind or 'obstacle'} {shape.name or solid.obstacle!r}"
 
 
 def outlines_of(polygons: NDArray[np.object_], size: float) -> list[tuple[shapely.Geometry, float]]:

@@ -1,9 +1,10 @@
 """Overlaps: what neighbouring photos share, one after the other on a strip, and from strip to strip.
 
 They are judged by the nominal poses: the area, on a map, of the ground to be seen that both photos show, as a share of
-what that one of them shows which shows less. Over level ground this is what is left of a picture's width or height when
-the way from camera to camera is taken off. Photos of strips beside each other are seldom taken abreast, so the other
-one is taken to be where its UAV flies abreast of the first. Pairs count whose middle is ground to be seen.
+what that one of them shows which shows less, as if nothing stood on it. Over level ground this is what is left of a
+picture's width or height when the way from camera to camera is taken off. Photos of strips beside each other are seldom
+taken abreast, so the other one is taken to be where its UAV flies abreast of the first. Pairs count whose middle is
+ground to be seen.
 """
 
 from dataclasses import replace
