@@ -202,6 +202,8 @@ def scene(mission: Mission) -> MissionScene:
     targets = [flight.target for flight in flights]
     curves = ((track, flight.result) for track, flight in zip(tracks, flights, strict=True))
     proven = mission.apart is not None and mission.apart.verdict is Verdict.PROVEN and not mission.violations
+    covered = tuple(one.sentence for one in mission.coverage)  # which stand on cards of their own
+    cautions = (str(caution.sentence) for caution in mission_cautions(mission))
     return MissionScene(
         scenario=scenario,
         mission=mission,
@@ -219,7 +221,7 @@ def scene(mission: Mission) -> MissionScene:
         judged=mission.apart is not None,
         proven=proven,
         pads=tuple(fleet_pads(mission)) if proven else (),
-        cautions=tuple(caution.sentence for caution in mission_cautions(mission)),
+        cautions=tuple(said for said in cautions if not said.endswith(covered)),
     )
 
 

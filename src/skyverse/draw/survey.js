@@ -3,6 +3,7 @@
   const $ = (id) => document.getElementById(id);
   const data = JSON.parse($("mission").textContent), { tracks } = data;
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+  const kindColour = (kind) => kind.colour || colour(kind.hard ? "box" : "zone");
   const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
   const MOST_DOTS = 2500, PLAYED = 40, PAUSE = 60;  // photos that have dots; seconds of a whole walk; milliseconds between photos
   const surveys = data.surveys.map((survey) => ({ ...survey, ...Object.fromEntries(Object.entries(survey.photos).map(([name, value]) => [name, value.bdata ? decoded(value) : value])) }));
@@ -45,7 +46,8 @@
     }
     const prints = { type: "scatter", mode: "lines", x, y, hoverinfo: "skip", line: { color: colour("map-ink"), width: 0.5, simplify: false }, opacity: Math.min(0.5, 60 / Math.sqrt(survey.count || 1) / 10) };
     const heat = survey.maps.filter(({ meta }) => meta.role === shade).map((trace) => ({ ...trace, colorbar: { title: { text: trace.meta.unit, side: "right" }, thickness: 14, len: 1, lenmode: "fraction", ypad: 0, outlinewidth: 0, tickfont: { color: colour("soft") }, tickformat: trace.meta.role === "count" ? ",d" : "" } }));
-    return [...heat, prints, ...ways, ...survey.outlines];
+    const standing = data.map.traces.filter(({ meta }) => meta.role === "kind").map((trace) => ({ ...trace, fill: "none", line: { color: kindColour(data.kinds[trace.meta.kind]), width: 2 } }));
+    return [...heat, prints, ...standing, ...ways, ...survey.outlines];
   };
   const draw = async () => {
     const font = { family: getComputedStyle(document.body).fontFamily, color: colour("soft"), size: 12 };
@@ -95,8 +97,8 @@
     if (shade === "sorties") for (let k = 0; k <= now; k++) fill(k, 0.07);
     const last = new Map();
     for (let k = 0; k <= now; k++) last.set(survey.uav[k], k);
-    for (const k of [...last.values(), now]) {
-      fill(k, k === now ? 0.55 : 0.25);
+    for (const k of [...[...last.values()].filter((k) => k !== now), now]) {
+      fill(k, k === now ? 0.45 : 0.25);
       pen.globalAlpha = 1;
       pen.lineWidth = k === now ? 2.5 : 1.2;
       pen.strokeStyle = k === now ? colour("map-ink") : tone(survey.uav[k], survey.sortie[k]);
