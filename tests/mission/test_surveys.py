@@ -200,6 +200,35 @@ def test_noses_of_aeroplanes_point_into_the_wind_and_photos_overlap_as_asked(spe
     assert mission.coverage[0].verdict.value == "proven", mission.coverage[0].sentence
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    bends=st.lists(st.tuples(st.floats(-70.0, 70.0), st.floats(8.0, 160.0)), min_size=1, max_size=6),
+    width=st.sampled_from([30.0, 90.0]),
+)
+def test_aeroplanes_fly_along_a_line_with_bends_in_straight_strips_that_show_all_of_it(bends, width):
+    turns = np.cumsum(np.radians([0.0, *(turn for turn, _ in bends)]))
+    legs = np.array([160.0, *(long for _, long in bends)])[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+    line = np.vstack([np.zeros((1, 2)), np.cumsum(legs, axis=0)]) + 200.0
+    line += 800.0 - 0.5 * (line.min(axis=0) + line.max(axis=0))
+    mission = sky.plan_mission(
+        sky.Scenario(
+            name="road",
+            clearance=2.0,
+            bounds={"min": (0.0, 0.0, 0.0), "max": (1600.0, 1600.0, 400.0)},
+            terrain={"origin": (0.0, 0.0), "step": (1600.0, 1600.0), "heights": np.zeros((2, 2)), "clearance": 20.0},
+            uavs=(sky.UAV(name="wing", start=(800.0, 300.0, 100.0), end="home", **MAPPING),),
+            surveys=(
+                sky.Survey(
+                    line=line.tolist(), camera="soda", width=width, pattern="corridor", gsd="3.5 cm", overlap=(70, 60)
+                ),
+            ),
+        )
+    )
+    assert [one.message for one in mission.violations] == []
+    assert turned(mission) < 3.0
+    assert mission.coverage[0].gaps == (), mission.coverage[0].sentence
+
+
 def test_a_survey_with_batteries_is_flown_in_sorties_that_they_give():
     scenario = random_survey(35, 1, 20.0, 1.0, False, False)
     mission = sky.plan_mission(scenario, options=sky.MissionOptions(criterion="min-max"))

@@ -1,4 +1,4 @@
-"""Strips along a line, parallel to it with mitred bends, parted where it bends sharply."""
+"""Strips along a line, parallel to it with mitred bends, parted where it bends sharply, for aeroplanes at each bend."""
 
 import math
 from itertools import pairwise
@@ -15,6 +15,8 @@ from skyverse.survey.spacing import LEAST_SHARE, MOST_STRIPS, SHORTEST, STATIONS
 
 SHARP = 30.0
 """Degrees: where a line bends by more, strips end, beyond the bend by half of what is to be seen across."""
+STRAIGHTENED = 0.1
+"""The share of half the width by which the straight strips of aeroplanes may leave a line, and are wider instead."""
 
 
 def corridor_strips(survey: Survey, sight: GroundSight) -> tuple[list[Floats], float]:
@@ -25,11 +27,18 @@ def corridor_strips(survey: Survey, sight: GroundSight) -> tuple[list[Floats], f
     InputError
         Nothing along the line may be flown over, or too many strips are needed.
     """
-    half = 0.5 * (survey.width or 0.0) + survey.margin
+    line, half, sharp = np.array(survey.line), 0.5 * (survey.width or 0.0) + survey.margin, SHARP
+    if sight.link > 0.0:  # an aeroplane cannot bend at a place
+        aside, sharp = STRAIGHTENED * half, 0.0
+        line, half = shapely.get_coordinates(shapely.LineString(line).simplify(aside)), half + aside
     count = max(math.ceil(2.0 * half / sight.steps[1] - 1e-9), 1)
     if count > MOST_STRIPS:
         raise InputError(f"needs {count:,} strips, but {MOST_STRIPS:,} are the most; take a coarser gsd", field="width")
-    runs = list(_runs(np.array(survey.line), half, survey.margin))
+    runs = list(_runs(line, half, survey.margin, sharp))
+    if sight.link > 0.0:  # whole steps, so that photos are not too near to each other for an aeroplane's speed
+        for run in runs:
+            length = LineWay.along(run).length
+            run += np.outer((-0.5, 0.5), (run[-1] - run[0]) * (-length % sight.steps[0] / length))
     most = math.ceil(count / LEAST_SHARE)
     while count > 1 and count < most and not all(_overlap(sight, run, 2.0 * half / count, count) for run in runs):
         count = math.ceil(1.03 * count)
@@ -50,12 +59,12 @@ def corridor_strips(survey: Survey, sight: GroundSight) -> tuple[list[Floats], f
     return found, gap
 
 
-def _runs(line: Floats, half: float, margin: float) -> list[Floats]:
-    """Return the parts of a line between sharp bends, each longer at its ends so that all about a bend is seen."""
+def _runs(line: Floats, half: float, margin: float, sharp: float) -> list[Floats]:
+    """Return the parts of a line between sharp bends, longer at their ends so that all about a bend is seen."""
     legs = np.diff(line, axis=0)
     course = np.degrees([math.atan2(x, y) for x, y in legs])
     turns = np.abs((np.diff(course) + 180.0) % 360.0 - 180.0)
-    ends = [0, *(int(k) + 1 for k in np.flatnonzero(turns > SHARP)), len(line) - 1]
+    ends = [0, *(int(k) + 1 for k in np.flatnonzero(turns > sharp)), len(line) - 1]
     found = []
     for first, last in pairwise(ends):
         run = line[first : last + 1].copy()
