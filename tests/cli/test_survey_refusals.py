@@ -190,6 +190,18 @@ def test_what_is_malformed_is_refused_in_one_sentence(skyverse, tmp_path, words,
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("words", [[], ["--launch=46.8003,9.8509"]])
+@pytest.mark.parametrize(("names", "said"), [(["nosuch"], "'nosuch'"), (["hall", "hal"], "'hal'.*'hall'")])
+def test_a_structure_that_is_not_there_is_refused(skyverse, tmp_path, names, said, words):
+    hall = {"type": "Feature", "properties": {"name": "hall", "height": 9}}
+    hall["geometry"] = {"type": "Polygon", "coordinates": [on_globe([(0.2 * x, 0.2 * y) for x, y in SQUARE])]}
+    (tmp_path / "town.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [hall]}))
+    words = [*words, *(f"--structure={name}" for name in names), *words_of(buildings="town.geojson", pattern="facade")]
+    code, out, err = skyverse("survey", *words, "--unit=m", "--altitudes=agl", "-o", "out/field.json")
+    assert (code, out) == (2, ""), err
+    assert re.search(f"--structure: .*{said}", err.splitlines()[-1]), err
+
+
 def test_parts_of_several_files_that_overlap_are_seen_once(skyverse, tmp_path):
     for name, shift in {"west.kml": 0.0, "east.kml": 0.5}.items():
         (tmp_path / name).write_text(kml(on_globe([(0.3 * (x + shift), 0.3 * y) for x, y in SQUARE])))

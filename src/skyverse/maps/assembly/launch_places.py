@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.errors import InputError, Remedy, Sentence, did_you_mean, shown
 from skyverse.maps.assembly.build import outdoor_limits
 from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.assembly.places import highest_ground
@@ -63,10 +63,14 @@ def with_launches(
     Raises
     ------
     InputError
-        If there are not so many free places.
+        If a structure is not there, or there are not so many free places.
     """
     origin = world.frame.origin
     assert origin is not None
+    known = {one.name for one in world.obstacles if one.name}
+    for name in (name for survey in surveys for name in survey.structures if name not in known):
+        hint = did_you_mean(name, known)
+        raise InputError(f"there is no building of the name {shown(name)}{hint}", field="structure")
     like = with_limits(UAV(start=(0.0, 0.0, 0.0), end="home"), outdoor_limits(options))
     around, apart = (
         World(world, like.tracking_error),
