@@ -208,19 +208,10 @@ def test_a_cancelled_search_returns_what_it_has():
     assert not routes.unvisited
 
 
-@pytest.mark.parametrize(
-    ("strips", "said"),
-    [([(0, 4)], "places from 0 to 3"), ([(0, 1), (1, 2)], "share no place"), ([(0, 0), (0, 1)], "share no place")],
-)
-def test_strips_that_do_not_fit_are_refused(strips, said):
+def test_an_order_that_is_given_is_refused():
     vehicles, _, work = field(2)
-    with pytest.raises(InputError, match=said):
-        route_strips(vehicles, strips, work)
     with pytest.raises(InputError, match="free order"):
         route_strips(vehicles, [(0, 1)], work, search=RouteSearch(order=[0]))
-    windows = dataclasses.replace(work, window=np.tile((0.0, 9.0), (4, 1)))
-    with pytest.raises(InputError, match="no windows"):
-        route_strips(vehicles, [(0, 1)], windows)
 
 
 @settings(max_examples=30, deadline=None)

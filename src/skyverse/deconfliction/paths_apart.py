@@ -127,9 +127,7 @@ def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None)
     """Return prisms about another UAV's flight that a UAV must not enter."""
     if flight is None:
         return []
-    shares = np.arange(SAMPLES_PER_PIECE) / SAMPLES_PER_PIECE
-    instants = np.r_[(flight.knots[:-1, None] + np.diff(flight.knots)[:, None] * shares).ravel(), flight.end]
-    curve = flight.at(instants).position
+    curve = flight.at(flight.instants(SAMPLES_PER_PIECE)).position
     tall = max(scenario.uavs[uav].ellipsoid[1], scenario.uavs[other].ellipsoid[1])
     ends = _chord_ends(curve, 0, len(curve) - 1, MAX_CLIMB_SHARE * max(tall, PATH_MARGIN))
     return [

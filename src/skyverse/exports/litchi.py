@@ -62,7 +62,8 @@ def litchi_text(file: FlightFile) -> str:
     headings = [one if told is None else told for one, told in zip(usual, wanted, strict=True)]
     for k, (where, heading, speed) in enumerate(zip(at.rows, headings, part_speeds(file), strict=True)):
         numbers = ",".join(written(one, 9) for one in (*where, heading))
-        acts = ",".join(_acts(plan.route.name(scenario), stay_at(file, k), _photo_at(plan, file.part[k])))
+        photographed = any(run.standing_at(file.part[k]) for run in plan.route.runs)
+        acts = ",".join(_acts(plan.route.name(scenario), stay_at(file, k), photographed))
         pitch, apart = _camera(plan, file.part[k])
         looks = f"{gimbal},0" if pitch is None else f"{GIMBAL_HELD},{written(pitch, 3)}"
         rows.append(f"{numbers},0,0,{looks},{acts},{mode},{written(speed, 9)},{place},{mode},{apart}")
@@ -86,11 +87,6 @@ def _headings(points: Floats, vehicle: UAV) -> list[float]:
     ways = np.concatenate([legs, legs[-1:]]) if vehicle.look_at is None else np.array(vehicle.look_at) - points
     headings: list[float] = (np.degrees(arctan2(ways[:, 0], ways[:, 1])) % 360.0).tolist()
     return headings
-
-
-def _photo_at(plan: FlightPlan, k: int) -> bool:
-    """Return whether a UAV stands at waypoint k for a photo."""
-    return any(run.standing_at(k) for run in plan.route.runs)
 
 
 def _camera(plan: FlightPlan, k: int) -> tuple[float | None, str]:

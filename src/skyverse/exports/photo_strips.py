@@ -23,7 +23,6 @@ from skyverse.model.photos import photo_times
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Strip
 from skyverse.model.survey import Trigger
-from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import SAME_PLACE
 
 MOST_RADII: dict[AutopilotName, float] = {"px4": 1.0, "ardupilot": 0.6, "dji": 1.0}
@@ -345,7 +344,7 @@ def strip_ways(scenario: Scenario, flight: ExportedFlight, busy: Sequence[float]
     trajectory, strips = flight.trajectory, flight.strips
     made = []
     for number, strip in strips:
-        t = _instants(trajectory, strip)
+        t = trajectory.instants(SAMPLES_IN_PIECE, strip.begin, strip.end)
         points = trajectory.at(t).position
         moved = np.r_[True, np.hypot(*np.diff(points[:, :2], axis=0).T) > SAME_PLACE]
         points, t = points[moved], t[moved]
@@ -361,10 +360,3 @@ def strip_ways(scenario: Scenario, flight: ExportedFlight, busy: Sequence[float]
         of = scenario.uavs[flight.uav].name, number, strip, survey.trigger, fastest
         made.append(StripWay(*of, along, t, points, photos, room, OFF_WAY if through else OFF_STOPS))
     return made
-
-
-def _instants(trajectory: Trajectory, strip: Strip) -> Floats:
-    knots = trajectory.knots
-    ends = np.r_[strip.begin, knots[(knots > strip.begin) & (knots < strip.end)], strip.end]
-    shares = np.arange(SAMPLES_IN_PIECE) / SAMPLES_IN_PIECE
-    return np.r_[(ends[:-1, None] + np.diff(ends)[:, None] * shares).ravel(), ends[-1]]

@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError, require_choice, shown
+from skyverse.errors import InputError, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import exact_tours
 from skyverse.mission.fleet_search import FleetSearch
 from skyverse.mission.given_order import stretches
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
 from skyverse.numerics.tolerances import LENGTH_ROUNDING
-from skyverse.stop import require_stop
 
 MOST_EXACT = 8
 """How many strips and targets are routed exactly."""
@@ -47,7 +46,8 @@ def route_strips(
         The UAVs, and what is to be done at the places. The legs between the ends of a strip are flights along it, and
         infinite in a direction in which it must not be flown.
     strips
-        (m, 2) the places at the ends of each strip; twice the same for a target. Other places are not visited.
+        (m, 2) the places at the ends of each strip, without windows and of no other one; twice the same for a target.
+        Other places are not visited.
     criterion
         ``"min-sum"`` minimises the sum of the prices; ``"min-max"`` the time at which the last vehicle is done.
     search
@@ -61,13 +61,11 @@ def route_strips(
     Raises
     ------
     InputError
-        If the numbers do not fit together, strips share a place, or the end of a strip has a window.
+        If they are to be flown in an order that is given.
     """
-    require_choice(criterion, get_args(Criterion), "criterion")
-    require_stop(search.stop)
-    ends = _require_strips(strips, work)
     if search.order is not None:
         raise InputError(f"expected strips in free order, found {shown(search.order)}", field="order")
+    ends = np.array(strips, dtype=np.int64).reshape(-1, 2)
     nodes = StripNodes.along(ends)
     whole, seen = [nodes.vehicle(v, work) for v in vehicles], nodes.work(work)
     tours: list[Tour] = [()] * len(vehicles)
@@ -103,9 +101,6 @@ class StripNodes(NamedTuple):
     def vehicle(self, vehicle: TourVehicle, work: Work) -> TourVehicle:
         """Return the numbers of a vehicle among these nodes."""
         home = np.array((work.targets, work.targets + 1))
-        if len(vehicle.allowed) != work.targets:
-            said = f"expected vehicles of {work.targets} places, found one of {len(vehicle.allowed)}"
-            raise InputError(said, field="vehicles")
 
         def legs(matrix: Floats) -> Floats:
             among = matrix[np.ix_(np.append(self.leave, home), np.append(self.enter, home))]
@@ -151,19 +146,6 @@ class StripNodes(NamedTuple):
 
     def _both(self, values: Floats) -> Floats:
         return values[self.enter] + np.where(self.enter == self.leave, 0.0, values[self.leave])
-
-
-def _require_strips(strips: ArrayLike, work: Work) -> Ints:
-    ends = np.array(strips, dtype=np.int64).reshape(-1, 2)
-    if ends.size and not 0 <= ends.min() <= ends.max() < work.targets:
-        raise InputError(f"expected places from 0 to {work.targets - 1}, found {shown(ends.tolist())}", field="strips")
-    both = ends[ends[:, 0] != ends[:, 1]]
-    places = np.concatenate([both.ravel(), ends[ends[:, 0] == ends[:, 1], 0]])
-    if len(np.unique(places)) < len(places):
-        raise InputError("expected strips that share no place with another", field="strips")
-    if np.any(work.window[both] != (0.0, math.inf)):
-        raise InputError("expected no windows at the ends of strips, only at targets", field="window")
-    return ends
 
 
 def _told(

@@ -38,7 +38,7 @@ class TourFlight:
         The earliest instant for each leg, seconds into the mission: it departs then, or as soon as what comes before is
         done.
     lines
-        The photo line that each leg is, ``None`` for other legs; empty where there are none.
+        The photo line that each leg is, ``None`` for other legs.
     """
 
     scenario: Scenario
@@ -46,14 +46,13 @@ class TourFlight:
     legs: tuple[Trajectory, ...]
     ends: tuple[int | None, ...]
     departures: tuple[float, ...]
-    lines: tuple[PhotoLine | None, ...] = ()
+    lines: tuple[PhotoLine | None, ...]
 
     @cached_property
     def times(self) -> tuple[tuple[float, float], ...]:
         """When each leg departs and arrives, seconds into the mission."""
         times: list[tuple[float, float]] = []
-        lines = self.lines or (None,) * len(self.legs)
-        for leg, least, end, line in zip(self.legs, self.departures, (None, *self.ends), lines, strict=False):
+        for leg, least, end, line in zip(self.legs, self.departures, (None, *self.ends), self.lines, strict=False):
             ready = 0.0 if not times else self._done(end, times[-1][1])
             if (
                 line is not None and times and self._own.fixed_wing is None
@@ -87,8 +86,7 @@ class TourFlight:
         visits: list[Visit] = []
         strips: list[Strip] = []
         begin: float | None = None
-        lines = self.lines or (None,) * len(self.legs)
-        for (departure, arrival), end, line in zip(self.times, self.ends, lines, strict=True):
+        for (departure, arrival), end, line in zip(self.times, self.ends, self.lines, strict=True):
             begin = departure if begin is None else begin
             if line is not None:
                 strips.append(Strip(line.survey, departure, arrival, line.every, line.pitch, line.heading))

@@ -266,7 +266,7 @@ def _flight(scenario: Scenario, legs: TourLegs, uav: int, routes: Routes) -> Tou
         return None
     starts = iter(routes.starts[uav])
     departures = tuple(next(starts) if begin is None else 0.0 for begin, _ in ends)
-    lines = tuple(legs.lines.get(one) for one in ends) if legs.lines else ()
+    lines = tuple(legs.lines.get(one) for one in ends)
     return TourFlight(scenario, uav, tuple(sound), tuple(end for _, end in ends), departures, lines)
 
 

@@ -92,17 +92,10 @@ def _sample_times(trajectory: Trajectory, apart: float) -> Floats:
     pieces = len(trajectory.coefficients)
     for_length = 1
     if math.isfinite(apart):
-        rough = trajectory.at(_shared(trajectory, SAMPLES)).position
+        rough = trajectory.at(trajectory.instants(SAMPLES)).position
         legs = np.linalg.norm(np.diff(rough, axis=0), axis=1)
         for_length = math.ceil(SAMPLES * min(float(legs.max()) / apart, MAX_SAMPLES / pieces))
-    return _shared(trajectory, max(SAMPLES, min(for_length, MAX_SAMPLES // pieces)))
-
-
-def _shared(trajectory: Trajectory, count: int) -> Floats:
-    """Return instants (m,), seconds, that share each piece of a trajectory into `count` equal parts."""
-    shares = np.arange(count) / count
-    times = (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel()
-    return np.append(times, trajectory.end)
+    return trajectory.instants(max(SAMPLES, min(for_length, MAX_SAMPLES // pieces)))
 
 
 NO_VALUE = "-"

@@ -131,9 +131,7 @@ def photo_times(trajectory: Trajectory, strip: Strip) -> Floats:
     """
     if strip.every <= 0 or strip.end <= strip.begin:
         return np.array([strip.begin])
-    inner = trajectory.knots[(trajectory.knots > strip.begin) & (trajectory.knots < strip.end)]
-    ends = np.r_[strip.begin, inner, strip.end]
-    t = np.r_[(ends[:-1, None] + np.diff(ends)[:, None] * np.arange(STEPS_IN_PIECE) / STEPS_IN_PIECE).ravel(), ends[-1]]
+    t = trajectory.instants(STEPS_IN_PIECE, strip.begin, strip.end)
     at = trajectory.at(t).position[:, :2]
     way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(at, axis=0).T))]
     count = round(way[-1] / strip.every)

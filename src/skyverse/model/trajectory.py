@@ -198,6 +198,12 @@ class Trajectory(ArrayRecord):
         """The seconds from the first instant to the last one."""
         return self.end - self.start
 
+    def instants(self, count: int, begin: float = -math.inf, end: float = math.inf) -> Floats:
+        """Return instants (n,), seconds, that share each piece between two into `count` equal parts, both included."""
+        begin, end = max(begin, self.start), min(end, self.end)
+        ends = np.r_[begin, self.knots[(self.knots > begin) & (self.knots < end)], end]
+        return np.r_[(ends[:-1, None] + np.diff(ends)[:, None] * (np.arange(count) / count)).ravel(), end]
+
     def retimed(self, start: float, factor: float = 1.0) -> "Trajectory":
         """Return the same motion, beginning at the instant `start` and taking `factor` times as long.
 

@@ -2,7 +2,6 @@
 
 import math
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import shapely
@@ -50,7 +49,7 @@ def corridor_strips(survey: Survey, sight: GroundSight) -> tuple[list[Floats], f
             first, last = LineWay.along(run[:2]).ahead(np.zeros(1))[0], LineWay.along(run[-2:]).ahead(np.zeros(1))[0]
             begun[0], begun[-1] = run[0] - middle * first, run[-1] - middle * last
         for number in range(count):
-            line = _beside(begun, (number + 0.5) * gap - half)
+            line = shapely.offset_curve(shapely.LineString(begun), half - (number + 0.5) * gap, join_style="mitre")
             parts = shapely.get_parts(shapely.intersection(line, sight.free.polygon))
             found += [shapely.get_coordinates(part) for part in parts if part.length > SHORTEST]
     if not found:
@@ -73,11 +72,6 @@ def _runs(line: Floats, half: float, margin: float, sharp: float) -> list[Floats
         run[-1] += (half if last < len(line) - 1 else margin) * ahead[1]
         found.append(run)
     return found
-
-
-def _beside(run: Floats, aside: float) -> Any:
-    line = shapely.LineString(run)
-    return shapely.offset_curve(line, -aside, join_style="mitre") if abs(aside) > 0.0 else line
 
 
 def _overlap(sight: GroundSight, run: Floats, gap: float, count: int) -> bool:

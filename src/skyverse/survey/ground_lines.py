@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ from skyverse.survey.spacing import (
     LineWay,
     ReliefOffsets,
     best_direction,
-    even_offsets,
     unit,
 )
 from skyverse.survey.strip_lines import StripFlown, lines_along
@@ -96,9 +94,7 @@ def _swept(
     way = None if direction is None else unit(direction + one.turned)
     if way is None and not sight.even:
         way = best_direction(sight, task.wanted)
-    relief: Any = ReliefOffsets(sight, way)
-    if sight.even:
-        relief = sight.steps[1] if way is None else partial(even_offsets, sight.steps[1])
+    apart: Any = sight.steps[1] if way is None else ReliefOffsets(sight, way)
     uav = task.uavs[0]
     cost = LegTime(min(uav.max_speed, sight.steps[0] / task.survey.camera.min_interval), uav.max_acceleration)
     wanted = task.wanted
@@ -112,7 +108,7 @@ def _swept(
     plan = sweep(
         wanted,
         sight.free.polygon,
-        relief,
+        apart,
         cost=cost,
         directions=only,
         ends="swath" if sight.limit.whole else "corners",

@@ -273,8 +273,8 @@ class ReliefOffsets:
         """Return the greatest distance to the next strip at which the photos of both overlap as asked, metres."""
         sight, widest = self.sight, self.sight.steps[1]
         band = shapely.intersection(turned, shapely.box(offset - widest, -1e9, offset + widest, 1e9))
-        if band.is_empty:
-            return widest
+        if band.is_empty or sight.even:
+            return most
         _, begin, _, end = band.bounds
         length = sight.steps[0] / (1.0 - sight.overlap[0])
         at = np.linspace(begin, end, max(int((end - begin) / length * STATIONS), 1) + 1)
@@ -293,13 +293,6 @@ class ReliefOffsets:
             )
 
         return greatest_spacing(sight, share, most, side=True, finely=finely)
-
-
-def even_offsets(widest: float, way: Floats, area: Any, low: float, high: float) -> Floats:
-    """Return the offsets (n,) of strips over level ground, as far from each other as twice from either border."""
-    count = max(math.ceil((high - low) / widest - SWEEP_CONTACT), 1)
-    offsets: Floats = low + (np.arange(count) + 0.5) * (high - low) / count
-    return offsets
 
 
 def best_direction(sight: GroundSight, area: Any) -> Floats:

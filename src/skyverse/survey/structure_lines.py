@@ -93,7 +93,7 @@ def structure_lines(scenario: Scenario, number: int) -> SurveyLines:
     facets = facets.chosen(~sights.inside_structures(facets))
     lines: list[PhotoLine] = []
     if survey.pattern != "viewpoints":
-        lines = list(_useful(_layers(scenario, survey, frame, world), sights, facets))
+        lines = [one for one in _layers(scenario, survey, frame, world) if len(sights.seen(_views(one), facets)[0])]
     views = np.concatenate([np.zeros((0, 5)), *map(_views, lines)])
     shown = np.isin(np.arange(len(facets)), sights.seen(views, facets)[1])
     more, found = few_views(world, sights, facets.chosen(~shown), survey.gimbal)
@@ -125,13 +125,6 @@ def _views(line: PhotoLine) -> Floats:
     count = round(math.hypot(*(line.path[-1] - line.path[0])[:2]) / line.every) + 1 if line.every > 0 else 1
     places = np.linspace(line.path[0], line.path[-1], count)
     return np.column_stack([places, np.tile([line.heading or 0.0, line.pitch], (count, 1))])
-
-
-def _useful(lines: Iterator[PhotoLine], sights: Sights, facets: Facets) -> Iterator[PhotoLine]:
-    """Yield the lines whose photos show anything."""
-    for line in lines:
-        if len(sights.seen(_views(line), facets)[0]):
-            yield line
 
 
 def frame_of(look: Look, pitch: float, field: str) -> WallFrame:

@@ -44,10 +44,7 @@ def with_heading(trajectory: Trajectory, uav: UAV, held: Sequence[HeldYaw] = ())
     turn from one course to the next is made half before and half after the middle of that time. Where the limits keep
     the nose off `uav.look_at`, the trajectory's note says by how much. While a yaw is `held`, the nose points there.
     """
-    shares = np.arange(SAMPLES) / SAMPLES
-    instants = np.r_[
-        (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), trajectory.end
-    ]
+    instants = trajectory.instants(SAMPLES)
     edges = [t for begin, end, _, turn in held for t in (begin - turn, begin, end, end + turn)]
     instants = np.union1d(instants, np.clip(edges, trajectory.start, trajectory.end)) if held else instants
     known, courses = wanted_yaws(trajectory, instants, uav)

@@ -6,10 +6,8 @@ from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-import pyproj
 import shapely
 
-from skyverse._typing import Floats
 from skyverse.documents.limits import read_bytes, text_of
 from skyverse.errors import InputError, parse_number, path_of, require_choice, require_file, require_kind, shown
 from skyverse.maps.georeference.coordinate_systems import named_crs, to_globe
@@ -184,12 +182,7 @@ def _of_geo_text(path: Path) -> tuple[list[_Shot], Literal["amsl"]]:
         x, y, z, *more = (parse_number(word, where) for word in words[1:7])
         turned = [more[0], more[1] - 90.0, more[2]] if len(more) == 3 and any(more) else [math.nan] * 3
         shots.append(_Shot(where, y, x, z, *turned))
-    moved = _on_globe(
-        np.array([(one.longitude, one.latitude) for one in shots]), crs, path, [one.where for one in shots]
-    )
+    names = [one.where for one in shots]
+    places = shapely.points([(one.longitude, one.latitude) for one in shots])
+    moved = shapely.get_coordinates(to_globe(places, crs, str(path), names.__getitem__, lambda doubt: None))
     return [one._replace(longitude=x, latitude=y) for one, (x, y) in zip(shots, moved.tolist(), strict=True)], "amsl"
-
-
-def _on_globe(places: Floats, crs: pyproj.CRS, path: Path, names: list[str]) -> Floats:
-    moved = to_globe(shapely.points(places), crs, str(path), names.__getitem__, lambda doubt: None)
-    return shapely.get_coordinates(moved)
