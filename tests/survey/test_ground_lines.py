@@ -1,6 +1,7 @@
 """Lines over the ground beside dense samples of what their photos show: how finely, how much of it, and what not."""
 
 import math
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -303,12 +304,24 @@ def test_a_height_is_kept_above_the_ground_below():
         assert above.min() >= 0.8 * 50.0
 
 
+def test_a_height_above_the_ceiling_is_refused_with_the_most_that_it_leaves():
+    """What is told as the most is accepted, whatever the ceiling and the error."""
+    for most, vertical in ((120.0, 3.0), (100.0, 0.26), (80.13, 1.0)):
+        given = {"max_height": most, "error": {"horizontal": 1.0, "vertical": vertical}}
+        with pytest.raises(sky.InputError, match="the ceiling leaves") as refused:
+            ground_lines(scenario(sky.Survey(FIELD, "mavic-3e", height=500.0), relief(5, 12.0), **given), 0)
+        left = float(re.search(r"expected ([\d.]+) m or less", str(refused.value))[1])
+        assert most - vertical - 2.0 < left <= most - vertical
+        assert ground_lines(scenario(sky.Survey(FIELD, "mavic-3e", height=left), relief(5, 12.0), **given), 0).lines
+
+
 @pytest.mark.parametrize(
     ("field", "given"),
     [
         ("gimbal", {"gimbal": -20.0, "gsd": GSD}),
         ("area", {"area": ((0, 0), (1400.0, 0.0), (1400.0, 1300.0)), "gsd": 2e-3, "overlap": (80, 95)}),
         ("gsd", {"gsd": 2e-4}),
+        ("height", {"height": 5000.0}),
         ("area", {"area": ((-400.0, -400.0), (-300.0, -400.0), (-300.0, -300.0)), "gsd": GSD}),
     ],
 )

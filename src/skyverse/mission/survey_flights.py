@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from skyverse.mission.leg_planning import Ends
+from skyverse.mission.tours import REASONS
 from skyverse.model.coverage import CoverageGap
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
@@ -60,9 +61,12 @@ class SurveyFlights:
         )
 
     def _why(self, line: PhotoLine, why: str) -> str:
-        """Return why nobody flies a line: by what tours tell, or that aeroplanes are too fast for its photos."""
+        """Return why nobody flies a line: by what tours tell, or that it is too long, or aeroplanes too fast for it."""
         from skyverse.survey.ground_survey import GroundSurvey
 
+        if why == REASONS["battery"] and len(line.path) > 1:
+            length = float(np.linalg.norm(np.diff(line.path, axis=0), axis=1).sum())
+            return f"no battery gives what it takes to go there, to fly along its {length:.3g} m, and to come back"
         task, most = GroundSurvey(self.scenario, line.survey), self.scenario.max_height
         slowest = min(0.0 if uav.fixed_wing is None else uav.fixed_wing.speed for uav in task.uavs)
         if slowest <= line.speed:

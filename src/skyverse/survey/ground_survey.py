@@ -131,7 +131,7 @@ class GroundSurvey:
         Raises
         ------
         InputError
-            It would see the horizon.
+            It would see the horizon, or the ceiling is too low for the height that is asked for.
         """
         survey, off = self.survey, self.off
         across, along = survey.camera.half_widths
@@ -155,6 +155,13 @@ class GroundSurvey:
             stray = off.aside * c + off.up * s + math.hypot(off.aside, off.up) * off.sine
             depth = (depth - stray) / (math.sqrt(1.0 - off.sine**2) + aside * off.sine)
         elif survey.height is not None:
+            if self.room < survey.height:
+                most = math.floor(10.0 * self.room) / 10.0
+                raise InputError(
+                    f"expected {most:g} m or less, which the ceiling leaves above most of the ground and beside the "
+                    f"tracking error, found {survey.height:g} m",
+                    field="height",
+                )
             depth = depth / s  # along the optical axis, where it meets level ground
         if depth <= 0.0:
             raise InputError("expected a camera that sees farther than UAVs stray", field="gsd")
