@@ -104,3 +104,17 @@ def test_buildings_below_the_photos_change_nothing_of_what_neighbours_share(reli
     assert built.area < bare.area
     assert bare.pairs > 5
     assert (built.overlap, built.pairs, built.short) == (bare.overlap, bare.pairs, bare.short)
+
+
+@pytest.mark.parametrize(("hidden", "why"), [(True, "hidden by obstacle 'hall'"), (False, "no photo shows it finely")])
+def test_a_wall_that_only_coarse_photos_could_show_is_hidden_by_what_is_before_it(hidden, why):
+    wall = [((20, 20, 0), (40, 20, 0), (40, 20, 10)), ((20, 20, 0), (40, 20, 10), (20, 20, 10))]
+    survey = sky.Survey(pattern="facade", facets=wall, camera="mavic-3e", height=20, gsd_of="place", overlap=(0, 0))
+    hall = {"shape": "box", "name": "hall", "min": (0, 10, 0), "max": (60, 18, 30)}
+    given = scenario_of([(0, 0), (90, 0), (90, 90)], [hall] if hidden else [], relief=False)
+    given = given.model_copy(update={"surveys": (survey.model_copy(update={"height": None, "gsd": 0.005}),)})
+    places, none = np.array([(x, -80.0, 8.0) for x in (20.0, 30.0, 40.0)]), np.zeros(3)
+    photos = Photos(places, none, none, none, none, none.astype(int), none.astype(int) - 1)
+    found = judge_coverage(given, 0, photos, [TrackingError()])
+    assert found.verdict.value == "refuted"
+    assert {gap.why[: len(why)] for gap in found.gaps} == {why}

@@ -139,3 +139,21 @@ def test_numbers_that_are_not_finite_are_refused(change, field):
     wrong[name].flat[3] = value
     with pytest.raises(sky.InputError, match=rf"{field}.*expected finite numbers of each photo"):
         sky.check_photos(scenario, replace(photos, **wrong))
+
+
+def test_photos_that_are_given_more_than_once_count_once():
+    scenario, photos = flown("flat")
+    once = sky.check_photos(scenario, photos)
+    some = np.random.default_rng(1).choice(len(photos), 7)
+    for twice in (photos.joined(photos), photos.joined(photos.taken(some)), photos.taken(some).joined(photos)):
+        (found,) = sky.check_photos(scenario, twice)
+        assert (found.photos, found.seen) == (once[0].photos, once[0].seen)
+    assert sky.check_photos(scenario, photos.joined(photos)) == once
+
+
+@pytest.mark.parametrize("kind", ["flat", "hills"])
+def test_cameras_below_the_ground_are_told(kind):
+    scenario, photos = flown(kind)
+    sunk = replace(photos, position=photos.position - (0.0, 0.0, 1460.0))
+    with pytest.raises(sky.InputError, match=r"above the ground.*1,[34]\d\d m below it.*counted from the start"):
+        sky.check_photos(scenario, sunk)

@@ -15,7 +15,7 @@ from skyverse.cli.outputs import refuse_output
 from skyverse.cli.plan import BudgetOptions, FleetOptions, MissionOutput, PlannerOptions, plan_scenario
 from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
-from skyverse.model.short_lines import told_gsd, told_overlap, told_share
+from skyverse.model.short_lines import counted, told_gsd, told_overlap, told_share
 
 if TYPE_CHECKING:
     from skyverse.model.coverage import Coverage, CoverageGap
@@ -67,6 +67,9 @@ def check_photos(files: Sequence[str], survey: str, asked: PhotoOptions, altitud
         lambda one, more: one.joined(more), (sky.read_photos(file, origin, altitude=altitude) for file in files)
     )
     found = sky.check_photos(world, photos, position_error=error)
+    twice = len(photos) - found[0].photos
+    if twice:
+        print(f"{counted(twice, 'photo')} equal others in place and direction, and do not count.", file=sys.stderr)
     if as_json:
         print(json_text([_data(one) for one in found]), end="")
     else:

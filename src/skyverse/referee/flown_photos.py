@@ -13,8 +13,10 @@ from skyverse._typing import Bools, Floats
 from skyverse.errors import InputError, require_kind
 from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
+from skyverse.model.pad import ground_height
 from skyverse.model.photos import Photos
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import told_metres
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
@@ -45,14 +47,16 @@ def check_photos(scenario: Scenario, photos: Photos, *, position_error: float = 
     scenario
         What was to be seen, and over which terrain.
     photos
-        In the order in which each UAV took them; strips are found by that.
+        In the order in which each UAV took them; strips are found by that. Those of one place, direction and time are
+        one photo.
     position_error
         Metres by which their positions may be off, in any direction: 0 for those of RTK, some metres without it.
 
     Raises
     ------
     InputError
-        If the scenario has no surveys, there are no photos, or one of their numbers is not finite.
+        If the scenario has no surveys, there are no photos, one of their numbers is not finite, or most are below the
+        ground.
     """
     require_kind(scenario, Scenario, "scenario")
     require_kind(photos, Photos, "photos")
@@ -65,6 +69,13 @@ def check_photos(scenario: Scenario, photos: Photos, *, position_error: float = 
     for name in ("position", "heading", "pitch", "roll"):
         if not np.isfinite(getattr(photos, name)).all():
             raise InputError("expected finite numbers of each photo, found others", field=f"photos.{name}")
+    photos = _each_once(photos)
+    below = ground_height(scenario, photos.position[:, :2]) - photos.position[:, 2]
+    if np.median(below) > position_error:
+        deep = f"{(below > 0).sum()} of {len(photos)} up to {told_metres(float(below.max()))} below it"
+        raise InputError(
+            f"expected photos from above the ground, found {deep}: are altitudes counted from the start, not the sea?"
+        )
     errors = [TrackingError(horizontal=position_error, vertical=position_error)]
     surveys = tuple(one.model_copy(update={"gsd_of": "place"}) for one in scenario.surveys)
     judged = scenario.model_copy(update={"surveys": surveys})
@@ -74,6 +85,13 @@ def check_photos(scenario: Scenario, photos: Photos, *, position_error: float = 
         coverage = judge_coverage(judged, number, own, errors)
         found.append(_with_short(judged, number, own, coverage) if coverage.short else coverage)
     return tuple(found)
+
+
+def _each_once(photos: Photos) -> Photos:
+    """Return photos without those that equal one before them in place, direction and, if it is known, time."""
+    time = np.nan_to_num(photos.time, nan=-1.0)
+    poses = np.column_stack([photos.position, photos.heading, photos.pitch, photos.roll, time])
+    return photos.taken(np.sort(np.unique(poses, axis=0, return_index=True)[1]))
 
 
 def in_strips(photos: Photos, survey: Survey) -> Photos:

@@ -69,16 +69,17 @@ class Sight:
                 missed |= view.facing(places[:, None], normal)[:, 0] + shifted < 0
                 in_view &= exact.facing(places[:, None], normal)[:, 0] >= 0
             good = in_view & (depth <= self.most)
-            shown |= in_view
             fine |= good
-            for k in np.flatnonzero((in_view & (depth <= self.most)) | ~missed).tolist():
+            for k in np.flatnonzero(in_view | ~missed).tolist():
                 hidden = self._hidden(places[k], view)
                 by[k] = by[k] or hidden
+                shown[k] |= in_view[k] and not hidden
                 if not hidden and not missed[k]:
                     sure[k] = False
         found = []
         for k in range(n):
-            why = by[k] if fine[k] and by[k] else NOT_CERTAIN if fine[k] else TOO_COARSE if shown[k] else NOT_SHOWN
+            bare = NOT_CERTAIN if fine[k] else TOO_COARSE if shown[k] else ""
+            why = by[k] if fine[k] and by[k] else bare or by[k] or NOT_SHOWN
             found.append(Reason(why, bool(sure[k])))
         return found
 
