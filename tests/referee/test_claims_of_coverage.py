@@ -125,6 +125,54 @@ def test_rays_deny_nothing_that_is_claimed_of_ground_about_voxels(seed, error, a
     assert not wrong
 
 
+def slope(rng):
+    """Return ground that rises and is rough, about as high as the foot of what stands in the middle."""
+    x = np.arange(-60.0, 125.0, step := rng.uniform(1.5, 20.0))
+    rise = x[:, None] * rng.uniform(-0.4, 0.4) + x * rng.uniform(-0.4, 0.4)
+    heights = rise - rise.mean() + rng.normal(0, 0.1 * step, rise.shape)
+    return sky.Terrain(origin=(-60, -60), step=(step, step), heights=heights)
+
+
+def above_ground(scenario, shape):
+    """Return the area of a prism's walls above the ground, from heights at many places along them."""
+    sampled = 0.0
+    for ring in (shape["vertices"], *shape["holes"]):
+        for a, b in zip(np.array(ring), np.roll(ring, -1, axis=0), strict=True):
+            share = (np.arange(4000) + 0.5)[:, None] / 4000
+            foot = np.maximum(scenario.terrain.height(a + share * (b - a)), shape["low"])
+            sampled += np.maximum(shape["high"] - foot, 0.0).mean() * np.hypot(*(b - a))
+    return sampled
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=seeds, error=errors, attitude=attitudes)
+def test_all_walls_above_sloping_ground_are_judged_and_rays_deny_nothing_that_is_claimed(seed, error, attitude):
+    rng = np.random.default_rng(seed)
+    stands = hall(rng)
+    stands |= {"low": stands["low"] - rng.uniform(0, 8)}
+    given_ = sky.Survey(pattern="facade", camera=camera(attitude), gsd=0.01, overlap=(0, 0), structures=("hall",))
+    world = scenario(given_, (stands,), slope(rng))
+    photos = photos_about(rng, np.array([*MIDDLE, 5.0]), 14.0, 35.0, 12)
+    found, _, wrong = denied(world, photos, error, seed)
+    assert not wrong
+    exact = above_ground(world, stands)
+    assert exact - 0.01 <= found.area <= 1.04 * exact + 1.0
+    assert found.seen[0] * found.area + sum(gap.area for gap in found.gaps) >= found.area - 1e-6
+
+
+def test_much_is_claimed_of_walls_that_slopes_cut_aslant():
+    rng = np.random.default_rng(3)
+    stands = hall(rng) | {"low": -9.0, "high": 7.0, "holes": ()}
+    x = np.arange(-60.0, 101.0, 4.0) - 20
+    ground = sky.Terrain(origin=(-60, -60), step=(4, 4), heights=0.4 * x[:, None] + 0.1 * np.sin(x))
+    given_ = sky.Survey(pattern="facade", camera=camera(1.0), gsd=0.02, overlap=(0, 0), structures=("hall",))
+    photos = photos_about(rng, np.array([*MIDDLE, 2.0]), 16.0, 30.0, 90, least=0.3)
+    found, claimed, wrong = denied(scenario(given_, (stands,), ground), photos, TrackingError(), 1)
+    assert not wrong
+    assert claimed >= 20
+    assert found.seen[0] > 0.95
+
+
 @pytest.mark.parametrize("mesh", [True, False])
 def test_much_is_claimed_of_what_photos_from_all_sides_show(mesh):
     rng = np.random.default_rng(1)

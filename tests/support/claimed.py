@@ -61,6 +61,9 @@ def denied(scenario, photos, error, seed=0, most=40):
     caster = Caster(scenario.terrain, obstacles, facets, scenario.bounds.min[2])
     if survey.of_ground:
         places[:, 2] = caster.ground(*places[:, :2].T)
+    elif survey.structures:  # cells reach a little into the ground
+        there = places[:, 2] >= caster.ground(*places[:, :2].T)
+        places, normals, count, depth = (column[there] for column in (places, normals, count, depth))
     cameras = Cameras.of(survey, photos, [error])
     sure, deep = seen(caster, cameras, places, None if survey.of_ground else normals, random=6, seed=seed)
     best = np.where(sure, deep, np.inf).min(axis=1, initial=np.inf)

@@ -9,6 +9,7 @@ import skyverse as sky
 from skyverse.errors import InputError
 from skyverse.model.shapes import Terrain
 from skyverse.space.world import World
+from skyverse.survey.facets import facets_of
 from skyverse.survey.structure_lines import structure_lines
 
 BOX = sky.Box(min=(0.0, 0.0, 0.0), max=(30.0, 12.0, 15.0), name="a")
@@ -22,6 +23,7 @@ YARD = sky.Prism(
 )
 TANK = sky.Cylinder(centre=(10.0, 5.0), radius=9.0, low=0.0, high=14.0, name="a")
 BALL = sky.Sphere(centre=(10.0, 5.0, 16.0), radius=6.0, name="a")
+VOXELS = sky.Voxels(origin=(0, 0, 0), step=(3, 3, 3), occupied=np.ones((10, 4, 5), dtype=bool), name="a")
 ERROR = {"horizontal": 0.4, "vertical": 0.6}
 
 
@@ -201,6 +203,31 @@ def test_walls_are_seen_down_to_sloping_ground_and_what_is_below_it_is_not_asked
 
     seen = seen_by_all_errors(photos(found.lines), places, normals, given.surveys[0], ERROR, below_ground)
     assert seen[above].all()
+
+
+@pytest.mark.parametrize("pattern", ["facade", "viewpoints"])
+@pytest.mark.parametrize("shape", [BOX, VOXELS], ids=["box", "voxels"])
+def test_all_of_walls_above_rough_slopes_is_planned_for(pattern, shape):
+    rng, x = np.random.default_rng(5), np.arange(-60, 104, 4.0)
+    heights = 0.25 * (x[:, None] - 8.0) + 0.1 * (x - 6.0) + rng.normal(0, 0.3, (len(x), len(x))) + 6.0
+    ground = Terrain(origin=(-60, -60), step=(4, 4), heights=np.maximum(heights, 0.0))
+    given = scenario(shape, terrain=ground, pattern=pattern)
+    facets = facets_of(given, given.surveys[0], 3.0)
+    assert (facets.normal[:, 2] == 0.0).all()  # roofs are not asked for
+    places = wall_samples(rings_of(BOX), 0.0, 15.0)[0]
+    low, high = facets.corners.min(axis=1), facets.corners.max(axis=1)
+    for place in places[places[:, 2] > ground.height(places[:, :2])]:
+        near = np.flatnonzero(((place >= low - 0.02) & (place <= high + 0.02)).all(axis=1))
+        assert any(above_foot(facets.corners[k], place) for k in near), place
+
+
+def above_foot(corners, place):
+    """Return whether a place before an upright facet is above its lower edge and below its upper one."""
+    along = corners[:, :2] @ (way := corners[2, :2] - corners[0, :2])
+    left, right = corners[np.isclose(along, along.min())][:, 2], corners[np.isclose(along, along.max())][:, 2]
+    share = (place[:2] @ way - along.min()) / np.ptp(along)
+    low, high = ((1 - share) * choose(left) + share * choose(right) for choose in (np.min, np.max))
+    return low - 1e-6 <= place[2] <= high + 1e-6
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ class Survey(Model):
     line, width
         x, y of the points of a line, metres, and how broad the ground along it is that is to be seen: a corridor.
     structures
-        The names of obstacles whose walls are to be seen.
+        The names of obstacles whose walls are to be seen, as far as they are above the ground; roofs are not.
     facets
         Triangles of a structure to be seen, corners x, y, z in metres, counterclockwise as seen from outside.
     camera

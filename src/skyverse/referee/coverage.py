@@ -167,7 +167,10 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
     for source in np.unique(missed.source).tolist():
         part = missed.of(missed.source == source)
         some = np.argsort(-part.area, kind="stable")[:ACROSS]
-        reasons = sight.reasons(part.corners[some].mean(axis=1), part.normal[some])
+        places = part.corners[some].mean(axis=1)
+        if part.solid[0] >= 0:  # a little of walls' cells is below the ground, where nothing is asked for
+            places[:, 2] = np.maximum(places[:, 2], ground_height(scenario, places[:, :2]))
+        reasons = sight.reasons(places, part.normal[some])
         certain |= any(reason.certain for reason in reasons)
         why = Counter(reason.why for reason in reasons).most_common(1)[0][0]
         gaps.append(CoverageGap(number, part.outline, float(part.area.sum()), why))
@@ -177,7 +180,7 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
 
 
 def _sunk(scenario: Scenario, cells: FacetCells) -> Bools:
-    """Return of cells whether a corner, or the middle, is below the ground; walls begin above it."""
+    """Return of cells whether a corner, or the middle, is below the ground."""
     if scenario.terrain is None:
         return np.zeros(len(cells.area), dtype=np.bool_)
     places = np.concatenate([cells.corners, cells.corners.mean(axis=1, keepdims=True)], axis=1)

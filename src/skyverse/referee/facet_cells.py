@@ -13,7 +13,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
 from skyverse.referee.blockers import Solid, rings_of
 from skyverse.referee.ground_cells import PIXELS_IN_CELL, SIZES
-from skyverse.referee.tolerances import LET_PASS
+from skyverse.referee.tolerances import LET_PASS, NO_LENGTH
 
 MOST_FACET_CELLS = 400_000
 """Cells at most: larger structures have larger ones."""
@@ -87,14 +87,13 @@ class FacetCells(NamedTuple):
 
 
 def facet_cells(scenario: Scenario, survey: Survey, solids: list[Solid]) -> FacetCells:
-    """Return the cells of a survey's walls, from the highest ground at their feet upwards, and of its facets."""
-    corners, owners, normals = [], list[int](), []
+    """Return the cells of a survey's walls, as far as they are above the ground at their feet, and of its facets."""
     named = {number for number, one in enumerate(scenario.obstacles) if one.name in survey.structures}
     quads: list[Floats] = []
     solid_of: list[int] = []
     for number, solid in enumerate(solids):
         if solid.obstacle in named:
-            walls = [_wall(scenario, solid, a, b) for ring in rings_of(solid.polygon) for a, b in pairwise(ring)]
+            walls = [_whole(solid, a, b) for ring in rings_of(solid.polygon) for a, b in pairwise(ring)]
             quads, solid_of = quads + walls, solid_of + [number] * len(walls)
     quads += [np.array([*facet, facet[2]]) for facet in survey.facets]
     solid_of += [-1] * len(survey.facets)
@@ -102,31 +101,66 @@ def facet_cells(scenario: Scenario, survey: Survey, solids: list[Solid]) -> Face
     flat = np.array(quads).reshape(-1, 4, 3)
     total = float(np.linalg.norm(np.cross(flat[:, 2] - flat[:, 0], flat[:, 3] - flat[:, 1]), axis=1).sum() / 2)
     size = max(size, float(np.sqrt(total / MOST_FACET_CELLS)))
-    for quad, number in zip(quads, solid_of, strict=True):
-        across = np.cross(quad[2] - quad[0], quad[3] - quad[1])
-        n, m = (
-            max(int(np.ceil(max(math.dist(quad[a], quad[b]) for a, b in ends) / size)), 1)
-            for ends in (((0, 1), (3, 2)), ((0, 3), (1, 2)))
-        )
-        u, v = (np.linspace(0, 1, k + 1)[:, None] for k in (n, m))
-        low, high = quad[0] + u * (quad[1] - quad[0]), quad[3] + u * (quad[2] - quad[3])
-        nodes = low[:, None] + v[None] * (high - low)[:, None]
-        cells = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=2).reshape(-1, 4, 3)
-        length = float(math.hypot(*across))
-        if length > 0:
-            corners.append(cells)
-            normals.append(np.tile(across / length, (len(cells), 1)))
-            owners.append(number)
-    if not corners:
-        none = np.zeros(0, dtype=np.intp)
-        return FacetCells(np.zeros((0, 4, 3)), np.zeros((0, 3)), none, none)
-    of = np.repeat(np.arange(len(owners)), [len(cells) for cells in corners])
-    whole = FacetCells(np.concatenate(corners), np.concatenate(normals), of, np.array(owners)[of])
+    cells = [
+        _cut(part, source, number, size)
+        for source, (quad, number) in enumerate(zip(quads, solid_of, strict=True))
+        for part in ([quad] if number < 0 else _above_ground(scenario, quad, size))
+    ]
+    none = np.zeros(0, dtype=np.intp)
+    cells.append(FacetCells(np.zeros((0, 4, 3)), np.zeros((0, 3)), none, none))
+    whole = FacetCells(*(np.concatenate(column) for column in zip(*cells, strict=True)))
     return whole.of(whole.area > 0)
 
 
-def _wall(scenario: Scenario, solid: Solid, a: Floats, b: Floats) -> Floats:
+def _cut(quad: Floats, source: int, solid: int, size: float) -> FacetCells:
+    """Return the cells of a part of a wall or facet, (4, 3); none where it has no area."""
+    across = np.cross(quad[2] - quad[0], quad[3] - quad[1])
+    length = float(math.hypot(*across))
+    n, m = (
+        max(int(np.ceil(max(math.dist(quad[a], quad[b]) for a, b in ends) / size)), 1)
+        for ends in (((0, 1), (3, 2)), ((0, 3), (1, 2)))
+    )
+    u, v = (np.linspace(0, 1, k + 1)[:, None] for k in (n, m))
+    low, high = quad[0] + u * (quad[1] - quad[0]), quad[3] + u * (quad[2] - quad[3])
+    nodes = low[:, None] + v[None] * (high - low)[:, None]
+    cells = np.stack([nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]], axis=2).reshape(-1, 4, 3)
+    cells = cells if length > 0 else cells[:0]
+    count = len(cells)
+    return FacetCells(
+        cells, np.tile(across / max(length, NO_LENGTH), (count, 1)), np.full(count, source), np.full(count, solid)
+    )
+
+
+def _whole(solid: Solid, a: Floats, b: Floats) -> Floats:
     """Return the corners (4, 3) of a wall, counterclockwise as seen from outside."""
-    foot = float(ground_height(scenario, a + np.linspace(0, 1, 33)[:, None] * (b - a)).max())
-    low = min(max(solid.low, foot), solid.high)
-    return np.array([[*a, low], [*b, low], [*b, solid.high], [*a, solid.high]])
+    return np.array([[*a, solid.low], [*b, solid.low], [*b, solid.high], [*a, solid.high]])
+
+
+def _above_ground(scenario: Scenario, wall: Floats, size: float) -> Floats:
+    """Return columns (n, 4, 3) of a wall that together hold all of it that is above the ground, and little else.
+
+    Columns end where lines of the terrain's grid pass. Between two of these the ground at the foot is a parabola, of
+    which the tangent in the middle is parallel to the line between its ends: columns begin at the lower of both.
+    """
+    a, b, low, high = wall[0, :2], wall[1, :2], wall[0, 2], wall[2, 2]
+    shares = [np.linspace(0, 1, max(int(np.ceil(math.dist(a, b) / size)), 1) + 1)]
+    if scenario.terrain is not None:
+        for k, lines in enumerate(scenario.terrain.heights.shape):
+            if abs(b[k] - a[k]) > NO_LENGTH:
+                grid = scenario.terrain.origin[k] + scenario.terrain.step[k] * np.arange(lines)
+                shares.append((grid - a[k]) / (b[k] - a[k]))
+    share = np.concatenate(shares)
+    share = np.unique(share[(share >= 0) & (share <= 1)])
+    share = share[np.diff(share, append=2) * math.dist(a, b) > LET_PASS]
+    share[0] = 0
+    middle = (share[1:] + share[:-1]) / 2
+    ground, inner = (ground_height(scenario, a + s[:, None] * (b - a)) for s in (share, middle))
+    side = np.stack([ground[:-1], ground[1:]])
+    side = side - np.maximum(side.mean(axis=0) - inner, 0) - low
+    # where the ground meets the lower edge, both sides are lowered until the line between them is nowhere above both
+    meets = np.where(side[0] * side[1] < 0, -side[0] * side[1] / np.maximum(abs(side[1] - side[0]), NO_LENGTH), 0)
+    floor = np.minimum(low + np.maximum(side, 0) - meets, high)
+    left, right = a + share[:-1, None] * (b - a), a + share[1:, None] * (b - a)
+    top = np.full(len(middle), high)
+    corners = [np.column_stack(one) for one in ((left, floor[0]), (right, floor[1]), (right, top), (left, top))]
+    return np.stack(corners, axis=1)

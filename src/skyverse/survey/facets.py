@@ -20,6 +20,8 @@ from skyverse.model.survey import Survey
 
 ROUND_SIDES = 24
 """Sides at least of the polygon around a circle, whose corners are then at most 0.9 % farther out."""
+ALONG, DEEPER = 129, 1.25
+"""Places along a facet's foot at which the ground is looked at, and how much deeper it may dip between them."""
 SMALLEST = 1e-4
 """Square metres: smaller facets are left out."""
 
@@ -94,7 +96,7 @@ def _around(centre: tuple[float, float], radius: float, sides: int) -> Floats:
 
 
 def facets_of(scenario: Scenario, survey: Survey, size: float) -> Facets:
-    """Return what a survey is to see of its structures: walls above ground, and for viewpoints roofs.
+    """Return what a survey is to see of its structures: walls above ground, and its facets; not roofs.
 
     Parameters
     ----------
@@ -109,21 +111,35 @@ def facets_of(scenario: Scenario, survey: Survey, size: float) -> Facets:
         Of round walls those of a polygon around them.
     """
     shapes = [shape for shape in scenario.obstacles if shape.name and shape.name in survey.structures]
-    parts = [part for shape in shapes for part in _parts(shape, size, roofs=survey.pattern == "viewpoints")]
+    parts = [part for shape in shapes for part in _parts(shape, size)]
     parts += [_cut_triangle(np.array(facet), size) for facet in survey.facets]
     wall = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     corners = np.concatenate([np.zeros((0, 4, 3)), *parts])
     floor = np.maximum(ground_height(scenario, corners[..., :2]), scenario.bounds.min[2])
+    floor -= _dips(scenario, corners)[:, None]
     above = (corners[..., 2] > floor).any(axis=1)
     flat = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    corners[..., 2] = np.maximum(corners[..., 2], floor)
+    z, foot = corners[..., 2], corners[..., 2].min(axis=1)
+    a, b = (floor[:, ::2] - foot[:, None]).T  # by how much the ground is above the lower edge at its ends
+    meets = np.where(a * b < 0.0, -a * b / np.where(a == b, 1.0, abs(b - a)), 0.0)
+    corners[..., 2] = np.maximum(z, floor) - np.where(z == foot[:, None], meets[:, None], 0.0)
     length = np.sqrt((flat**2).sum(axis=1))
     above &= length > 2.0 * SMALLEST
     return Facets(corners[above], flat[above] / length[above, None], wall[above])
 
 
-def _parts(shape: Shape, size: float, roofs: bool) -> Iterator[Floats]:
-    """Yield the flat parts of a shape's surface, each cut to facets (n, 4, 3)."""
+def _dips(scenario: Scenario, corners: Floats) -> Floats:
+    """Return by how much the ground below facets is at most lower than straight between its ends there, (n,) metres."""
+    share = np.linspace(0.0, 1.0, ALONG)[:, None]
+    a, b = corners[:, None, 0, :2], corners[:, None, 2, :2]
+    ground = ground_height(scenario, a + share * (b - a))
+    straight = ground[:, :1] + share[:, 0] * (ground[:, -1:] - ground[:, :1])
+    dips: Floats = DEEPER * (straight - ground).max(axis=1)
+    return dips
+
+
+def _parts(shape: Shape, size: float) -> Iterator[Floats]:
+    """Yield the flat parts of a shape's walls, each cut to facets (n, 4, 3); of spheres those all around."""
     if isinstance(shape, Sphere):
         yield from _globe(shape, size)[:, None]
         return
@@ -137,8 +153,6 @@ def _parts(shape: Shape, size: float, roofs: bool) -> Iterator[Floats]:
     for ring in rings:
         for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
             yield _cut_wall(np.array([*a, low]), np.array([*b, low]), np.array([0.0, 0.0, high - low]), size)
-    if roofs and not shape.closed_above:
-        yield _roof(rings, high, size)
 
 
 def _cut_wall(a: Floats, b: Floats, up: Floats, size: float) -> Floats:
@@ -167,18 +181,6 @@ def _cut_triangle(triangle: Floats, size: float) -> Floats:
     return np.concatenate([corners, corners[:, 2:]], axis=1)
 
 
-def _roof(rings: tuple[Floats, ...], z: float, size: float) -> Floats:
-    """Return the rectangles around the parts of a flat roof in the cells of a grid, (n, 4, 3)."""
-    low, high = rings[0].min(axis=0), rings[0].max(axis=0)
-    nx, ny = (max(1, math.ceil(side / size)) for side in high - low)
-    x, y = np.linspace(low[0], high[0], nx + 1), np.linspace(low[1], high[1], ny + 1)
-    i, j = (g.ravel() for g in np.meshgrid(np.arange(nx), np.arange(ny)))
-    cells = shapely.intersection(shapely.box(x[i], y[j], x[i + 1], y[j + 1]), shapely.Polygon(rings[0], rings[1:]))
-    u, v, w, h = shapely.bounds(cells[shapely.area(cells) > SMALLEST]).T
-    places = np.stack([(u, v), (w, v), (w, h), (u, h)]).transpose(2, 0, 1)
-    return np.concatenate([places, np.full((*places.shape[:2], 1), z)], axis=2)
-
-
 def _globe(sphere: Sphere, size: float) -> Floats:
     """Return flat facets around a sphere between circles of latitude and longitude, (n, 4, 3), that touch it."""
     rows = max(ROUND_SIDES // 2, math.ceil(math.pi * sphere.radius / size))
@@ -195,13 +197,13 @@ def _globe(sphere: Sphere, size: float) -> Floats:
 
 
 def _faces(voxels: Voxels, size: float) -> Floats:
-    """Return the faces between occupied and free cells, (n, 4, 3)."""
+    """Return the upright faces between occupied and free cells, (n, 4, 3)."""
     full, step, found = voxels.occupied, np.array(voxels.step), []
     for axis in range(3):
         parts = math.ceil(step[axis] / size)
         full, step[axis] = np.repeat(full, parts, axis=axis), step[axis] / parts
     full = np.pad(full, 1)
-    for axis in range(3):
+    for axis in range(2):
         u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
         for side in (0, 1):
             bare = full & ~np.roll(full, 1 - 2 * side, axis=axis)

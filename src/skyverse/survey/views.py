@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
+from skyverse.model.pad import ground_height
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
@@ -236,9 +237,11 @@ class Sights:
         return np.asarray((depth < 0.0).all(axis=1), dtype=np.bool_)
 
     def _before(self, facets: Facets) -> Floats:
-        """Return places (n, 4, 3) close before the facets' corners."""
+        """Return places (n, 4, 3) close before the facets' corners, and above the ground."""
         inward = facets.corners + OFF_WALL * (facets.centre[:, None] - facets.corners)
-        return inward + OFF_WALL * facets.normal[:, None]
+        places = inward + OFF_WALL * facets.normal[:, None]
+        places[..., 2] = np.maximum(places[..., 2], ground_height(self.world.scenario, places[..., :2]) + OFF_WALL)
+        return places
 
     def clear(self, places: Floats, facets: Facets, which: Ints) -> NDArray[np.bool_]:
         """Tell for each place (n, 3) and facet (n,) whether nothing hides a corner of it, (n,)."""
