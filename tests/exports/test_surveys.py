@@ -3,6 +3,7 @@
 from functools import lru_cache
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -120,3 +121,50 @@ def test_one_uav_with_several_sorties_is_exported(tmp_path):
         files = sky.export(mission, tmp_path / f"m.{suffix}", options, on_certificate=seen.append)
         assert len(files) == len(sorties)
         assert len({len(row) for row in verdict_table(seen[0].flights)[1]}) == 1
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("kind", ["point", "viewpoints"])
+def test_files_of_photos_taken_standing_last_about_as_long_as_they_are_planned(tmp_path, kind, suffix):
+    mission = survey(kind)
+    photos, seen = sky.photos_of(mission), []
+    options = sky.ExportOptions(altitude="home" if suffix == "litchi.csv" else "amsl")
+    sky.export(mission, tmp_path / f"m.{suffix}", options, on_certificate=seen.append)
+    (flight,) = seen[0].flights
+    planned = mission.trajectories[0].duration
+    assert planned > 3.0 * len(photos)
+    assert flight.duration - flight.begin == pytest.approx(planned, rel=0.35)  # landings are slower than planned
+
+
+@lru_cache
+def beside_a_zone(seed):
+    """Return a mission of strips, up to 1.7 km long, that end at a zone within their area."""
+    rng = np.random.default_rng([seed, 38])
+    wide, high = (1700.0, 80.0) if seed == 0 else rng.uniform((300, 80), (450, 160))
+    (x, y), (a, b) = rng.uniform(-8, 8, 2) + np.array([wide, high]) / 2, rng.uniform(12, 25, 2)
+    area = [(0.0, 0.0), (wide, 0.0), (wide, high), (0.0, high)]
+    corners = [(x - a, y - b), (x + a, y - b + 0.1), (x + a - 0.1, y + b), (x - a, y + b)]
+    zone = sky.Prism(name="hospital", vertices=corners, low=-100, high=210, solid=False, kind="no-fly zone")
+    fields = {"surveys": [sky.Survey(area, "mavic-3e", gsd="3 cm", overlap=(70, 60), direction=90.0)]}
+    if seed == 0:
+        fields["bounds"] = {"min": (-100, -100, 0), "max": (1800, 200, 200)}
+    more = {"tracking_error": {"horizontal": 1.6, "vertical": 3.0}} if seed % 2 else {}
+    uav = {
+        "name": "uav-1",
+        "start": (-20.0, -40.0, 60.0),
+        "end": "home",
+        "max_speed": 12.0,
+        "max_acceleration": 3.0,
+    } | {"home": 0.0}
+    kind = "hills" if seed == 1 else "flat"
+    frame = sky.Frame(origin=sky.Origin(latitude=63.0, longitude=10.0, altitude=100.0, geoid=40.0))
+    return planned_survey(kind, uavs=[uav | more], obstacles=(zone,), clearance=5.0, frame=frame, **fields)
+
+
+@pytest.mark.parametrize("suffix", FORMATS[1:])
+@pytest.mark.parametrize("seed", range(3))
+def test_strips_that_end_at_zones_are_exported(tmp_path, seed, suffix):
+    mission = beside_a_zone(seed)
+    assert len(mission.sorties[0][0].strips) >= 3
+    how = sky.ExportOptions(altitude="home" if suffix == "litchi.csv" else "amsl", allow_close=True)
+    assert sky.export(mission, tmp_path / f"m.{suffix}", how)

@@ -249,3 +249,36 @@ def test_a_strip_that_no_battery_reaches_is_told():
     assert mission.unseen
     assert mission.violations == ()
     assert not mission.seen
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 10_000), drones=st.integers(1, 2), steep=st.sampled_from([0.0, 0.5, 1.0]), zone=st.booleans()
+)
+def test_photos_at_points_are_flown_as_stops_whose_seconds_batteries_pay(seed, drones, steep, zone):
+    scenario = random_survey(seed, drones, 50.0, steep, False, zone)
+    survey = scenario.surveys[0].model_copy(update={"trigger": "point"})
+    mission = sky.plan_mission(scenario.model_copy(update={"surveys": (survey,)}))
+    assert [one.message for one in mission.violations] == []
+    photos = sky.photos_of(mission)
+    assert len(photos) > 5
+    for uav, trajectory in enumerate(mission.trajectories):
+        own = np.flatnonzero(photos.uav == uav)
+        if trajectory is None:
+            continue
+        still = ~trajectory.coefficients[:, 1:].any(axis=(1, 2))
+        stands, seconds = trajectory.coefficients[still, 0], np.diff(trajectory.knots)[still]
+        for place in photos.position[own]:
+            assert seconds[np.abs(stands - place).max(axis=1) < 1e-4].sum() >= 3.0 - 1e-9
+        for strip in set(photos.strip[own].tolist()):  # where it stands, the top of a picture points ahead as well
+            some = own[photos.strip[own] == strip]
+            if len(some) > 2:
+                assert np.ptp(np.unwrap(photos.heading[some], period=360.0)) < 1.0
+
+
+def test_aeroplanes_take_no_photos_standing():
+    scenario = survey_by_aeroplane(0, 8.0, "place", MAPPING)
+    survey = scenario.surveys[0].model_copy(update={"trigger": "point"})
+    with pytest.raises(sky.InputError, match="cannot stand still") as caught:
+        sky.plan_mission(scenario.model_copy(update={"surveys": (survey,)}))
+    assert caught.value.sentence.field == "trigger"

@@ -17,13 +17,15 @@ from skyverse._typing import Floats, Indices
 from skyverse.errors import InputError
 from skyverse.exports.autopilots import LOOKS, AutopilotName, AutopilotRates, trigger_lead
 from skyverse.exports.flights import ExportedFlight
+from skyverse.exports.leg_geometry import leg_deviation, steepest
 from skyverse.exports.waypoint_placement import distances_to_segment
 from skyverse.model.arrays import arctan2
 from skyverse.model.photos import photo_times
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Strip
 from skyverse.model.survey import Trigger
-from skyverse.numerics.tolerances import SAME_PLACE
+from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 
 MOST_RADII: dict[AutopilotName, float] = {"px4": 1.0, "ardupilot": 0.6, "dji": 1.0}
 """Metres: the largest acceptance radius of a multirotor that takes photos; ArduPilot turns somewhere within it."""
@@ -116,12 +118,16 @@ def photo_heading(runs: Sequence[PhotoRun], k: int) -> float | None:
 
 
 class Station(NamedTuple):
-    """A place of a waypoint: metres along a strip, the instant, seconds, (3,) metres, and whether the UAV stops."""
+    """A place of a waypoint.
+
+    It has metres along a strip, the instant, seconds, (3,) metres, whether the UAV stops, and the seconds of its stand.
+    """
 
     along: float
     instant: float
     place: Floats
     stops: bool
+    stood: float = 0.0
 
 
 class Approach(NamedTuple):
@@ -167,6 +173,10 @@ class StripWay:
         Seconds before and after it that the UAV flies elsewhere.
     off
         Metres by which its straight parts may be off.
+    longest
+        Metres between the ends of its straight parts at most: longer ones autopilots fly too far beside straight lines.
+    stands
+        (k, 2) seconds: where the UAV stands for each photo, from when until when.
     """
 
     name: str
@@ -180,6 +190,8 @@ class StripWay:
     photos: Floats
     room: tuple[float, float]
     off: float
+    longest: float
+    stands: Floats
 
     @property
     def alone(self) -> bool:
@@ -199,7 +211,11 @@ class StripWay:
     @cached_property
     def corners(self) -> Indices:
         """The samples between which it is straight, both ends included."""
-        return np.array(_straight_parts(self.points, 0, len(self.points) - 1, self.off) or [0])
+        found = np.array(_straight_parts(self.points, 0, len(self.points) - 1, self.off) or [0])
+        parts = [
+            np.linspace(a, b, math.ceil((b - a) / self.longest) + 1) for a, b in pairwise(self.along[found].tolist())
+        ]
+        return np.unique(np.r_[found, *(np.searchsorted(self.along, part[1:-1]) for part in parts)])
 
     @cached_property
     def bends(self) -> Floats:
@@ -241,7 +257,12 @@ class StripWay:
         at = self.along[self.corners]
         if self.alone:
             stops = {float(along): True for along in self.photos}
+            stands = dict(zip(stops, self.stands.tolist(), strict=True))
             stations = self._stations({**dict.fromkeys(at[1:-1].tolist(), False), **stops}, steady=False)
+            for k, station in enumerate(stations):
+                if station.stops:
+                    begin, end = stands[station.along]
+                    stations[k] = station._replace(instant=begin, stood=end - begin)
             return stations, [self._run(stations, along, along, 1, stands=True) for along in stops]
         halts = halts[0] and not how.wing, halts[1] and not how.wing
         sharp = how.radius * np.sin(np.minimum(self.bends, math.pi / 2)) > MOST_ASIDE
@@ -342,6 +363,8 @@ def strip_ways(scenario: Scenario, flight: ExportedFlight, busy: Sequence[float]
     `busy` are the instants at which the UAV begins and ends something else, of the flight's begin and end at least.
     """
     trajectory, strips = flight.trajectory, flight.strips
+    slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain)
+    longest = math.sqrt(LEG_ALLOWANCE / (float(leg_deviation(scenario, 1.0)) * (1.0 + slope)))
     made = []
     for number, strip in strips:
         t = trajectory.instants(SAMPLES_IN_PIECE, strip.begin, strip.end)
@@ -358,5 +381,21 @@ def strip_ways(scenario: Scenario, flight: ExportedFlight, busy: Sequence[float]
         survey = scenario.surveys[strip.survey]
         fastest = strip.every / (SPARE_SPEED * survey.camera.min_interval) if strip.every else math.inf
         of = scenario.uavs[flight.uav].name, number, strip, survey.trigger, fastest
-        made.append(StripWay(*of, along, t, points, photos, room, OFF_WAY if through else OFF_STOPS))
+        stands = np.array([_stand(trajectory, at) for at in np.interp(photos, along, t).tolist()])
+        made.append(StripWay(*of, along, t, points, photos, room, OFF_WAY if through else OFF_STOPS, longest, stands))
     return made
+
+
+def _stand(trajectory: Trajectory, t: float) -> tuple[float, float]:
+    """Return from when until when a UAV stands still where it is at an instant, seconds; that twice if it does not."""
+    knots, places = trajectory.knots, trajectory.at(trajectory.knots).position
+    near = np.abs(places - trajectory.at([t]).position).max(axis=1) <= SAME_PLACE
+    still = np.intersect1d(np.flatnonzero(near), np.flatnonzero(near) - 1)
+    if not len(still):
+        return t, t
+    first = last = int(still[np.argmin(np.abs((knots[still] + knots[still + 1]) / 2 - t))])
+    while first - 1 in still:
+        first -= 1
+    while last + 1 in still:
+        last += 1
+    return float(knots[first]), float(knots[last + 1])

@@ -176,7 +176,7 @@ def _searched(
             if isinstance(found, Obstruction):
                 said, blocked = found, tuple(instants[[*search.blocked]].tolist())
             elif len(found) <= MAX_WAYPOINTS:
-                made = _made(flight, search, instants, found, base, climb, lowered)
+                made = _made(flight, search, given, instants, found, base, climb, lowered)
                 return replace(made, runs=_runs(given, made, instants[[k for k, _ in found]]))
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
@@ -277,6 +277,7 @@ def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
 def _made(
     flight: ExportedFlight,
     search: WaypointPlacement,
+    given: _Curve,
     instants: Floats,
     found: list[tuple[int, Floats]],
     base: Floats,
@@ -291,6 +292,10 @@ def _made(
         k = [index for index, _ in found].index(_sample_at(instants, stay.arrival))
         stood[k], targets[k] = stay.departure - stay.arrival, stay.target
         holds[k] = max(stood[k], stay.least + (stop_seconds(radius) if radius else 0.0))
+    for station in (one for stations, _ in given.strips for one in stations if one.stood):
+        k = [index for index, _ in found].index(_sample_at(instants, station.instant))
+        stood[k] = station.stood
+        holds[k] = max(holds[k], station.stood)
     radii = np.array([radius * (k in search.passes or not search.only_passes) for k, _ in found])
     flown = np.concatenate([curve[:1], points[1:]])  # the takeoff does not count as a deviation
     deviations = legs.deviations(flown, radii, holds)

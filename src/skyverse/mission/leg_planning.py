@@ -22,7 +22,7 @@ from skyverse.problem import Airspace, Problem
 from skyverse.referee import energy_bounds
 from skyverse.stop import Stop
 from skyverse.survey.lines import PhotoLine
-from skyverse.trajectory import Shape, leg_along, straight_along
+from skyverse.trajectory import Shape, leg_along, stopping_along, straight_along
 
 PRICING_LEGS = 20_000
 """The straight legs that `Cheapest` may price for a leg of a tour while routes are sought."""
@@ -108,6 +108,8 @@ class LegPlanner:
             result = any_angle_result(
                 problem, line.path, None, SearchRecord(provenance("a line of a survey", None, None))
             )
+            if line.stay:
+                return result, stopping_along(problem, line.parts, line.speed, line.stay)
             return result, straight_along(problem, line.path, line.speed)
         result = require_result(planner.plan(problem, stop=self.how.stop, rng=np.random.default_rng(seed)))
         leaving, entering = self.headings

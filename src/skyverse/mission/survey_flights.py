@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from skyverse.errors import InputError
 from skyverse.mission.leg_planning import Ends
 from skyverse.mission.tours import REASONS
 from skyverse.model.coverage import CoverageGap
@@ -14,10 +15,11 @@ from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.sortie import Sortie, Strip
 from skyverse.survey import lines_of
+from skyverse.survey.flying import flying
 from skyverse.survey.lines import PhotoLine
 
-SETTLE = 1.0
-"""Seconds for which a UAV stands still before a single photo."""
+SETTLE = 3.0
+"""Seconds for which a UAV stands still for a photo, as files tell autopilots with an acceptance radius of a metre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +97,15 @@ def survey_flights(scenario: Scenario) -> SurveyFlights:
     """Plan the photo lines of a scenario's surveys, if it has any, and return them as parts of tours."""
     if not getattr(scenario, "surveys", ()):
         return SurveyFlights(scenario, scenario)
+    for survey in scenario.surveys:
+        wing = next((uav.name for uav in flying(scenario, survey) if uav.fixed_wing is not None), None)
+        if survey.trigger == "point" and wing is not None:
+            said = f"{wing} is an aeroplane, which cannot stand still at points; take photos by distance or time"
+            raise InputError(said, field="trigger")
     found = [lines_of(scenario, number) for number in range(len(scenario.surveys))]
     targets, ways, ends = list(scenario.targets), dict[Ends, PhotoLine](), list[PhotoLine]()
-    for line in (line for one in found for line in one.lines):
+    stays = [SETTLE if survey.trigger == "point" else 0.0 for survey in scenario.surveys]
+    for line in (replace(line, stay=stays[line.survey]) for one in found for line in one.lines):
         first, uavs, alone = len(targets), scenario.surveys[line.survey].uavs, len(line.path) == 1
         aim = {"heading": (line.heading or 0.0) % 360.0, "stay": SETTLE} if alone else {}
         for place in line.path if alone else line.path[[0, -1]]:

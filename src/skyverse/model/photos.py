@@ -131,17 +131,24 @@ def photo_times(trajectory: Trajectory, strip: Strip) -> Floats:
     """
     if strip.every <= 0 or strip.end <= strip.begin:
         return np.array([strip.begin])
-    t = trajectory.instants(STEPS_IN_PIECE, strip.begin, strip.end)
-    at = trajectory.at(t).position[:, :2]
-    way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(at, axis=0).T))]
+    way, t = _way(trajectory, strip)
     count = round(way[-1] / strip.every)
     return np.interp(np.linspace(0.0, way[-1], count + 1), way, t)
 
 
+def _way(trajectory: Trajectory, strip: Strip) -> tuple[Floats, Floats]:
+    """Return metres flown along a strip, seen from above, and when, seconds."""
+    t = trajectory.instants(STEPS_IN_PIECE, strip.begin, strip.end)
+    at = trajectory.at(t).position[:, :2]
+    return np.r_[0.0, np.cumsum(np.hypot(*np.diff(at, axis=0).T))], t
+
+
 def _course(trajectory: Trajectory, strip: Strip, times: Floats) -> Floats:
     """Return where a UAV flies to at some instants of a strip, degrees clockwise from north, also where it stands."""
-    span = strip.end - strip.begin
-    before = trajectory.at(np.maximum(times - 0.01 * span, strip.begin)).position
-    after = trajectory.at(np.minimum(times + 0.01 * span, strip.end)).position
+    way, t = _way(trajectory, strip)
+    at, near = np.interp(times, t, way), 0.01 * way[-1]
+    before, after = (
+        trajectory.at(np.interp(np.clip(at + off, 0.0, way[-1]), way, t)).position for off in (-near, near)
+    )
     east, north = (after - before)[:, :2].T
     return np.degrees(arctan2(east, north)) % 360.0

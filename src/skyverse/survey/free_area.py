@@ -18,11 +18,15 @@ from skyverse.model.shape_extent import extent, extruded
 from skyverse.model.shapes import FENCE, AnyShape, Box, Cylinder, Prism, Sphere, Voxels
 from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.survey.footprints import GroundView
 from skyverse.survey.ground import GroundCells
 
-ALLOWANCE = 0.01
-"""Metres by which what is not free is larger, so that lines along its edge are clear in spite of all rounding."""
+ALLOWANCE = 0.01 + LEG_ALLOWANCE
+"""Metres by which what is not free is larger, so that lines along its edge are clear in spite of all rounding.
+
+They are so as well where an autopilot flies them by rounded degrees, and a little beside straight lines.
+"""
 ROUNDNESS = 16
 """Straight pieces of a quarter of a circle."""
 

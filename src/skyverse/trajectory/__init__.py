@@ -4,7 +4,14 @@ from skyverse.trajectory.aeroplane import fly_aeroplane, least_ways
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.heading import HeldYaw, with_heading
 from skyverse.trajectory.leg_parts import rest_to_rest
-from skyverse.trajectory.path_to_trajectory import Shape, fly_along, leg_along, needed_waypoints, straight_along
+from skyverse.trajectory.path_to_trajectory import (
+    Shape,
+    fly_along,
+    leg_along,
+    needed_waypoints,
+    stopping_along,
+    straight_along,
+)
 from skyverse.trajectory.proof import Proof, prove
 from skyverse.trajectory.smooth import smooth
 from skyverse.trajectory.straight_legs import least_seconds
@@ -23,6 +30,7 @@ __all__ = [
     "prove",
     "rest_to_rest",
     "smooth",
+    "stopping_along",
     "straight_along",
     "with_heading",
 ]

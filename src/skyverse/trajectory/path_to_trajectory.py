@@ -1,6 +1,6 @@
 """From a result's path to the trajectory that a mission carries, proven at every instant."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Literal, get_args
 
@@ -112,6 +112,17 @@ def straight_along(problem: Problem, waypoints: Floats, max_speed: float) -> Tra
         if prove(world, slowed, trajectory).verdict is Verdict.PROVEN:
             return trajectory
     return None
+
+
+def stopping_along(problem: Problem, ways: Sequence[Floats], max_speed: float, stay: float) -> Trajectory | None:
+    """Return the trajectory along ways (n, 3), each as of `straight_along`, that stands `stay` seconds at every end."""
+    flown = [straight_along(problem, way, max_speed) for way in ways]
+    parts = [Trajectory(np.array([0.0, stay]), ways[0][None, :1])]
+    for way, part in zip(ways, flown, strict=True):
+        if part is None:
+            return None
+        parts += [part, Trajectory(np.array([0.0, stay]), way[None, -1:])]
+    return joined(parts)
 
 
 def needed_waypoints(problem: Problem, result: Result) -> Floats:
