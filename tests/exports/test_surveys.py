@@ -168,3 +168,25 @@ def test_strips_that_end_at_zones_are_exported(tmp_path, seed, suffix):
     assert len(mission.sorties[0][0].strips) >= 3
     how = sky.ExportOptions(altitude="home" if suffix == "litchi.csv" else "amsl", allow_close=True)
     assert sky.export(mission, tmp_path / f"m.{suffix}", how)
+
+
+SQUARE, OTHER = ([(x, 0), (x + 60, 0), (x + 60, 60), (x, 60)] for x in (0, 90))
+HOLED = {"vertices": SQUARE, "holes": [[(20, 20), (40, 20), (40, 40), (20, 40)]]}
+
+
+@pytest.mark.parametrize(
+    ("area", "suffix", "said"),
+    [
+        ([{"vertices": SQUARE}, {"vertices": OTHER}], "plan", "found 2 parts and no holes"),
+        (HOLED, "plan", "found 1 part and 1 hole"),
+        (SQUARE, "waypoints", "expected a .plan, which alone has survey items, found .waypoints"),
+        (SQUARE, "csv", "expected a .plan"),
+    ],
+)
+def test_survey_items_are_refused_that_a_file_cannot_hold(tmp_path, area, suffix, said):
+    asked = sky.Survey(area, "mavic-3e", gsd="2 cm", overlap=(60, 40))
+    mission = planned_survey("flat", surveys=[asked])
+    with pytest.raises(sky.InputError, match=said) as caught:
+        sky.export(mission, tmp_path / f"m.{suffix}", sky.ExportOptions(survey_item=True))
+    assert caught.value.sentence.field == "survey_item"
+    assert not [*tmp_path.iterdir()]

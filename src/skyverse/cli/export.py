@@ -61,11 +61,12 @@ class WaypointOptions:
         altitude, a separation apart, where there is room: at 30 m or the next that is proven.
     autopilot
         What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz, .litchi.csv). By default
-        .plan is for px4 and .waypoints for ardupilot.
+        .plan is for px4, or for ardupilot with --altitude agl, and .waypoints for ardupilot.
     apart_in_space
         Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
     survey_item
-        In .plan, show the photos of an area as QGroundControl's own survey item; editing it there loses the proof.
+        In .plan, show the photos of an area as QGroundControl's own survey item, if it has one part and no holes;
+        editing it there loses the proof.
     """
 
     radius: float = 2.0

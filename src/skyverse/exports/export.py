@@ -21,6 +21,7 @@ from skyverse.exports.requirements import (
     require_format,
     require_no_movers,
     require_not_refuted,
+    require_survey_items,
     with_zones_always_active,
     write_files,
 )
@@ -118,6 +119,8 @@ def export(
     elif page is not None:
         said = f"expected a file of waypoints, {', '.join(ROUTE_SUFFIXES)}, to draw, found {path}"
         raise InputError(said, field="page")
+    if options.survey_item:
+        require_survey_items(given, suffix)
     if suffix in ALTITUDE_REFERENCES:
         placed = with_origin(mission, options.origin, str(path))
         require_format(mission, placed, suffix, options, str(path))

@@ -28,7 +28,7 @@ from skyverse.model.frame import Origin
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import listed
+from skyverse.model.short_lines import counted, listed
 from skyverse.model.timed_shapes import temporary_zones, told_zone, with_zones_active
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee import certify, judge
@@ -190,6 +190,20 @@ def require_format(mission: Mission, scenario: Scenario, suffix: str, options: E
         geoid_of(scenario, what if suffix == ".geojson" else "DJI's waylines, above the sea")
     if suffix in ROUTE_SUFFIXES or altitude == "home":
         require_plausible_homes(scenario)
+
+
+def require_survey_items(scenario: Scenario, suffix: str) -> None:
+    """Raise `InputError` where QGroundControl's own survey item cannot hold the surveys of a file."""
+    if suffix != ".plan":
+        raise InputError(f"expected a .plan, which alone has survey items, found {suffix}", field="survey_item")
+    for survey in scenario.surveys:
+        if len(survey.area) > 1 or any(part.holes for part in survey.area):
+            raise InputError(
+                f"{survey.name}: expected an area of one part without holes, as QGroundControl's survey items have, "
+                f"found {counted(len(survey.area), 'part')} and "
+                f"{counted(sum(len(part.holes) for part in survey.area), 'hole')}",
+                field="survey_item",
+            )
 
 
 def require_plausible_homes(scenario: Scenario) -> None:
