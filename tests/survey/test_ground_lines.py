@@ -294,6 +294,13 @@ def test_a_corridor_is_seen_also_at_its_bends():
         assert not lines.unseen
 
 
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 100), overlap=st.sampled_from([(0, 0), (10, 0), (0, 10)]))
+def test_over_relief_hardly_anything_is_unseen_where_no_overlap_is_asked_for(seed, overlap):
+    given = scenario(sky.Survey(FIELD, "mavic-3e", gsd=GSD, overlap=overlap), relief(seed, 12.0))
+    assert sum(gap.area for gap in ground_lines(given, 0).unseen) <= 0.005 * shapely.Polygon(FIELD).area
+
+
 def test_a_height_is_kept_above_the_ground_below():
     survey = sky.Survey(FIELD, "mavic-3e", height=50.0, direction=0.0)
     given = scenario(survey, relief(5, 12.0), error={})

@@ -31,6 +31,9 @@ from skyverse.survey.strip_lines import StripFlown, lines_along
 from skyverse.survey.sweep import sweep
 from skyverse.survey.sweep_lines import polygons, widest_gaps
 
+EARLY = 0.5
+"""The share that photos overlap at least where strips over relief end before the area does."""
+
 
 def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
     """Return the lines of a survey of the ground, and the parts of the ground that none of them sees.
@@ -103,8 +106,10 @@ def _swept(
     if polygons(wanted.intersection(sight.free.polygon)).is_empty:
         raise InputError(f"expected an area that may be flown over, but {sight.free.why(wanted)}", field="area")
     only = None if way is None else way[None]
-    # straight down, half a step beyond the first and the last photo of a strip is shown as often as elsewhere
-    early = 0.5 * sight.steps[0] if sight.photo.level == 0.0 else 0.0
+    # straight down, half a step beyond the first and the last photo of a strip is shown as often as elsewhere, unless
+    # ground that is higher is nearer to a photo that has little to spare
+    spare = sight.even or sight.overlap[0] >= EARLY
+    early = 0.5 * sight.steps[0] if sight.photo.level == 0.0 and spare else 0.0
     plan = sweep(
         wanted,
         sight.free.polygon,

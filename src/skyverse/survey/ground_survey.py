@@ -182,7 +182,10 @@ class GroundSurvey:
             for half, lost in zip((along, across), reversed(shrink), strict=True)
         ]
         certain = inscribed(certain, crab)
-        steps = [min(size * (1.0 - share), sure) for size, share, sure in zip(alone, overlap, certain, strict=True)]
+        # over relief, too, photos share so much that all between them is seen for certain
+        front, beside = (max(part, 1.0 - sure / size) for size, part, sure in zip(alone, overlap, certain, strict=True))
+        overlap = front, beside
+        steps = [size * (1.0 - share) for size, share in zip(alone, overlap, strict=True)]
         if min(steps) <= 0.0:
             raise InputError(
                 "expected photos that show more ground than UAVs stray, and than gimbals turn", field="gsd"
