@@ -55,7 +55,8 @@ class WaypointOptions:
     takeoff
         In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
     end
-        Whether a UAV stays at the target, lands below it, on the ground or an obstacle, or returns and lands at home.
+        Whether a UAV stays at the target (loiter; one that ends at home lands there), lands below it, on the ground or
+        an obstacle, or returns and lands at home.
     return_altitude
         Metres above home at which UAVs return by themselves, unless they are higher. When left out, each at another
         altitude, a separation apart, where there is room: at 30 m or the next that is proven.
