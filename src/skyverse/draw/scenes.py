@@ -203,7 +203,7 @@ def scene(mission: Mission) -> MissionScene:
     curves = ((track, flight.result) for track, flight in zip(tracks, flights, strict=True))
     proven = mission.apart is not None and mission.apart.verdict is Verdict.PROVEN and not mission.violations
     covered = tuple(one.sentence for one in mission.coverage)  # which stand on cards of their own
-    cautions = (str(caution.sentence) for caution in mission_cautions(mission))
+    cautions = (caution.sentence for caution in mission_cautions(mission))
     return MissionScene(
         scenario=scenario,
         mission=mission,
