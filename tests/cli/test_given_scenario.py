@@ -93,7 +93,7 @@ def test_places_in_degrees_replace_uavs_and_targets_which_keep_names_and_limits(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("46.9,9.85,60 m agl", "which ends 11 km from latitude 46.9, longitude 9.85; skyverse scenario build --from"),
+        ("46.9,9.85,60 m agl", "it ends 11 km from latitude 46.9, longitude 9.85; skyverse scenario build --from"),
         ("9.85,46.8,60 m agl", "are latitude and longitude swapped"),
         ("46.8,9.85,60 m home", "expected an altitude as agl or amsl"),
         ("46.8,9.85,60 agl", "expected an altitude in m or ft"),
