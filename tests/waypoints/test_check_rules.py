@@ -323,7 +323,7 @@ def test_rally_points_to_which_it_may_return_are_found(tmp_path, autopilot, retr
 
 
 def test_returns_that_the_referee_does_not_prove_are_found(tmp_path, monkeypatch):
-    monkeypatch.setattr("skyverse.exports.way_home.proven", lambda lines: False)
+    monkeypatch.setattr("skyverse.exports.return_altitudes.proven", lambda lines: False)
     fleet = checked(tmp_path, plan(tour((NORTH, 0, 30), (NORTH, NORTH, 30))))
     assert {one[2] for one in wrong(fleet)} == {"the referee does not prove it"}
 
