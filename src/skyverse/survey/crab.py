@@ -23,8 +23,10 @@ def crab_angle(uavs: tuple[UAV, ...], wind: Wind | None) -> float:
 
 
 def inscribed(sides: Sequence[float], angle: float) -> list[float]:
-    """Return the sides of a rectangle within one with `sides` that is turned by an angle; it touches all of these."""
-    c, s = math.cos(angle), math.sin(angle)
+    """Return the sides of the largest rectangle within one with positive `sides` that is turned by 0 to pi/2."""
+    c, s, long = math.cos(angle), math.sin(angle), max(sides)
+    if min(sides) <= long * math.sin(2.0 * angle):  # two of its corners lie midway between the long sides
+        return [min(sides) / (2.0 * (s if own == long else c)) for own in sides]
     return [(own * c - other * s) / math.cos(2.0 * angle) for own, other in zip(sides, reversed(sides), strict=True)]
 
 
@@ -61,11 +63,13 @@ def overlap_to_plan(asked: tuple[float, float], half_widths: tuple[float, float]
         return min(float(right.intersection(affinity.translate(one, way, 0.0)).area) for one in (left, right))
 
     def planned(shared: Callable[[float], float], share: float, size: float) -> float:
-        if shared(0.0) < share * right.area:
-            found = (
-                f"found {100 * share:.0f} %, where the wind turns aeroplanes by up to {math.degrees(angle):.0f} degrees"
+        most = shared(0.0) / right.area
+        if most < share:
+            turned = f"which photos share at most where the wind turns aeroplanes by up to {math.degrees(angle):.0f}"
+            raise InputError(
+                f"expected less than {math.floor(100 * most)} %, {turned} degrees, found {100 * share:.0f} %",
+                field="overlap",
             )
-            raise InputError(f"expected less than photos can share, {found}", field="overlap")
         low, high = 0.0, size
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)

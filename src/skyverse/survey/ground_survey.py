@@ -181,15 +181,15 @@ class GroundSurvey:
             2.0 * (least * (half - lost) - off.aside - off.up * half)
             for half, lost in zip((along, across), reversed(shrink), strict=True)
         ]
+        if min(certain) <= 0.0:
+            raise InputError(
+                "expected photos that show more ground than UAVs stray, and than gimbals turn", field="gsd"
+            )
         certain = inscribed(certain, crab)
         # over relief, too, photos share so much that all between them is seen for certain
         front, beside = (max(part, 1.0 - sure / size) for size, part, sure in zip(alone, overlap, certain, strict=True))
         overlap = front, beside
         steps = [size * (1.0 - share) for size, share in zip(alone, overlap, strict=True)]
-        if min(steps) <= 0.0:
-            raise InputError(
-                "expected photos that show more ground than UAVs stray, and than gimbals turn", field="gsd"
-            )
         limit = photo
         if survey.gsd is None or (survey.pattern == "oblique" and c > 0.0 and not whole):
             # above the ground below: the photos that look straight down show all of it finely enough
