@@ -68,6 +68,11 @@ def require_stop(stop: object) -> None:
         raise InputError(said, field="stop")
 
 
+def is_cancelled(stop: Stop | None) -> bool:
+    """Tell whether somebody has cancelled a run, if there is a rule that can tell."""
+    return stop is not None and stop.cancelled
+
+
 @dataclass(frozen=True)
 class Either(Stop):
     """Ends a run at whichever of two rules is met first."""

@@ -14,6 +14,7 @@ from handmade import hall
 from skyverse.deconfliction import PlacedFlight, resolve_conflicts
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.resolve_conflicts import Resolution, _actions
+from turns import in_turns
 
 LEFT = sky.MissionOptions(keep_apart=False)
 
@@ -145,8 +146,10 @@ def test_who_starts_too_close_to_another_still_gives_way_to_a_higher_priority():
     assert 2 not in {action.uav for action in mission.deconfliction.actions}
 
 
-def test_an_interruption_keeps_the_best_found_so_far():
+@pytest.mark.parametrize("order", [int, lambda uav: -uav], ids=["in order", "backwards"])
+def test_an_interruption_keeps_the_best_found_so_far(monkeypatch, order):
     event = threading.Event()
+    in_turns(monkeypatch, order)
 
     class Interrupting(sky.Taut):  # while the last path is planned, which an exact planner does not look at
         def plan(self, problem, **more):
@@ -155,7 +158,7 @@ def test_an_interruption_keeps_the_best_found_so_far():
             return super().plan(problem, **more)
 
     given = sky.circle_swap(4)
-    mission = sky.plan_mission(given, Interrupting(), stop=sky.Cancelled(event), assignment="identity")
+    mission = sky.plan_mission(given, Interrupting(), stop=sky.Cancelled(event), assignment="identity", workers=2)
     assert mission.interrupted
     assert all(result.status.reached for result in mission.results)
     assert mission.deconfliction.actions == ()

@@ -21,7 +21,7 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.problem import Airspace, Problem
 from skyverse.space.timed_shapes import MovingShapes, mover_gaps, moving_shapes, timed_parts
-from skyverse.stop import Stop
+from skyverse.stop import Stop, is_cancelled
 
 CLOSE_ENDS = 1.05
 """Starts, or targets, are close where their distance is below so many separations."""
@@ -78,7 +78,7 @@ class CandidatePool:
     @property
     def cancelled(self) -> bool:
         """Whether the search is to end with what it has."""
-        return self._stop is not None and self._stop.cancelled
+        return is_cancelled(self._stop)
 
     @property
     def spent(self) -> bool:

@@ -18,7 +18,7 @@ from skyverse.model.timed_shapes import is_closed_at_times, told_zone
 from skyverse.model.verdict import Action, ActionKind, Conflict, Deconfliction
 from skyverse.problem import Airspace, Problem
 from skyverse.space.timed_shapes import timed_parts
-from skyverse.stop import Stop
+from skyverse.stop import Stop, is_cancelled
 
 Replan = Callable[[Problem], Result]
 """Plans the path of a UAV to another target."""
@@ -90,7 +90,7 @@ def resolve_conflicts(
     flights = zip(range(len(trajectories)), mission.assignment, mission.results, trajectories, strict=True)
     if all(conflict.given for conflict in found) and not pool.is_dynamic:
         unchanged = Deconfliction(found, found, (), total, total, makespan, makespan)
-        return replace(mission, interrupted=stop is not None and stop.cancelled, deconfliction=unchanged)
+        return replace(mission, interrupted=is_cancelled(stop), deconfliction=unchanged)
     planned = [pool.add_planned(*flight) for flight in flights]
     pool.end = makespan + STAY
     for _ in range(MAX_LATER_ENDS):

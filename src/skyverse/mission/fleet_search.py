@@ -9,7 +9,7 @@ import numpy as np
 from skyverse._typing import Ints
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible
-from skyverse.stop import Progress
+from skyverse.stop import Progress, is_cancelled
 from skyverse.survey.strip_fleet import StripFleet
 from skyverse.survey.strip_search import StripSearch
 
@@ -84,7 +84,7 @@ class FleetSearch:
 
     @property
     def _cancelled(self) -> bool:
-        return self._search.stop is not None and self._search.stop.cancelled
+        return is_cancelled(self._search.stop)
 
     def _over(self) -> bool:
         progress = Progress(iterations=self._kicks, seconds=time.perf_counter() - self._begun)

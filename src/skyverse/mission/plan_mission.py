@@ -29,7 +29,7 @@ from skyverse.planners.results import refused_result
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import judge
-from skyverse.stop import Progress, Stop, require_stop
+from skyverse.stop import Progress, Stop, is_cancelled, require_stop
 from skyverse.summary import with_flight_summaries
 from skyverse.trajectory import Shape, fly_along
 
@@ -110,7 +110,8 @@ def plan_mission(
         Plans each UAV's path, or its name, such as ``"mvo"``; `Auto` by default, which chooses the best for the
         scenario.
     stop
-        When the planning of each UAV's path ends. A `Cancelled` rule ends the whole mission with the results so far.
+        When the planning of each UAV's path ends. A `Cancelled` rule ends the whole mission with the results so far:
+        once it is met no further path is begun, and those begun are kept, of the first UAVs in the scenario's order.
     rng
         Seed or generator. Every UAV draws from a stream of its own.
     assignment
@@ -175,15 +176,16 @@ def plan_mission(
         if target is None:
             return None, None
         problem = Problem(airspace, uav, target)
-        if uav and stop is not None and stop.cancelled:
-            return refused_result(problem, Status.NOT_PLANNED, origin), None
         report = None if on_progress is None else partial(on_progress, uav)
         result = require_result(planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report))
         return result, fly_along(problem, result, shape)
 
     results: list[Result | None] = []
     trajectories: list[Trajectory | None] = []
-    for uav, (result, trajectory) in enumerate(side_by_side(flight, len(assigned), most_threads if direct else 1)):
+    flown = side_by_side(flight, len(assigned), most_threads if direct else 1, partial(is_cancelled, stop))
+    for uav, target in enumerate(assigned):
+        left = None if target is None else refused_result(Problem(airspace, uav, target), Status.NOT_PLANNED, origin)
+        result, trajectory = next(flown, (left, None))
         results.append(result)
         trajectories.append(trajectory)
         if on_progress is not None:

@@ -21,7 +21,7 @@ from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible, timed
 from skyverse.numerics.tolerances import WHOLE_UNITS
-from skyverse.stop import Progress
+from skyverse.stop import Progress, is_cancelled
 
 if TYPE_CHECKING:
     from pyvrp import ProblemData, Solution
@@ -105,7 +105,7 @@ class _Clock:
 
     @property
     def cancelled(self) -> bool:
-        return self._stop is not None and self._stop.cancelled
+        return is_cancelled(self._stop)
 
     def over(self) -> bool:
         progress = Progress(iterations=self._iterations, seconds=time.perf_counter() - self._begun)

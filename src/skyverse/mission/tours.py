@@ -24,7 +24,7 @@ from skyverse.model.result import CANCELLED, Provenance
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Unvisited
 from skyverse.problem import Airspace
-from skyverse.stop import Progress, Stop
+from skyverse.stop import Progress, Stop, is_cancelled
 from skyverse.survey.lines import PhotoLine
 
 MOST_ROUNDS = 40
@@ -132,7 +132,7 @@ def _finished_routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -
     for _ in range(MOST_ROUNDS):
         routes = _routes(scenario, legs, work, options)
         legs.finish(_wanted(scenario, routes))
-        interrupted = stop is not None and stop.cancelled
+        interrupted = is_cancelled(stop)
         finished = retold(legs.vehicles(work.stay, options.only), work, routes, options.criterion)
         if finished is not None or interrupted:
             break
@@ -164,7 +164,7 @@ def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions
             priced = _recut(scenario, legs, work, routes, options)
         if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
             best = priced
-        interrupted = stop is not None and stop.cancelled
+        interrupted = is_cancelled(stop)
         if not new or interrupted:
             break
         if best is not None and len(scenario.targets) > MOST_TARGETS:

@@ -1,7 +1,9 @@
 """Makes many things side by side, by threads: kernels release Python's global lock."""
 
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
 from typing import TypeVar
 
 from skyverse.errors import InputError
@@ -17,14 +19,31 @@ def threads(workers: int | None) -> int:
     return workers or cores()
 
 
-def side_by_side(make: Callable[[int], T], count: int, workers: int) -> Iterator[T]:
-    """Yield what is made of the numbers from 0 up to a count, in their order, by some threads.
+def _never() -> bool:
+    return False
 
-    What is made of the first number is made alone, since that compiles the kernels that all others run.
+
+def side_by_side(
+    make: Callable[[int], T], count: int, workers: int, stopped: Callable[[], bool] = _never
+) -> Iterator[T]:
+    """Yield what is made of the numbers from 0 up to a count, in their order, by some threads, until that is `stopped`.
+
+    What is made of the first number is made alone, since that compiles the kernels that all others run. It is made in
+    any case. Of the others none is begun once it is `stopped`, unless a higher one has been begun before; what has been
+    begun is finished. So what is yielded is made of the first numbers, without a gap, whichever thread comes first.
     """
+    highest, turn = 0, threading.Lock()
+
+    def made(number: int) -> tuple[T, ...]:
+        nonlocal highest
+        with turn:
+            highest = highest if stopped() else max(highest, number)
+            begun = number <= highest
+        return (make(number),) if begun else ()
+
     if workers == 1 or count < 2:
-        yield from map(make, range(count))
+        yield from chain.from_iterable(map(made, range(count)))
         return
-    yield make(0)
+    yield from made(0)
     with ThreadPoolExecutor(workers) as pool:
-        yield from pool.map(make, range(1, count))
+        yield from chain.from_iterable(pool.map(made, range(1, count)))
