@@ -38,7 +38,11 @@ def main() -> int:
         "demo",
         help="plan the five UAVs of Table 4.8 by MVO, and by the best planner; write both with web pages into out/",
     )
-    commands.add_parser("test", help="run the tests, on all cores; or what follows, as in: run.py test tests/space -x")
+    commands.add_parser(
+        "test",
+        help="run the first tier of the tests, on all cores, or every test: run.py test --all; "
+        "what else follows goes to pytest: run.py test tests/space -x",
+    )
     explore = commands.add_parser(
         "explore", help="run the property tests on fresh random examples, for so many minutes"
     )
@@ -65,7 +69,7 @@ def main() -> int:
             run(*plan, "auto", "-o", "out/table-4.8.json"),
         )
     if options.command == "test":
-        return test(rest[1:] if rest[:1] == ["--"] else rest)
+        return test([word for word in rest if word != "--"])
     if options.command == "explore":
         set_up("test")
         return explore_for(60 * options.minutes)
@@ -82,17 +86,17 @@ def main() -> int:
 
 
 def test(asked: list[str]) -> int:
-    """Run the tests that are asked for, else all of them on all cores; all kernels are compiled before.
+    """Run the tests that are asked for, else a whole tier on all cores; all kernels are compiled before.
 
     They are compiled while the packages that only tests need are installed: that waits for the network, this does not.
     """
-    if asked:
+    if set(asked) - {"--all"}:
         set_up("test")
         return run("python", "-m", "pytest", *asked)
     set_up("run")
     with nullcontext() if os.environ.get("NUMBA_DISABLE_JIT") else start("skyverse", "cache", "--compile"):
         set_up("test")
-    return run("python", "-m", "pytest", "-n", "auto", "--dist", "worksteal")
+    return run("python", "-m", "pytest", "-n", "auto", "--dist", "worksteal", *asked)
 
 
 def set_up(kind: str) -> None:
@@ -130,7 +134,7 @@ def explore_for(seconds: float) -> int:
     finds, passed = [], 0
     while (left := end - time.monotonic()) > 0:
         seed = random.randrange(2**32)
-        options = ("-m", "hypothesis", "-n", "auto", "--dist", "loadfile", "-rf", f"--hypothesis-seed={seed}")
+        options = ("--all", "-m", "hypothesis", "-n", "auto", "--dist", "loadfile", "-rf", f"--hypothesis-seed={seed}")
         print(f"$ pytest {' '.join(options)}   ({left / 60:.1f} minutes left)", flush=True)
         with subprocess.Popen([PYTHON, "-m", "pytest", *options], stdout=subprocess.PIPE, text=True) as process:
             cut = threading.Timer(left, process.send_signal, [signal.SIGINT if os.name == "posix" else signal.SIGTERM])
@@ -138,7 +142,7 @@ def explore_for(seconds: float) -> int:
             for line in process.stdout or ():
                 print(line, end="", flush=True)
                 if line.startswith("FAILED "):
-                    finds.append(f"python3 run.py test {line.split()[1]} --hypothesis-seed={seed}")
+                    finds.append(f"python3 run.py test --all {line.split()[1]} --hypothesis-seed={seed}")
                 if counted := re.search(r"\b(\d+) passed", line):
                     passed += int(counted[1])
             cut.cancel()

@@ -1,6 +1,5 @@
 """What every test shares: how hypothesis draws examples, which tests run, and for which reasons one may be skipped."""
 
-import os
 import random
 import signal
 import sys
@@ -9,12 +8,13 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
 sys.path.insert(0, str(Path(__file__).parent / "support"))
 
-from skips import SLOW, cause_of
+from skips import cause_of
 
-pytest_plugins = ["golden_messages"]
+pytest_plugins = ["golden_messages", "tiers"]
 
 MIN_EXAMPLES = 20
 
@@ -22,7 +22,7 @@ settings.register_profile(
     "fixed",
     deadline=None,
     derandomize=True,
-    max_examples=int(os.environ.get("SKYVERSE_EXAMPLES", MIN_EXAMPLES)),
+    max_examples=MIN_EXAMPLES,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
 )
 settings.register_profile("explore", settings.get_profile("fixed"), derandomize=False, database=None, print_blob=True)
@@ -31,19 +31,19 @@ settings.register_profile("explore", settings.get_profile("fixed"), derandomize=
 def pytest_configure(config):
     """Draw the same examples each time, unless a seed asks for others (`python3 run.py explore`).
 
-    Ctrl-C counts as in a terminal, also where the shell has made it of no effect, as it does for what runs beside it.
+    Hypothesis would also draw constants that stand in the modules imported so far, so that examples would change with
+    the order of tests and with any edit of the source. Ctrl-C counts as in a terminal, also where the shell has made it
+    of no effect, as it does for what runs beside it.
     """
-    settings.load_profile("fixed" if config.getoption("--hypothesis-seed") is None else "explore")
+    fixed = config.getoption("--hypothesis-seed") is None
+    settings.load_profile("fixed" if fixed else "explore")
+    if fixed:
+        providers._get_local_constants = providers.Constants
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(config, items):
-    if not os.environ.get("SKYVERSE_SLOW"):
-        skip = pytest.mark.skip(reason=SLOW)
-        for item in items:
-            if "slow" in item.keywords:
-                item.add_marker(skip)
     seed = config.getoption("--hypothesis-seed")
     if seed is not None:  # each round of an exploration begins with other tests, since it may be cut short
         files = list(dict.fromkeys(item.path for item in items))

@@ -18,7 +18,6 @@ def run(*words):
     return subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=PATIENCE_S)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="a benchmark of plain Python says nothing")
 def test_the_peers_are_compared_in_tables_and_a_figure(tmp_path):
     if importlib.util.find_spec("ompl") is None:
@@ -79,7 +78,6 @@ def test_spherical_vectors_of_phung_and_ha_lead_towards_the_target(showcase):
     assert path[-1] == pytest.approx((800, 800, 200))
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="a benchmark of plain Python says nothing")
 def test_the_showcase_is_a_table_and_a_picture(showcase, tmp_path):
     _, file = showcase
@@ -100,7 +98,6 @@ def test_an_unknown_name_is_refused_with_the_list_of_names():
     assert "Theta*" in done.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(
     os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="planning thirty missions in plain Python is slow"
 )
@@ -114,7 +111,6 @@ def test_certificates_agree_with_an_oracle_that_samples():
     assert refuted >= 8
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="flying in plain Python is slow")
 def test_missions_in_gusts_are_a_table():
     if importlib.util.find_spec("rotorpy") is None:

@@ -47,10 +47,23 @@ def run(tmp_path):
 
     def run(text, *options, **how):
         (tmp_path / "support").mkdir(exist_ok=True)
-        for source in (CONFTEST, *(CONFTEST.parent / "support" / name for name in ("skips.py", "golden_messages.py"))):
+        plugins = (CONFTEST.parent / "support" / name for name in ("skips.py", "golden_messages.py", "tiers.py"))
+        (tmp_path / "second_tier.txt").write_text("test_it.py::test_of_the_second_tier\n")
+        for source in (CONFTEST, *plugins):
             (tmp_path / source.relative_to(CONFTEST.parent)).write_bytes(source.read_bytes())
         (tmp_path / "test_it.py").write_text(text)
-        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *options, str(tmp_path)]
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-p",
+            "no:cacheprovider",
+            "--rootdir",
+            tmp_path,
+            "-q",
+            *options,
+            tmp_path,
+        ]
         done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False, **how)
         return done.returncode, done.stdout + done.stderr
 
@@ -85,6 +98,39 @@ def test_examples_are_the_same_each_time_unless_a_seed_asks_for_others(run):
     ]
     assert drawn[0] == drawn[1] != drawn[2]
     assert len(drawn[0]) > 1
+
+
+def test_the_second_tier_runs_with_all_or_by_name_and_its_size_is_told(run):
+    text = "def test_of_the_first_tier(): pass\ndef test_of_the_second_tier(): pass"
+    first, everything = run(text)[1], run(text, "--all")[1]
+    assert "1 passed, 1 deselected" in first
+    assert "python3 run.py test --all runs 1 more tests, and 5 times as many examples" in first
+    assert "2 passed" in everything
+    assert "first tier" not in everything
+
+
+def test_a_property_draws_fewer_examples_in_the_first_tier(run):
+    first, everything = (run(PROPERTY, "-s", *tier)[1].count("drew") for tier in ((), ("--all",)))
+    assert first == 4
+    assert everything == 20
+
+
+def test_each_test_of_the_second_tier_is_there():
+    from golden_messages import is_test
+    from tiers import second_tier
+
+    names = second_tier()
+    assert names == sorted(set(names))
+    assert [name for name in names if not is_test(name)] == []
+
+
+def test_examples_are_the_same_whatever_was_imported_before(run, tmp_path):
+    (tmp_path / "constants.py").write_text(f"NUMBERS = {list(range(1000, 9000, 97))}")
+    text = PROPERTY.replace("st.integers()", "st.lists(st.integers(), min_size=20)")
+    alone, after = (run(imported + text, "-s", "--all")[1] for imported in ("", "import constants\n"))
+    drawn = [[line for line in said.splitlines() if "drew" in line] for said in (alone, after)]
+    assert len(drawn[0]) == 20
+    assert drawn[0] == drawn[1]
 
 
 def test_a_property_is_given_twenty_examples_or_more(request):

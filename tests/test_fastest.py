@@ -83,7 +83,6 @@ def circle(radius, rounds, count=16):
     return sky.Trajectory(angles, np.array(rows))
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="a benchmark of plain Python says nothing")
 def test_smooth_trajectories_are_faster_than_stopping_but_not_than_the_bound():
     words = [sys.executable, str(BENCHMARKS / "trajectories.py"), "map1"]

@@ -154,7 +154,6 @@ def test_jumps_in_circles_for_ever_are_judged_once_and_said(skyverse):
     assert any("jump 4" in said for said in found["assumed"])
 
 
-@pytest.mark.slow
 def test_ten_thousand_items_are_judged(skyverse):
     places = [(47.0 + 0.00002 * (k % 100), 8.0 + 0.00002 * (k // 100), 30 + k % 2) for k in range(10_000)]
     code, out, _ = skyverse("check", write("a.plan", flight(*places)), *HEIGHTS, "--json", "--battery", "500")

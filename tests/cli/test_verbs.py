@@ -485,7 +485,6 @@ def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
     assert {v.fault for v in sky.check(mission.scenario, mission)} <= {sky.Fault.SEPARATION}
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")
 def test_ctrl_c_while_kernels_compile_ends_all_processes_with_130_and_one_sentence(tmp_path):
     with subprocess.Popen(

@@ -66,7 +66,7 @@ def test_places_on_earth_have_latitude_longitude_and_height_above_ground():
     assert all(word in text for word in ("Above ground", "Latitude, longitude", "Altitude"))
 
 
-@pytest.mark.parametrize("uavs", [pytest.param(0, marks=pytest.mark.slow), 2])
+@pytest.mark.parametrize("uavs", [0, 2])
 def test_the_page_is_drawn_in_a_browser(tmp_path, tab, uavs):
     scenario = ROOM.model_copy(update={"uavs": ROOM.uavs[:uavs], "targets": ROOM.targets[:uavs]})
     sky.write_html(scenario, tmp_path / "room.html")

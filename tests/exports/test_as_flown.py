@@ -60,7 +60,7 @@ def test_each_uav_is_above_its_home_when_its_trajectory_begins(tmp_path, suffix)
     assert min(o.delay for o in orders) == pytest.approx(least, abs=0.01) or min(begin) > 0
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))])
+@pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("suffix", ["waypoints", "plan", "wpml.kmz"])
 def test_random_fleets_keep_what_the_export_promises(tmp_path, suffix, seed):
     mission, seen = random_fleet(seed), []

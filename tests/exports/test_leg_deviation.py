@@ -125,7 +125,7 @@ def on_the_globe(scenario, points, radius, stops, rng):
 
 @pytest.mark.parametrize("away", [1e3, 8e4])
 @pytest.mark.parametrize("bare", [False, True])
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_heights_above_ground_are_kept_far_from_the_origin(seed, bare, away):
     scenario, above, radius, stops, rng = far_case(seed, away)
     if bare:

@@ -89,7 +89,6 @@ def test_files_for_ardupilot_are_clear_as_replayed_over_every_ground(tmp_path, e
     assert said.count("clear") >= 3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("error", [EXACT, GNSS], ids=["exact", "strays"])
 @pytest.mark.parametrize("first", [100])
 def test_many_more_files_for_ardupilot_are_clear_as_replayed(tmp_path, first, error):

@@ -95,7 +95,6 @@ def test_what_is_proven_with_altitudes_above_ground_is_clear_as_flown(seed):
     assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [*range(4, 20), *range(100, 140)])
 def test_what_is_proven_of_many_more_is_clear_as_flown(seed):
     assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])

@@ -47,7 +47,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow
 def test_a_cluster_whose_worker_is_killed_gives_the_rows_of_this_machine(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="needs skyverse[dask]")
     (tmp_path / "shake_on_dask.py").write_text(MODULE)

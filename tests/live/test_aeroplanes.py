@@ -47,7 +47,6 @@ def random_field(seed):
     return scenario, sky.random_movers(scenario, 4, kind=kind, speed=speed, radius=8, seed=seed).movers
 
 
-@pytest.mark.slow
 @given(st.integers(0, 10_000))
 def test_every_motion_that_is_said_to_be_proven_is_proven_by_the_referee(seed):
     scenario, truth = random_field(seed)

@@ -64,7 +64,6 @@ class Clock:
         self._now += seconds
 
 
-@pytest.mark.slow
 def test_mavsdk_flies_what_is_answered_and_touches_nothing(tmp_path, monkeypatch):
     pytest.importorskip("mavsdk", reason="mavsdk is not installed")
     steer, autopilots, frames = (example(name) for name in ("steer", "simulated_autopilot", "ned"))

@@ -155,7 +155,6 @@ def timeless(mission):
     return dataclasses.replace(mission, results=results)
 
 
-@pytest.mark.slow
 def test_a_seed_gives_the_same_mission_in_a_spawned_process():
     args, kwargs = (
         (fleet(SIDE, OTHER), sky.MVO(universes=5)),

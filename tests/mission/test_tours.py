@@ -76,7 +76,6 @@ def test_no_order_costs_less_in_random_rooms(seed, planner, end):
         assert mission.results[0].cost == pytest.approx(least, rel=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("end", ["home", "target"])
 @pytest.mark.parametrize("planner", [sky.AStar(), sky.Taut()], ids=["astar", "taut"])
 @pytest.mark.parametrize("name", ["map1", "map2", "map3"])

@@ -1,7 +1,7 @@
 """Each kernel, compiled, does what its plain Python does: the same numbers, the same branches, the same random draws.
 
 The calls are those that planning in small random worlds makes. A kernel that only kernels call runs within those that
-Python calls; to be called alone, too, it is compiled anew, which takes minutes for all of them: only CI does.
+Python calls; to be called alone, too, it is compiled anew, which takes minutes for all of them.
 CI runs this file again with numba's bounds checks on.
 """
 
@@ -18,7 +18,6 @@ from numba import config
 
 from kernel_calls import all_kernels, record
 from kernel_workloads import WORKLOADS
-from skyverse.numerics.compiling.numba_internals import Inner
 from skyverse.numerics.kernel import in_plain_python
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
@@ -66,12 +65,6 @@ NUMBERS = [
     if all(kind is float for kind in inspect.get_annotations(kernel.py_func, eval_str=True).values())
 ]
 """The kernels of which all arguments, and the result, are floats: these can be drawn from the signature alone."""
-
-ALONE = [
-    pytest.param(name, marks=pytest.mark.slow) if isinstance(kernel, Inner) else name
-    for name, kernel in sorted(KERNELS.items())
-]
-"""All kernels; those that only kernels call are slow to try."""
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +133,7 @@ def test_every_kernel_is_called_by_a_workload(calls):
     assert set(DIFFERENT) <= set(KERNELS)
 
 
-@pytest.mark.parametrize("name", ALONE)
+@pytest.mark.parametrize("name", sorted(KERNELS))
 def test_a_compiled_kernel_does_what_its_plain_python_does(name, calls):
     for arguments in calls.get(name, ()):
         found = tuple(outcomes(KERNELS[name], arguments))

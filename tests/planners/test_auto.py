@@ -58,7 +58,7 @@ def test_an_aeroplane_follows_no_lattice():
     assert isinstance(sky.Auto().choose(scenario), sky.Taut)
 
 
-@pytest.mark.parametrize("seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(8, 20))])
+@pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("unit", ["nodes", "metres"])
 def test_no_planner_that_counts_in_the_same_unit_finds_a_cheaper_path(seed, unit):
     kinds = ("box", "cylinder", "sphere", "prism", "voxels")[: seed % 6]
@@ -106,7 +106,7 @@ def test_detours_keep_to_the_unit_of_the_objective(unit):
     assert mission.violations == ()
 
 
-@pytest.mark.parametrize("seed", [10, pytest.param(13, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [10, 13])
 def test_the_default_leaves_no_way_through_a_forest_of_cylinders_to_others(seed):
     rng = np.random.default_rng(seed)
     trunks: list[tuple[float, float, float]] = []

@@ -33,7 +33,6 @@ def costs(planner, name, stop):
     return np.array([planner.plan(problem(name), stop=stop, rng=seed).cost for seed in range(RUNS)])
 
 
-@pytest.mark.slow
 def test_what_was_run_gives_the_published_means():
     away = []
     for name, population, iterations, of_bbo, of_gso in PUBLISHED:

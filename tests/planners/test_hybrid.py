@@ -79,7 +79,6 @@ def test_roaming_finds_the_way_through_a_maze_that_small_tdr_does_not():
     assert arrived[0.0] < arrived[0.2]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("unit", ["nodes", "metres"])
 @pytest.mark.parametrize("connectivity", [6, 26])
 @pytest.mark.parametrize("divergence", [0.0, 0.3])

@@ -37,7 +37,6 @@ def as_run(name, population, iterations):
     return costs(sky.MVO(universes=population, as_run=True), name, sky.MaxIterations(iterations))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "population", "iterations", "mean", "std"),
     [  # Tables 4.2 and 4.3; the thesis made 20 runs a cell
@@ -78,7 +77,6 @@ def restarts(name):
     return np.array(runs)[:, [91, 250, 500]]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "means"),
     [("map1", (278.2, 274.2, 270.5)), ("map2", (372.9, 341.6, 314.9)), ("map3", (298.1, 293.2, 286.3))],
@@ -193,7 +191,6 @@ for connectivity in (6, 26):
 """
 
 
-@pytest.mark.slow
 def test_all_of_it_runs_uncompiled_and_gives_the_same_answers():
     """With NUMBA_DISABLE_JIT=1 every kernel is its plain Python."""
 

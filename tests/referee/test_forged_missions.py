@@ -179,7 +179,6 @@ def test_a_forged_flight_is_not_certified(forged):
     assert found is None or found.verdict is not sky.Verdict.PROVEN or forged.trajectories[0] is ALPHA_FLIES
 
 
-@pytest.mark.slow
 def test_a_million_smaller_jumps_are_refused():
     forged = flying(in_pieces(10**6, 1e-9))
     assert sky.check(SCENARIO, claimed(forged)) != []

@@ -30,7 +30,6 @@ def test_the_uav_crosses_the_field_and_both_its_ends_can_be_planned_for(seed):
         assert math.dist(problem.start, problem.end) > 1100
 
 
-@pytest.mark.slow
 def test_every_term_of_the_objective_matters():
     names = ("divergence", "altitude", "risk", "climb")
     shares = {name: [] for name in names}

@@ -81,7 +81,6 @@ def test_no_bound_exceeds_the_length_of_a_path_that_exists(seed, factor):
     assert excess_of_bound(walls(seed, most=4), factor)[0] <= 0.0
 
 
-@pytest.mark.slow
 def test_no_bound_exceeds_the_length_of_a_path_in_many_rooms():
     rng = np.random.default_rng(0)
     found = [excess_of_bound(walls(seed, most=2 + seed % 12), rng.uniform(1.0, 1.1)) for seed in range(600)]

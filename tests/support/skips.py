@@ -2,10 +2,7 @@
 
 import re
 
-SLOW = "takes long; SKYVERSE_SLOW=1 runs it"
-
 REASONS = {
-    "they take long (SKYVERSE_SLOW=1 python3 run.py test runs them)": [SLOW],
     "a package is not installed": [
         r"could not import '[\w.]+': No module named '[\w.]+'",
         r".* is not installed(; pip install .*)?",

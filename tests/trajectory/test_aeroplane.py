@@ -232,7 +232,6 @@ def test_whatever_is_flown_among_pillars_is_proven(places, uav):
         assert prove(PILLAR, uav, trajectory).verdict is sky.Verdict.PROVEN
 
 
-@pytest.mark.slow
 @settings(max_examples=30)
 @given(st.lists(PLACES, min_size=1, max_size=5), planes())
 def test_where_there_is_enough_space_a_way_is_always_found(places, uav):

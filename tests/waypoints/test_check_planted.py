@@ -26,7 +26,6 @@ def test_a_fault_planted_in_a_file_of_dji_is_found_at_its_waypoints_and_nothing_
     assert mistakes(case, judged(case)) == ([], [])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_more_faults_are_found_and_no_others(seed):
     fault = FAULTS[seed % len(FAULTS)]

@@ -114,7 +114,6 @@ def test_touching_houses_of_one_height_are_one_and_a_tower_between_stays():
     assert sorted(merged.high) == [9.0, 9.2, 30.0]
 
 
-@pytest.mark.slow
 def test_twenty_thousand_footprints_take_seconds():
     rng = np.random.default_rng(1)
     angles = np.linspace(0, 2 * np.pi, 16, endpoint=False)

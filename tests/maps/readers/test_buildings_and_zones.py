@@ -336,7 +336,6 @@ def test_a_missing_library_is_named_with_the_line_that_installs_it(read, monkeyp
         read(collection(feature()))
 
 
-@pytest.mark.slow
 def test_five_thousand_footprints_are_read_in_seconds(read):
     rings = [[[x + 7 + k % 200 / 100, y + k // 200 / 100] for x, y in SQUARE] for k in range(5_000)]
     text = json.dumps(collection(*(feature([ring], height=f"{5 + k % 9} m") for k, ring in enumerate(rings))))

@@ -74,7 +74,6 @@ def test_two_processes_share_the_work_and_tell_how_far_it_is(tmp_path):
     assert run.stdout.split() == ["True", "True", "0", "True", "True", "True"]
 
 
-@pytest.mark.slow
 @needs_compiler
 def test_all_that_the_golden_missions_need_is_listed():
     run = subprocess.run([sys.executable, BENCHMARK, "check"], capture_output=True, text=True)
