@@ -9,9 +9,11 @@ from pathlib import Path
 from skyverse.errors import InputError
 
 
-def is_device(path: Path) -> bool:
-    """Tell whether a path exists and is neither a file nor a folder."""
-    return path.exists() and not path.is_file() and not path.is_dir()
+def require_file_or_nothing(path: Path) -> None:
+    """Raise `InputError` for a folder, a device or a pipe, which a file that took its name would replace."""
+    if path.exists() and not path.is_file():
+        found = "a folder" if path.is_dir() else "a device or a pipe"
+        raise InputError(f"{path}: expected a file, found {found}")
 
 
 @contextmanager
@@ -23,8 +25,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     InputError
         If the file cannot be written. Then nothing is left behind, and an older file stays as it was.
     """
-    if is_device(path):  # a file that took its name would replace it
-        raise InputError(f"{path}: expected a file, found a device or a pipe")
+    require_file_or_nothing(path)
     beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
         try:

@@ -4,6 +4,7 @@ A user of the library reads names of parameters, a user of the command line the 
 """
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -152,8 +153,9 @@ def path_of(value: object, field: str = "path") -> Path:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Tell whether a value is a finite number; true and false are none."""
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    """Tell whether a value is a number that a float can hold; true and false are none."""
+    most = sys.float_info.max
+    return isinstance(value, Real) and not isinstance(value, bool) and abs(value) <= most  # type: ignore[operator]
 
 
 def require_number(

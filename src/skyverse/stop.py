@@ -4,10 +4,9 @@ import math
 import threading
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from numbers import Real
 from typing import ClassVar, Protocol, TypeGuard
 
-from skyverse.errors import InputError, require_kind, shown
+from skyverse.errors import InputError, is_number, require_kind, shown
 from skyverse.model.result import CANCELLED
 
 
@@ -165,7 +164,7 @@ def _counts(value: object) -> bool:
 
 
 def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(value)
+    return is_number(value) or (isinstance(value, float) and math.isinf(value))
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,14 @@ def test_what_is_missing_misspelt_or_no_such_thing_is_refused_with_what_is_near(
     refused(*words.split())
 
 
+@pytest.mark.parametrize("sign", ["\x1b[31m", "\x9b31m", "\x07", "\r", "\x7f"])
+def test_control_characters_of_names_never_reach_a_terminal(refused, tmp_path, sign):
+    name = f"a{sign}b.yaml"
+    (tmp_path / name).write_text("")
+    for words in (("plan", name), ("plan", "map1", "-o", name), ("check", name), (name,)):
+        refused(*words)
+
+
 @pytest.mark.parametrize("text", ["-5 m agl", "0 m agl"])
 def test_a_ceiling_below_the_ground_is_refused(refused, tmp_path, text):
     refused("scenario", "build", "--area", "9.8,46.8,9.81,46.81", "--max-height", text, "-o", "m.yaml")

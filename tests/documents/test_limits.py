@@ -172,19 +172,36 @@ ZONE = (
         (
             "a.yaml",
             SCENARIO.replace("0.1", LONG),
-            "line 3: expected numbers of at most 1,000 digits, found one of 5,000",
+            "line 3: expected numbers of at most 250 digits, found one of 5,000",
         ),
-        ("a.yaml", SCENARIO.replace("0.1", f"0x{LONG}"), "line 3: expected numbers of at most 1,000 digits"),
+        ("a.yaml", SCENARIO.replace("0.1", f"0x{LONG}"), "line 3: expected numbers of at most 250 digits"),
         ("a.yaml", SCENARIO.replace("0.1", f"{LONG}.5"), "clearance: expected a finite number"),
-        ("a.yaml", SCENARIO.replace("0.1", LONG[:900]), "clearance: "),
-        ("a.json", json.dumps(load_yaml(SCENARIO)).replace("0.1", LONG), "expected numbers of at most 1,000 digits"),
-        ("a.json", json.dumps(load_yaml(SCENARIO)).replace("0.1", LONG[:4000]), "clearance: "),
-        ("a.json", f'{{"format": {LONG[:4000]}}}', "format: "),
+        ("a.yaml", SCENARIO.replace("0.1", LONG[:251]), "line 3: expected numbers of at most 250 digits"),
+        ("a.json", json.dumps(load_yaml(SCENARIO)).replace("0.1", LONG), "expected numbers of at most 250 digits"),
+        ("a.json", f'{{\n"format": {LONG[:251]}}}', "line 2: expected numbers of at most 250 digits, found one of 251"),
         ("a.txt", f"boundary 0 0 0 1 1 {LONG}", "line 1: "),
     ],
 )
 def test_numbers_of_thousands_of_digits_are_not_printed(tmp_path, name, text, expected):
     assert expected in refusal(written(tmp_path, name, text))
+
+
+@pytest.mark.parametrize("digits", [251, 309, 1000, 5000])
+def test_whole_numbers_beyond_those_of_a_float_are_refused_in_every_document(tmp_path, digits):
+    number = "9" * digits
+    item = f'{{"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, null, 47.0, 8.0, {number}]}}'
+    mission = f'{{"fileType": "Plan", "mission": {{"items": [{item}]}}}}'
+    refusal(written(tmp_path, "a.plan", mission), sky.read_waypoints)
+    refusal(written(tmp_path, "a.geojson", ZONE % number), read_zones)
+    refusal(written(tmp_path, "a.json", json.dumps(load_yaml(SCENARIO)).replace("0.1", number)))
+    refusal(written(tmp_path, "a.yaml", SCENARIO.replace("0.1", number)))
+
+
+def test_whole_numbers_beyond_those_of_a_float_are_refused_in_python():
+    with pytest.raises(sky.InputError, match="clearance"):
+        sky.Scenario(**load_yaml(SCENARIO) | {"clearance": 10**400})
+    with pytest.raises(sky.InputError, match="image"):
+        sky.Camera(sensor=(13.2, 8.8), image=(10**400, 3648), focal=8.8, min_interval=1.0)
 
 
 def test_zones_with_numbers_of_thousands_of_digits_are_refused(tmp_path):

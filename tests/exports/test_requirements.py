@@ -1,5 +1,8 @@
 """What a format cannot hold is refused before anything is judged or searched."""
 
+import contextlib
+import os
+
 import handmade_exports as handmade
 import numpy as np
 import pytest
@@ -81,9 +84,32 @@ def test_files_appear_whole_or_not_at_all(tmp_path, monkeypatch, broken):
 @pytest.mark.usefixtures("unjudged")
 def test_where_one_of_the_files_cannot_be_written_none_is(tmp_path, refuses):
     (tmp_path / "m.params").mkdir()
+    (tmp_path / "m.plan").write_text("old", encoding="utf-8")
     with refuses():
         sky.export(straight(), tmp_path / "m.plan")
-    assert [path.name for path in tmp_path.iterdir()] == ["m.params"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.params", "m.plan"]
+    assert (tmp_path / "m.plan").read_text(encoding="utf-8") == "old"
+
+
+@pytest.mark.usefixtures("unjudged")
+@pytest.mark.parametrize("renamed", [0, 1, 2, 3])
+def test_whenever_it_is_killed_no_file_stands_beside_one_of_another_mission(tmp_path, monkeypatch, renamed):
+    files, rename, done = [tmp_path / f"m.{ending}" for ending in ("plan", "params", "html")], os.replace, []
+    for path in files:
+        path.write_text("old", encoding="utf-8")
+
+    def killed(beside, path):
+        if len(done) == renamed:
+            raise KeyboardInterrupt
+        done.append(path)
+        rename(beside, path)
+
+    monkeypatch.setattr("os.replace", killed)
+    with contextlib.suppress(KeyboardInterrupt):
+        sky.export(straight(), files[0], page=files[2])
+    left = [path.read_text(encoding="utf-8") for path in tmp_path.iterdir()]
+    assert len(left) == renamed
+    assert "old" not in left
 
 
 def test_an_export_that_is_refused_leaves_no_folder_behind(tmp_path, monkeypatch, capsys):

@@ -21,12 +21,31 @@ def mission(tmp_path, places, home=(47.0, 8.0)):
     return sky.read_waypoints(path)
 
 
+FIELD = sky.Scenario(
+    name="field",
+    bounds={"min": (-300, -300, 0), "max": (300, 300, 100)},
+    clearance=2.0,
+    frame={"origin": {"latitude": 47.0, "longitude": 8.0, "altitude": 400.0}},
+    uavs=[{"name": "u", "start": (0, 0, 1), "home": 0.0}],
+)
+
+
+@pytest.mark.parametrize("where", [LEVEL, FIELD], ids=["maps", "a scenario"])
 @pytest.mark.parametrize(
     "places", [[(8.001, 47.001)], [(47.001, 8.001), (8.0, 8.0)], []], ids=["swapped", "far away", "take-off alone"]
 )
-def test_a_mission_that_leads_nowhere_near_is_refused(tmp_path, refuses, places):
+def test_a_mission_that_leads_nowhere_near_is_refused(tmp_path, refuses, places, where):
     with refuses():
-        sky.check_waypoints([mission(tmp_path, places)], LEVEL)
+        sky.check_waypoints([mission(tmp_path, places)], where)
+
+
+@pytest.mark.parametrize("where", [LEVEL, FIELD], ids=["maps", "a scenario"])
+def test_a_circle_that_leads_nowhere_near_is_refused(tmp_path, refuses, where):
+    path = tmp_path / "m.plan"
+    around = [item(22, 0, 0, 0, NAN, NAN, NAN, 30), item(18, 2, 0, 1e7, NAN, 47.001, 8.0, 30)]
+    path.write_text(plan(around), encoding="utf-8")
+    with refuses():
+        sky.check_waypoints([sky.read_waypoints(path)], where, sky.FlightSettings(home=(47.0, 8.0)))
 
 
 def test_home_may_be_given_where_the_file_has_another(tmp_path, refuses):

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal
+from unicodedata import category
 
 from cyclopts import App, CycloptsError, Parameter
 
@@ -27,7 +28,7 @@ from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.scenarios import scenarios
 from skyverse.cli.survey import survey
-from skyverse.errors import InputError
+from skyverse.errors import InputError, shown
 
 WHAT_IT_DOES = "Plan, prove and export 3-D missions for fleets of UAVs."
 FIRST_STEPS = f"""{WHAT_IT_DOES}
@@ -103,6 +104,9 @@ def _run(given: Sequence[str]) -> int | None:
     if not given:
         print(FIRST_STEPS, end="")
         return 0
+    odd = next((word for word in given if any(category(sign) == "Cc" for sign in word)), None)
+    if odd is not None:  # a terminal would take them for orders wherever the word is told
+        return _failed(f"expected words and names of files without control characters, found {shown(odd, 200)}")
     try:
         return app(given, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:

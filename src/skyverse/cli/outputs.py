@@ -8,7 +8,7 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from skyverse.atomic import is_device
+from skyverse.atomic import require_file_or_nothing
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -107,9 +107,6 @@ def refuse_output(path: Path, *read: str | Path) -> None:
     make_folder(path.parent)
     if path.exists() and any(Path(one).exists() and path.samefile(one) for one in read):
         raise InputError(f"{path}: expected another file than what is read, which would be replaced")
-    if path.is_dir():
-        raise InputError(f"{path}: expected a file, found a folder")
-    if is_device(path):
-        raise InputError(f"{path}: expected a file, found a device or a pipe")
+    require_file_or_nothing(path)
     if not os.access(path.parent, os.W_OK):
         raise InputError(f"{path}: cannot be written: the folder is read-only")

@@ -52,6 +52,7 @@ def repair(
         A web page to write: the mended missions over the terrain.
     """
     import skyverse as sky
+    from skyverse.atomic import write_text
     from skyverse.orders.files import require_same_format
 
     if not missions:
@@ -65,22 +66,26 @@ def repair(
     mended = judged(missions, scenario, given, partial(sky.repair_waypoints, lift_only=lift_only))
     if several:
         output.mkdir(parents=True, exist_ok=True)
+    parameters = [*_parameters(mended, files)]
+    for loaded in filter(None, parameters):  # whenever this is killed, no mission has parameters of another
+        loaded[0].unlink(missing_ok=True)
     for one, file in zip(mended.missions, files, strict=True):
         sky.write_waypoints(one, file)
+    for loaded in filter(None, parameters):
+        write_text(*loaded)
     for source, changes in zip(() if as_json else sources, mended.changes, strict=False):
         print(f"{source}: {counted(len(changes), 'change')}")
         for change in changes:
             print(f"  {'-'.join(map(str, change.items)) + ': ' if change.items else ''}{change.said}")
     more = [
-        {"written": str(file), "parameters": loaded, "changes": [asdict(one) for one in changes]}
-        for file, loaded, changes in zip(files, _parameters(mended, files), mended.changes, strict=True)
+        {"written": str(file), "parameters": loaded and str(loaded[0]), "changes": [asdict(one) for one in changes]}
+        for file, loaded, changes in zip(files, parameters, mended.changes, strict=True)
     ]
     return tell(mended.checked, page, as_json, more)
 
 
-def _parameters(mended: "RepairedFleet", files: list[Path]) -> Iterator[str | None]:
-    """Write the parameters of missions that return at another altitude now, and yield the file of each, if any."""
-    from skyverse.atomic import write_text
+def _parameters(mended: "RepairedFleet", files: list[Path]) -> Iterator[tuple[Path, str] | None]:
+    """Yield the file and the text of the parameters of each mission that returns at another altitude now."""
     from skyverse.exports.parameters import parameter_file, parameters_text
 
     for mission, file in zip(mended.checked.missions, files, strict=True):
@@ -90,5 +95,4 @@ def _parameters(mended: "RepairedFleet", files: list[Path]) -> Iterator[str | No
         if own is None or back is None or not (told.retraces or told.return_altitude is not None):
             yield None
             continue
-        write_text(own, parameters_text(plan, mended.checked.scenario.uavs[plan.route.uav], back))
-        yield str(own)
+        yield own, parameters_text(plan, mended.checked.scenario.uavs[plan.route.uav], back)

@@ -39,18 +39,15 @@ def load_json(text: str, constants: Callable[[str], Any] | None = None) -> Any:
     ValueError
         If a key stands twice in an object.
     """
-    codes = np.frombuffer(_STRING.sub("", text).encode("utf-8", "replace"), np.uint8)
+    outside = _STRING.sub("", text)
+    if long := _LONG_NUMBER.search(outside):
+        require_digits(len(long[0]), f"line {1 + outside.count(chr(10), 0, long.start())}: ")
+    codes = np.frombuffer(outside.encode("utf-8", "replace"), np.uint8)
     steps = _STEPS[codes]
     brackets = steps[steps != 0]
     require_values(int(np.count_nonzero(codes == ord(","))) + len(brackets))
     require_depth(int(np.cumsum(brackets, dtype=np.int64).max(initial=0)))
-    try:
-        return json.loads(text, object_pairs_hook=unique_keys, parse_constant=constants)
-    except json.JSONDecodeError:
-        raise
-    except ValueError:  # Python refuses whole numbers of thousands of digits
-        require_digits(max(map(len, _LONG_NUMBER.findall(text)), default=0))
-        raise
+    return json.loads(text, object_pairs_hook=unique_keys, parse_constant=constants)
 
 
 def read_json(data: bytes | str, where: object = "", constants: Callable[[str], Any] | None = None) -> Any:

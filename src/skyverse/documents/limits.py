@@ -7,8 +7,8 @@ from pathlib import Path
 
 from skyverse.errors import InputError, unreadable
 
-MAX_DIGITS = 1000
-"""Digits of a whole number at most: Python refuses to write numbers of some thousands."""
+MAX_DIGITS = 250
+"""Digits of a whole number at most: so each can become a float, hexadecimal ones, too."""
 MAX_DEPTH = 100
 """Lists, objects or elements within one another at most; the deepest format that is read, CityJSON, needs about 12."""
 MAX_REPEATED = 100_000
@@ -52,7 +52,7 @@ def require_depth(depth: int) -> None:
         raise LimitError(f"expected its parts nested at most {MAX_DEPTH} deep, found them {depth:,} deep or more")
 
 
-def require_digits(digits: int) -> None:
-    """Raise `LimitError` for a whole number of too many digits."""
+def require_digits(digits: int, where: str = "") -> None:
+    """Raise `LimitError` for a number of too many digits; `where` begins the message."""
     if digits > MAX_DIGITS:
-        raise LimitError(f"expected numbers of at most {MAX_DIGITS:,} digits, found one of {digits:,}")
+        raise LimitError(f"{where}expected numbers of at most {MAX_DIGITS:,} digits, found one of {digits:,}")

@@ -157,7 +157,10 @@ Contents = dict[Path, str | dict[str, str]]
 
 
 def write_files(contents: Contents) -> None:
-    """Write all files, or none where one cannot be written; equal contents give equal bytes."""
+    """Write all files, or none where one cannot be written; equal contents give equal bytes.
+
+    Whenever the program is killed, no new file stands beside an old one of the set: some may be missing.
+    """
     with ExitStack() as stack:
         for path, held in contents.items():
             part = stack.enter_context(whole_file(path))
@@ -167,6 +170,8 @@ def write_files(contents: Contents) -> None:
             with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
                 for name, text in held.items():
                     archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
+        for path in contents if len(contents) > 1 else ():
+            path.unlink(missing_ok=True)
 
 
 HOME_TOLERANCE = 0.1

@@ -179,8 +179,6 @@ def _write(path: Path, text: Callable[[dict[str, Any]], str]) -> None:
     whole = text(archive.context)
     if not archive:
         write_text(path, whole)
-    elif path.is_dir():  # refused before the archive beside it is written
-        raise InputError(f"{path}: cannot be written: it is a folder")
     else:
         with whole_file(path) as beside:
             beside.write_text(whole, encoding="utf-8", newline="\n")

@@ -33,7 +33,8 @@ def _number(value: object) -> object:
 
 Real = Annotated[float, BeforeValidator(_number)]
 """A number of an answer, which may be infinite; a text and a truth value are none."""
-Whole = Annotated[int, Field(strict=True)]
+Whole = Annotated[int, Field(strict=True, ge=-(2**53), le=2**53)]
+"""A whole number that a float holds, too."""
 Flag = Annotated[bool, Field(strict=True)]
 
 

@@ -14,7 +14,7 @@ from skyverse.model.timed_shapes import temporary_zones, with_zones_active
 from skyverse.model.waypoints import Waypoints
 from skyverse.waypoints.check import CheckedMission, check_apart, check_flown
 from skyverse.waypoints.flown import FlownMission, flown
-from skyverse.waypoints.site import Site, built_site, given_site, with_fence, with_height
+from skyverse.waypoints.site import Site, built_site, given_site, require_near, with_fence, with_height
 
 LATE = 600.0
 """Seconds after the end of the last flight until which zones that become active count: it may be late, or return."""
@@ -78,6 +78,8 @@ def check_waypoints(
 
 def site_of(missions: Sequence[Waypoints], where: Scenario | BuildOptions, settings: FlightSettings) -> Site:
     """Return where missions are flown: the site that is given, or one made of maps."""
+    for one in missions:
+        require_near(one, settings)
     if isinstance(where, Scenario):
         return given_site(missions, where, settings)
     return built_site(missions, where, settings)

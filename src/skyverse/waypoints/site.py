@@ -14,11 +14,12 @@ from skyverse.maps.assembly.build import build_scenario, outdoor_limits
 from skyverse.maps.assembly.fences import Rule, fence_area, fence_around, fence_circle
 from skyverse.maps.assembly.options import BuildOptions
 from skyverse.maps.assembly.places import highest_ground
-from skyverse.maps.georeference.feature import MAX_WIDTH, SWAPPED
+from skyverse.maps.georeference.feature import SWAPPED
 from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.flight_settings import FlightSettings
+from skyverse.model.frame import MAX_FAR
 from skyverse.model.geodesy import to_local
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario, Source
@@ -67,8 +68,6 @@ class Site:
 def built_site(missions: Sequence[Waypoints], options: BuildOptions, settings: FlightSettings) -> Site:
     """Return the site of missions, made of maps; without an area, it is what lies around their places."""
     homes = [home_of(one, settings) for one in missions]
-    for mission, home in zip(missions, homes, strict=True):
-        _require_near(mission, home)
     assumed, known = [], [_altitude_of_home(one, settings) for one in missions]
     grounds: list[float | None] = [None] * len(missions)
     if options.terrain:
@@ -124,6 +123,7 @@ def options_of_mission(waypoints: Waypoints, options: BuildOptions) -> BuildOpti
 
     What the options give themselves stays.
     """
+    require_near(waypoints, FlightSettings())
     home = home_of(waypoints, FlightSettings())
     places = [order for order in waypoints.orders if order.kind in _FLOWN_TO and order.place is not None]
     first = next((order.place for order in places if order.place is not None), None)
@@ -131,7 +131,6 @@ def options_of_mission(waypoints: Waypoints, options: BuildOptions) -> BuildOpti
     last = next((place for place in reversed(ends) if np.isfinite(place[:2]).all() and any(place[:2])), None)
     if first is None or last is None:
         raise InputError(f"{waypoints.name}: expected places to fly to, found none")
-    _require_near(waypoints, home)
     area = options.area or _area([waypoints], [home], options.margin or WIDE)
     return replace(
         options,
@@ -238,22 +237,25 @@ def _places(waypoints: Waypoints) -> list[tuple[int, float, float]]:
     return [one for one in placed if np.isfinite(one[1:]).all() and any(one[1:])]
 
 
-def _require_near(waypoints: Waypoints, home: tuple[float, float]) -> None:
-    """Raise `InputError` for a place that is too far from home to be flown to."""
+def require_near(waypoints: Waypoints, settings: FlightSettings) -> None:
+    """Raise `InputError` for a place, or a circle, that reaches farther from home than a scenario does."""
+    home = home_of(waypoints, settings)
+    radii = {order.number: order.radius or 0.0 for order in waypoints.orders if order.turns}
 
     def away(latitude: float, longitude: float) -> float:
         north, east = latitude - home[0], (longitude - home[1] + 180) % 360 - 180
         return METRES_PER_DEGREE * float(np.hypot(north, east * np.cos(np.radians(home[0]))))
 
     for number, latitude, longitude in _places(waypoints):
-        far = away(latitude, longitude)
-        if far > MAX_WIDTH / 2:
-            hint = SWAPPED if abs(longitude) <= 90 and away(longitude, latitude) <= MAX_WIDTH / 2 else ""
+        far, radius = away(latitude, longitude), radii.get(number, 0.0)
+        if far + radius > MAX_FAR:
+            hint = SWAPPED if abs(longitude) <= 90 and away(longitude, latitude) <= MAX_FAR else ""
+            found = f"latitude {latitude:g}, longitude {longitude:g}, {far / 1000:,.0f} km away{hint}"
             raise InputError(
-                f"{waypoints.name}: item {number}: expected a place within {MAX_WIDTH / 2000:g} km of home, latitude "
-                f"{home[0]:g}, longitude {home[1]:g}, found latitude {latitude:g}, longitude {longitude:g}, "
-                f"{far / 1000:,.0f} km away{hint}",
-                give=[Remedy("home", None, "if home is elsewhere")],
+                f"{waypoints.name}: item {number}: expected a place within {MAX_FAR / 1000:g} km of home, latitude "
+                f"{home[0]:g}, longitude {home[1]:g}, found "
+                f"{found if far > MAX_FAR else f'a circle of {radius / 1000:,.0f} km around one'}",
+                give=[Remedy("home", None, "if home is elsewhere")] if far > MAX_FAR else (),
             )
 
 
