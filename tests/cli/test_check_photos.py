@@ -38,6 +38,17 @@ def test_expected_photos_are_proven_and_missing_ones_are_flown_again(flown, skyv
     assert json.loads(out)[0]["verdict"] == "proven"
 
 
+def test_photos_without_an_altitude_are_named_and_stand_in_for_none(flown, skyverse, tmp_path):
+    names = [row.split(",")[0] for row in flown]
+    zero = [",".join([*row.split(",")[:3], "0", *row.split(",")[4:]]) for row in flown[6:14]]
+    (tmp_path / "zero.csv").write_text("\n".join([*flown[:6], *zero, *flown[14:]]))
+    (tmp_path / "without.csv").write_text("\n".join([*flown[:6], *flown[14:]]))
+    code, out, error = skyverse("check", "zero.csv", "--survey", "field.json")
+    assert (code, out) == skyverse("check", "without.csv", "--survey", "field.json")[:2]
+    assert code == 1
+    assert re.search(rf"8 photos left out, taken below the ground: {names[6]}, .* and {names[13]}", error)
+
+
 @pytest.mark.parametrize(
     ("rows", "words", "told"),
     [

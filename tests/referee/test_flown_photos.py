@@ -22,6 +22,12 @@ def flown(kind, overlap=(75, 40)):
     return mission.scenario, sky.photos_of(mission)
 
 
+@cache
+def judged(kind):
+    """What is found of all photos of a plan."""
+    return sky.check_photos(*flown(kind))[0]
+
+
 def again(scenario, photos, coverage):
     """The photos of a reflight of what is missing."""
     missing = scenario.surveys[0].without(coverage, photos.direction)
@@ -157,3 +163,49 @@ def test_cameras_below_the_ground_are_told(kind):
     sunk = replace(photos, position=photos.position - (0.0, 0.0, 1460.0))
     with pytest.raises(sky.InputError, match=r"above the ground.*1,[34]\d\d m below it.*counted from the start"):
         sky.check_photos(scenario, sunk)
+
+
+BAD = {
+    "altitude 0": lambda draw, row: row | {"z": -1000.0},
+    "below the ground": lambda draw, row: row | {"z": row["z"] - draw(st.floats(1460.0, 2000.0))},
+    "far away": lambda draw, row: (
+        row | {"x": row["x"] + draw(st.sampled_from([-1.0, 1.0])) * draw(st.floats(400.0, 1e5))}
+    ),
+    "too coarse": lambda draw, row: row | {"z": row["z"] + draw(st.floats(60.0, 5000.0))},
+    "of the sky": lambda draw, row: row | {"pitch": draw(st.floats(30.0, 90.0))},
+}
+"""What makes a photo one that shows nothing of what was asked for."""
+
+
+def with_bad(draw, photos, which):
+    """Photos of which some are as if something had gone wrong."""
+    position, pitch = photos.position.copy(), photos.pitch.copy()
+    for k in which:
+        row = {"x": position[k, 0], "z": position[k, 2], "pitch": pitch[k]}
+        row = BAD[draw(st.sampled_from(sorted(BAD)))](draw, row)
+        position[k, 0], position[k, 2], pitch[k] = row["x"], row["z"], row["pitch"]
+    return replace(photos, position=position, pitch=pitch)
+
+
+@settings(max_examples=5, deadline=None)
+@given(data=st.data(), kind=st.sampled_from(["flat", "hills"]))
+def test_photos_that_show_nothing_are_left_out_by_name_and_make_no_neighbours_pass(data, kind):
+    scenario, photos = flown(kind)
+    which = sorted(data.draw(st.sets(st.integers(0, len(photos) - 1), min_size=1, max_size=12)))
+    good = np.ones(len(photos), dtype=bool)
+    good[which] = False
+    names = np.array([f"p{k}" for k in range(len(photos))])
+    (without,) = sky.check_photos(scenario, photos.taken(good))
+    (corrupt,) = sky.check_photos(scenario, with_bad(data.draw, replace(photos, name=names), which))
+    assert sorted(name for some in corrupt.left_out.values() for name in some) == sorted(names[which])
+    assert replace(corrupt, left_out={}) == without
+    between = np.argsort(np.r_[np.arange(len(photos)), np.array(which) - 0.5])
+    more = photos.joined(with_bad(data.draw, photos, which).taken(~good)).taken(between)
+    assert replace(sky.check_photos(scenario, more)[0], left_out={}) == judged(kind)
+
+
+def test_photos_that_are_all_elsewhere_show_nothing():
+    scenario, photos = flown("flat")
+    (found,) = sky.check_photos(scenario, replace(photos, position=np.add(photos.position, (5000.0, 0.0, 0.0))))
+    assert (found.verdict, found.photos, found.seen[0]) == (sky.Verdict.REFUTED, 0, 0.0)
+    assert list(map(len, found.left_out.values())) == [len(photos)]

@@ -1,5 +1,6 @@
 """Photos that were taken, as ``check`` takes them: what they show of the surveys of a mission, and what is missing."""
 
+import itertools
 import sys
 from collections.abc import Sequence
 from contextlib import redirect_stdout
@@ -15,7 +16,7 @@ from skyverse.cli.outputs import refuse_output
 from skyverse.cli.plan import BudgetOptions, FleetOptions, MissionOutput, PlannerOptions, plan_scenario
 from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
-from skyverse.model.short_lines import counted, told_gsd, told_overlap, told_share
+from skyverse.model.short_lines import counted, listed, told_gsd, told_overlap, told_share
 
 if TYPE_CHECKING:
     from skyverse.model.coverage import Coverage, CoverageGap
@@ -67,9 +68,15 @@ def check_photos(files: Sequence[str], survey: str, asked: PhotoOptions, altitud
         lambda one, more: one.joined(more), (sky.read_photos(file, origin, altitude=altitude) for file in files)
     )
     found = sky.check_photos(world, photos, position_error=error)
-    twice = len(photos) - found[0].photos
+    twice = len(photos) - found[0].photos - sum(map(len, found[0].left_out.values()))
     if twice:
         print(f"{counted(twice, 'photo')} equal others in place and direction, and do not count.", file=sys.stderr)
+    for why, names in found[0].left_out.items():
+        never = [name for name in names if all(name in itertools.chain(*one.left_out.values()) for one in found)]
+        if never:
+            more = [f"{len(never) - MOST_TOLD} more"] if len(never) > MOST_TOLD else []
+            told = listed([*never[:MOST_TOLD], *more])
+            print(f"{counted(len(never), 'photo')} left out, {why}: {told}", file=sys.stderr)
     if as_json:
         print(json_text([_data(one) for one in found]), end="")
     else:

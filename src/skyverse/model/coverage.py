@@ -1,6 +1,7 @@
 """Coverage: what the photos of a mission, or of a flight, are proven to show of a survey, and what not."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from skyverse.model.quantities import Real, Whole
 from skyverse.model.verdict import Verdict
@@ -44,7 +45,7 @@ class Coverage:
         99.5 % of pairs, the least of the others being told, and half as much in all; refuted if a part is certainly not
         seen, or another of these does not hold.
     photos
-        How many photos there are.
+        How many photos there are, without those that are left out.
     area
         Square metres that are to be seen.
     seen
@@ -60,6 +61,8 @@ class Coverage:
         How many pairs of neighbours there are, and how many of them share less than asked.
     gaps
         The parts that are not proven to be seen.
+    left_out
+        Of photos that were taken, the names of those that do not count, by why; their numbers where they have no names.
     """
 
     survey: Whole
@@ -75,6 +78,7 @@ class Coverage:
     pairs: Whole
     short: Whole
     gaps: tuple[CoverageGap, ...] = ()
+    left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Coverage: {self.verdict.value}\n  {self.sentence}"

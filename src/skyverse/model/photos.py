@@ -1,9 +1,10 @@
 """Photos: where a camera is and how it is turned when each is taken; those that a mission takes along its strips."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError, require_kind
@@ -35,6 +36,8 @@ class Photos(ArrayRecord):
         (n,) seconds into the mission; NaN where it is not known.
     uav, strip
         (n,) the index of the UAV, and the number of the strip among all of its strips; -1 where there is none.
+    name
+        (n,) what each is called in its file, such as the name of the picture; empty where it has no name.
     """
 
     position: Floats
@@ -44,6 +47,11 @@ class Photos(ArrayRecord):
     time: Floats
     uav: Ints
     strip: Ints
+    name: NDArray[np.str_] = field(default_factory=lambda: np.array(""))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", np.broadcast_to(self.name, len(self)))
+        super().__post_init__()
 
     def __len__(self) -> int:
         return len(self.position)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from skyverse._typing import Bools, Floats
 from skyverse.errors import InputError, require_kind
@@ -21,9 +22,11 @@ from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
 from skyverse.referee.coverage import judge_coverage, neighbours
-from skyverse.referee.ground_cells import grid_of
-from skyverse.referee.photo_overlaps import PARALLEL, SHORT
-from skyverse.referee.tolerances import LET_PASS, MORE_THAN_HALF, NO_LENGTH
+from skyverse.referee.ground_cells import CellGrid, grid_of
+from skyverse.referee.photo_overlaps import MOST_NODES, PARALLEL, SHORT
+from skyverse.referee.photo_views import PhotoView, views_of
+from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS, MORE_THAN_HALF, NO_LENGTH
+from skyverse.referee.tracking_error import EXACT
 
 ASTRAY = 15.0
 """Degrees by which the camera may look otherwise than planned in a photo of a strip."""
@@ -31,6 +34,9 @@ LONG_STEP = 1.5
 """How far apart photos are, as a multiple of the usual, between which others may have been taken later."""
 FROM_STRIP = 0.27
 """Of the way between strips with one missing, the share by which a gap is away from each; more than half, otherwise."""
+BELOW = "taken below the ground"
+COARSE = "showing nothing of it as finely as asked"
+ELSEWHERE = "showing nothing of it"
 SHARES_LESS = "photos about it share less than asked"
 
 
@@ -39,8 +45,9 @@ def check_photos(scenario: Scenario, photos: Photos, *, position_error: float = 
 
     They are judged as those of missions are, by the ground that each shows over the terrain, wherever within the error
     of its position the camera was and however it was turned within its attitude error. A photo that shows less than
-    planned harms no other: the ground sample distance is that of the best photo of each place. Gaps are also where
-    neighbouring photos share less than asked.
+    planned harms no other: the ground sample distance is that of the best photo of each place. One that shows nothing
+    of a survey as finely as asked, or was taken below the ground, is left out before neighbours are sought, and named.
+    Gaps are also where neighbouring photos share less than asked.
 
     Parameters
     ----------
@@ -69,7 +76,8 @@ def check_photos(scenario: Scenario, photos: Photos, *, position_error: float = 
     for name in ("position", "heading", "pitch", "roll"):
         if not np.isfinite(getattr(photos, name)).all():
             raise InputError("expected finite numbers of each photo, found others", field=f"photos.{name}")
-    photos = _each_once(photos)
+    numbered = np.char.add("photo ", np.arange(1, len(photos) + 1).astype(np.str_))
+    photos = _each_once(replace(photos, name=np.where(photos.name == "", numbered, photos.name)))
     below = ground_height(scenario, photos.position[:, :2]) - photos.position[:, 2]
     if np.median(below) > position_error:
         deep = f"{(below > 0).sum()} of {len(photos)} up to {told_metres(float(below.max()))} below it"
@@ -81,10 +89,37 @@ def check_photos(scenario: Scenario, photos: Photos, *, position_error: float = 
     judged = scenario.model_copy(update={"surveys": surveys})
     found = []
     for number, survey in enumerate(surveys):
-        own = in_strips(photos, survey)
+        why = _left_out(judged, survey, photos, below > position_error)
+        own = in_strips(photos.taken(why == ""), survey)
         coverage = judge_coverage(judged, number, own, errors)
-        found.append(_with_short(judged, number, own, coverage) if coverage.short else coverage)
+        names = {str(one): tuple(photos.name[why == one].tolist()) for one in np.unique(why[why != ""])}
+        found.append(
+            replace(_with_short(judged, number, own, coverage) if coverage.short else coverage, left_out=names)
+        )
     return tuple(found)
+
+
+def _left_out(scenario: Scenario, survey: Survey, photos: Photos, below: Bools) -> NDArray[np.str_]:
+    """Return why each photo does not count, (n,); empty for those that do."""
+    depth, most = np.zeros(len(photos)), math.inf
+    if survey.of_ground:
+        grid = grid_of(scenario, survey, asked_ground(survey))
+        views = views_of(photos, survey.camera, [EXACT] * len(photos), 0.0)
+        depth = np.array([_nearest(view, grid) for view in views])
+    if survey.gsd is not None:
+        most = survey.gsd / survey.camera.pixel * (1 + LIMIT_LET_PASS)
+    return np.select([below, np.isinf(depth), depth > most], [BELOW, ELSEWHERE, COARSE], "")
+
+
+def _nearest(view: PhotoView, grid: CellGrid) -> float:
+    """Return about how deep the nearest ground is that a photo shows, metres; infinite where it shows none."""
+    here = grid.within(view)
+    if here is None:
+        return math.inf
+    x, y, z = grid.nodes(here)
+    i, j = (slice(None, None, max(len(line) // MOST_NODES, 1)) for line in (x, y))
+    margin, depth = view.look(x[i, None], y[j], z[i, j])
+    return float(depth[margin >= -max(i.step, j.step) * grid.reach[here].max()].min(initial=math.inf))
 
 
 def _each_once(photos: Photos) -> Photos:

@@ -34,6 +34,7 @@ _COLUMNS = {
     "roll": ("gimbalrolldegree", "roll", "rolldeg"),
 }
 """The plain names of columns, the best first; exiftool puts the group of a tag before its name, with a colon."""
+_NAMES = ("filename", "sourcefile", "id")
 _DEGREES = re.compile(r"([\d.]+)\s*(?:deg|°)\s*([\d.]+)\s*'\s*([\d.]+)\s*\"\s*([NSEW]?)")
 _METRES = re.compile(r"([+-]?[\d.]+)\s*m?\s*((?:above|below) sea level)?", re.IGNORECASE)
 _UTM = re.compile(r"WGS ?84 UTM (\d{1,2})([NS])", re.IGNORECASE)
@@ -43,6 +44,7 @@ class _Shot(NamedTuple):
     """A photo as a file has it: degrees, metres of altitude, and degrees of its camera; NaN for what is not said."""
 
     where: str
+    name: str
     latitude: float
     longitude: float
     altitude: float
@@ -89,7 +91,7 @@ def read_photos(
     if altitude is None and said is None:
         hint = "RtkFlag is set, and altitudes of RTK are counted from the ellipsoid or from the sea, as it was set up"
         raise InputError(f"{path}: expected word what altitudes are counted from, found none: {hint}; give altitude")
-    numbers = np.array([shot[1:] for shot in shots])
+    numbers = np.array([shot[2:] for shot in shots])
     if pitch is not None:
         numbers[:, 4] = np.where(np.isnan(numbers[:, 4]), pitch, numbers[:, 4])
     for column, name in ((3, "heading"), (4, "pitch")):
@@ -108,7 +110,7 @@ def read_photos(
     count, none = len(shots), np.full(len(shots), -1)
     position = np.column_stack([places, numbers[:, 2] - origin.altitude])
     angles = numbers[:, 3] % 360.0, numbers[:, 4], np.nan_to_num(numbers[:, 5])
-    return Photos(position, *angles, np.full(count, math.nan), none, none)
+    return Photos(position, *angles, np.full(count, math.nan), none, none, np.array([shot.name for shot in shots]))
 
 
 def _of_table(path: Path) -> tuple[list[_Shot], Reference | None]:
@@ -124,7 +126,7 @@ def _of_table(path: Path) -> tuple[list[_Shot], Reference | None]:
     def said(name: str, row: list[str]) -> str:
         return row[known.index(name)].strip() if name in known else ""
 
-    shots, fixed = [], False
+    shots, fixed, called = [], False, next((name for name in _NAMES if name in known), "")
     for line, row in rows.items():
         numbers: dict[str, float] = {}
         for what, k in found.items():
@@ -137,7 +139,8 @@ def _of_table(path: Path) -> tuple[list[_Shot], Reference | None]:
             else:
                 numbers[what] = parse_number(text, where) if text else math.nan
         fixed |= said("rtkflag", row) not in ("", "-", "0")
-        shots.append(_Shot(f"{path}: line {line}", **numbers))
+        where = f"{path}: line {line}"
+        shots.append(_Shot(where, said(called, row) or where, **numbers))
     named = known[found["altitude"] or 0]
     if named == "altitudeellipsoid":
         return shots, "ellipsoid"
@@ -181,7 +184,7 @@ def _of_geo_text(path: Path) -> tuple[list[_Shot], Literal["amsl"]]:
             raise InputError(f"{where}: expected a name, x, y and z, found {shown(' '.join(words), 60)}")
         x, y, z, *more = (parse_number(word, where) for word in words[1:7])
         turned = [more[0], more[1] - 90.0, more[2]] if len(more) == 3 and any(more) else [math.nan] * 3
-        shots.append(_Shot(where, y, x, z, *turned))
+        shots.append(_Shot(where, words[0], y, x, z, *turned))
     names = [one.where for one in shots]
     places = shapely.points([(one.longitude, one.latitude) for one in shots])
     moved = shapely.get_coordinates(to_globe(places, crs, str(path), names.__getitem__, lambda doubt: None))
