@@ -1,54 +1,48 @@
-"""The judge's tests are judged: ``python benchmarks/mutants.py 300`` edits the referee at random and runs its tests.
+"""The tests are judged: ``python benchmarks/mutants.py 300`` edits the source at random, and runs the tests.
 
-Each mutant is one edit of a file of ``src/skyverse/referee``: a comparison turned, a sign changed, a minimum in place
-of a maximum, `and` in place of `or`, another constant. It is noticed if a test of ``tests/referee`` fails, or takes too
-long. Every mutant runs in a process of its own, forked from one that has imported everything but the referee; no file
-is changed. Those that are not noticed are printed with the line before and after.
+Each mutant is one edit of a file of ``src/skyverse``: a comparison turned, a sign changed, a minimum in place of a
+maximum, `and` in place of `or`, another constant. It is noticed if a test fails, or takes too long. A mutant is given
+only tests that run the edited statement, as `measured_tests.py` has noted, the quickest first: those of the first tier,
+with as few examples as it draws, and if these do not notice it, all, with all examples. Edits are made in a copy of the
+source, and each mutant runs in a process of its own, forked from one that has imported what skyverse needs.
 
-At first the tests run without any edit, and must pass; how long each of them takes, and which lines of the referee it
-runs, is noted then. A mutant is given only tests that run the edited statement: the quick ones of its own file first,
-then all other quick ones. When all mutants have had these, those that were not noticed are given the slow tests too.
-
-The answers are kept in a file, line by line, so that a run that was stopped goes on where it ended. An edit that a test
-has noticed counts as noticed as long as neither the edited file nor that test changes; one that was not noticed is
-tried again as soon as any test has changed.
+The answers are kept in a file, line by line, so that a run that was stopped goes on where it ended, and an edit of a
+file that has not changed is not judged again. ``--share 0/2`` and ``--share 1/2`` are two halves, for two processes.
 """
 
 import argparse
 import ast
 import hashlib
-import importlib.abc
-import importlib.util
+import importlib
 import json
 import os
 import resource
+import shutil
 import signal
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import Phase, settings
+from measured_tests import ROOT, SOURCE, MeasuredTests, load
 
-ROOT = Path(__file__).resolve().parent.parent
-REFEREE, TESTS = ROOT / "src" / "skyverse" / "referee", ROOT / "tests" / "referee"
-FOLDER = str(REFEREE)
-MAX_QUICK_SECONDS = 0.3
-"""Seconds of computing time: tests that take longer without any edit are slow."""
 TIME_LIMIT, TIMES_LONGER = 5, 5
 """Seconds of computing time, beyond so many times what the test takes without any edit: a test that takes longer counts
 as failed, since a mutant may loop for ever."""
-MEMORY_LIMIT = 3 * 2**30
-"""Bytes that a process may allocate, for the same reason."""
-MAX_EVENTS = 200
-"""Calls and lines of one function in one test: after these, all of its lines count as run by the test."""
-IMPORTED = ""
-"""Stands for a test, among those that run a line: it is run when tests are collected, so that all depend on it."""
+PATIENCE_S = 300
+"""Seconds that all tests of one mutant may take beyond that, to compile kernels."""
+MAX_SECONDS = 120
+"""Seconds of computing time, without any edit, of the tests that a mutant is given in each tier, the quickest first."""
+MEMORY_LIMIT = 6 * 2**30
+"""Bytes that a process may allocate, since a mutant may fill the memory."""
 OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-n0", "-W", "ignore::pytest.PytestAssertRewriteWarning")
 """Options of pytest; the warning is that hypothesis is imported already."""
 WITHOUT_EFFECT = ("_AT_ONCE", "INTERVALS", "SAMPLES", "MAX_", "CHILDREN", "SHORT_")
-"""Parts of the names of constants that bound memory and effort, or say how finely is searched: no verdict depends on
+"""Parts of the names of constants that bound memory and effort, or say how finely is searched: no answer depends on
 them."""
 
 TURNED = {
@@ -103,50 +97,11 @@ def _judging(node: ast.AST) -> Iterator[ast.AST]:
             yield from _judging(child)
 
 
-class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Imports one module from a syntax tree."""
-
-    def __init__(self, module: str, file: Path, tree: ast.Module) -> None:
-        self.module, self.file, self.tree = module, file, tree
-
-    def find_spec(self, name, path, target=None):
-        if name == self.module:
-            return importlib.util.spec_from_loader(name, self, origin=str(self.file))
-        return None
-
-    def exec_module(self, module):
-        module.__file__ = str(self.file)
-        exec(compile(self.tree, str(self.file), "exec"), module.__dict__)
-
-
 class _Watch:
-    """Has pytest run some tests only, the quickest first, and notes what they say and how long they take.
+    """Has pytest run some tests only, the quickest first, and notes the first that fails."""
 
-    If nothing is known yet of how long they take, it also notes which lines of the referee each of them runs.
-    """
-
-    def __init__(self, wanted: Callable[[str], bool], known: dict[str, float]) -> None:
-        self.wanted, self.known, self.seconds = wanted, known, {}
-        self.noticed_by = ""
-        self.lines: dict[str, set[tuple[str, int]]] = {IMPORTED: set()}
-        self.running = self.lines[IMPORTED]
-        self.events: dict[tuple[str, int], int] = {}
-        if not known:
-            sys.settrace(self._called)
-
-    def _called(self, frame, event, argument):
-        return self._ran(frame, event, argument) if frame.f_code.co_filename.startswith(FOLDER) else None
-
-    def _ran(self, frame, event, argument):
-        file, function = frame.f_code.co_filename, frame.f_code.co_firstlineno
-        self.running.add((file, frame.f_lineno))
-        events = self.events[file, function] = self.events.get((file, function), 0) + 1
-        if events < MAX_EVENTS:
-            return self._ran
-        if events == MAX_EVENTS:  # it takes too long to watch it further
-            self.running.update((file, line) for _, _, line in frame.f_code.co_lines() if line)
-        frame.f_trace_lines = False
-        return None
+    def __init__(self, seconds: dict[str, float]) -> None:
+        self.seconds, self.noticed_by = seconds, ""
 
     @pytest.hookimpl(trylast=True)
     def pytest_configure(self):
@@ -157,19 +112,11 @@ class _Watch:
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items):
         items[:] = sorted(
-            (item for item in items if self.wanted(item.nodeid)), key=lambda item: self.known.get(item.nodeid, 0.0)
+            (item for item in items if item.nodeid in self.seconds), key=lambda item: self.seconds[item.nodeid]
         )
 
     def pytest_runtest_logstart(self, nodeid):
-        self.running = self.lines.setdefault(nodeid, set())
-        self.events.clear()
-        self.seconds[nodeid] = -time.process_time()
-        if self.known:
-            signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT + TIMES_LONGER * self.known.get(nodeid, 0.0))
-
-    def pytest_runtest_logfinish(self, nodeid):
-        self.seconds[nodeid] = round(self.seconds[nodeid] + time.process_time(), 3)
-        self.running = self.lines[IMPORTED]
+        signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT + TIMES_LONGER * self.seconds.get(nodeid, 0.0))
 
     def pytest_runtest_logreport(self, report):
         if report.failed:
@@ -180,184 +127,63 @@ class _Watch:
             self.noticed_by = self.noticed_by or report.nodeid
 
 
-def _by_file(lines: set[tuple[str, int]]) -> dict[str, list[int]]:
-    """Return the numbers of lines of each file, which is called by its stem."""
-    found: dict[str, list[int]] = {}
-    for file, number in lines:
-        found.setdefault(Path(file).stem, []).append(number)
-    return found
-
-
 def _too_long(number, frame):
     raise TimeoutError("the time limit of a test")
 
 
-def run_tests(
-    tests: list[Path],
-    wanted: Callable[[str], bool] = bool,
-    known: dict[str, float] | None = None,
-    edited: tuple[Path, ast.Module] | None = None,
-) -> dict[str, object]:
-    """Run tests with one file of the referee replaced, if one is.
-
-    Parameters
-    ----------
-    tests
-        The files of the tests.
-    wanted
-        Which of the tests in them run, by their names; by default all.
-    known
-        How long each test takes, as far as that is known.
-    edited
-        Which file is replaced by what.
-
-    Returns
-    -------
-    dict
-        Whether all tests ``passed``; ``noticed_by``, the first test that failed; how many ``seconds`` each took; and
-        which ``lines`` of which file of the referee each has run, if nothing was known.
-    """
+def noticed_by(seconds: dict[str, float], source: Path, *, whole: bool) -> str:
+    """Run tests over a copy of the source, in a forked process; return which noticed something, nothing if none did."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
+        os.setpgrp()
         resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_LIMIT, MEMORY_LIMIT))
         signal.signal(signal.SIGPROF, _too_long)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        if edited is not None:
-            sys.meta_path.insert(0, _Mutated(f"skyverse.referee.{edited[0].stem}", *edited))
-        watch = _Watch(wanted, known or {})
-        said: dict[str, object] = {"passed": False}
+        sys.path.insert(0, str(source))
+        os.environ["PYTHONPATH"] = str(source)
+        watch, said = _Watch(seconds), "the process ended"
         try:
-            code = int(pytest.main([*OPTIONS, *map(str, tests)], plugins=[watch]))
-            none_left = pytest.ExitCode.NO_TESTS_COLLECTED
-            said = {"passed": code in (0, none_left), "noticed_by": watch.noticed_by, "seconds": watch.seconds}
-            said["lines"] = {name: _by_file(lines) for name, lines in watch.lines.items()}
+            files = sorted({str(ROOT / name.partition("::")[0]) for name in seconds})
+            code = int(pytest.main([*OPTIONS, *(["--all"] if whole else []), *files], plugins=[watch]))
+            said = watch.noticed_by or ("" if code in (0, pytest.ExitCode.NO_TESTS_COLLECTED) else f"exit code {code}")
         finally:
-            with os.fdopen(writing, "w") as pipe:
-                pipe.write(json.dumps(said))
+            os.write(writing, said.encode())
             os._exit(0)
     os.close(writing)
+    end = time.monotonic() + PATIENCE_S + TIMES_LONGER * sum(seconds.values())
+    while os.waitpid(child, os.WNOHANG)[0] == 0:
+        if time.monotonic() > end:
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return "it took too long"
+        time.sleep(0.02)
     with os.fdopen(reading) as pipe:
-        text = pipe.read()
-    os.waitpid(child, 0)
-    return {"passed": False, "noticed_by": "", "seconds": {}, "lines": {}} | (json.loads(text) if text else {})
+        return pipe.read() or "the process ended"
 
 
 def _preload() -> None:
-    """Import what the tests need, except the referee, so that forked processes need not."""
-    import hypothesis.extra.numpy  # noqa: F401
-    import scipy.integrate
-    import scipy.optimize  # noqa: F401
-
-    import skyverse.model.mission
-    import skyverse.planners.astar
-    import skyverse.planners.taut
-    import skyverse.trajectory  # noqa: F401
-
-    assert not [name for name in sys.modules if name.startswith("skyverse.referee")]
+    """Import what skyverse and its tests need, so that forked processes need not."""
+    for name in ("hypothesis.extra.numpy", "matplotlib.pyplot", "numba", "plotly.graph_objects", "pydantic", "shapely"):
+        importlib.import_module(name)
+    assert not [name for name in sys.modules if name.startswith("skyverse")]
 
 
-def main() -> None:
-    """Judge as many mutants as are asked for, and print those that no test noticed."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("count", type=int, nargs="?", default=300, help="mutants, 300 by default")
-    parser.add_argument("--seed", type=int, default=0, help="of the choice of edits")
-    parser.add_argument("--log", type=Path, default=ROOT / "out" / "mutants.jsonl", help="where answers are kept")
-    given = parser.parse_args()
-    os.environ.setdefault("SKYVERSE_EXAMPLES", "5")
-    os.chdir(ROOT)
-    sys.path.insert(0, str(ROOT / "src"))
-    _preload()
-    texts = {file: file.read_text(encoding="utf-8") for file in sorted(REFEREE.glob("*.py"))}
-    sites = [(file, k) for file, text in texts.items() for k, _ in enumerate(edits(ast.parse(text)))]
-    # an edit is chosen or not whatever other files hold, so that answers can be used again when one file has changed
-    chosen = sorted(sites, key=lambda site: _digest(f"{given.seed} {site[0].stem} {site[1]}"))[: given.count]
-    print(f"{len(chosen)} of {len(sites)} single edits of {len(texts)} files", flush=True)
-    given.log.parent.mkdir(parents=True, exist_ok=True)
-    tests = sorted(TESTS.glob("test_*.py"))
-    plain = _without_edits(given.log.with_suffix(".plain"), tests)
-    assert plain["passed"], f"without any edit a test fails: {plain['noticed_by']}"
-    seconds, quick = plain["seconds"], {name for name, taken in plain["seconds"].items() if taken <= MAX_QUICK_SECONDS}
-    print(
-        f"{len(seconds)} tests pass without any edit, in {sum(seconds.values()):.0f} s; {len(quick)} are quick",
-        flush=True,
-    )
-    answers = _known(given.log)
-    for slow in (False, True):
-        for number, (file, k) in enumerate(chosen, 1):
-            key = _digest(f"{file.stem}{k}{texts[file]}")
-            before = answers.get(key, {"passed": True, "slow": None})
-            if not before["passed"] or (before["slow"] is not None and before["slow"] >= slow):
-                continue
-            answers[key] = _judged(file, texts[file], k, plain, slow) | {"key": key}
-            with given.log.open("a", encoding="utf-8") as log:
-                log.write(json.dumps(answers[key]) + "\n")
-            if answers[key]["passed"]:
-                print(
-                    f"not noticed by {'any test' if slow else 'quick tests'} ({number}): {answers[key]['diff']}",
-                    flush=True,
-                )
-    missed = [one for file, k in chosen if (one := answers[_digest(f"{file.stem}{k}{texts[file]}")])["passed"]]
-    for one in missed:
-        print(f"not noticed: {one['diff']}")
-    print(f"{len(chosen) - len(missed)} of {len(chosen)} noticed, {1 - len(missed) / len(chosen):.1%}")
-
-
-def _without_edits(kept: Path, tests: list[Path]) -> dict[str, object]:
-    """Return what the tests say without any edit, as it is kept in a file for this version of the library, if it is."""
-    files = [*tests, *sorted((ROOT / "src").rglob("*.py"))]
-    version = _digest("".join(file.read_text(encoding="utf-8") for file in files))
-    plain = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
-    if plain.get("version") != version:
-        plain = run_tests(tests) | {"version": version}
-        kept.write_text(json.dumps(plain), encoding="utf-8")
-    return plain
-
-
-def _known(log: Path) -> dict[str, dict[str, object]]:
-    """Return the answers in a file that still count."""
-    lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
-    answers = [json.loads(line) for line in lines]
-    return {answer["key"]: answer for answer in answers if answer["tests"] == _tests(answer["noticed_by"])}
-
-
-def _tests(noticed_by: str) -> str:
-    """Return a digest of one test, or of all tests if none is named or it is no more there."""
-    name = noticed_by.partition("::")[2].partition("[")[0]
-    file = ROOT / noticed_by.partition("::")[0]
-    text = file.read_text(encoding="utf-8") if name and file.is_file() else ""
-    source = [ast.unparse(node) for node in ast.parse(text).body if getattr(node, "name", "") == name]
-    return _digest("".join(source or [one.read_text(encoding="utf-8") for one in sorted(TESTS.glob("*.py"))]))
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:24]
-
-
-def _judged(file: Path, text: str, k: int, plain: dict[str, object], slow: bool) -> dict[str, object]:
-    """Return what the quick tests say of one edit, or the slow ones."""
+def edited(text: str, k: int) -> tuple[str, range, str]:
+    """Return a module's text with its k-th edit, the lines of its statement, and the edit as a person reads it."""
     tree = ast.parse(text)
     node, field, value = next(edit for j, edit in enumerate(edits(tree)) if j == k)
-    run = set(_lines_of_statement(tree, node))
-    before = ast.unparse(node)
+    lines, before = _lines_of_statement(tree, node), ast.unparse(node)
     setattr(node, field, value)
-    ast.fix_missing_locations(tree)
-    diff = f"{file.relative_to(ROOT)}:{node.lineno}: {before}  ->  {ast.unparse(node)}"
-    seconds = plain["seconds"]
-    wanted = {name for name, files in plain["lines"].items() if not run.isdisjoint(files.get(file.stem, ()))}
-    wanted = seconds.keys() if IMPORTED in wanted else wanted
-    wanted = {name for name in wanted if (seconds[name] > MAX_QUICK_SECONDS) == slow}
-    own = {name for name in wanted if f"/test_{file.stem}.py" in name}
-    began, said = time.perf_counter(), {"passed": True, "noticed_by": ""}
-    for stage in (own, wanted - own):
-        if stage and said["passed"]:
-            tests = [ROOT / name for name in sorted({name.partition("::")[0] for name in stage})]
-            said = run_tests(tests, stage.__contains__, seconds, (file, tree))
-    answer = {name: said[name] for name in ("passed", "noticed_by")}
-    taken = round(time.perf_counter() - began, 1)
-    return {"diff": diff, "seconds": taken, "slow": slow, "tests": _tests(said["noticed_by"])} | answer
+    after = ast.unparse(node)
+    rows = text.encode().splitlines(keepends=True)
+    begin = sum(map(len, rows[: node.lineno - 1])) + node.col_offset
+    end = sum(map(len, rows[: node.end_lineno - 1])) + node.end_col_offset
+    inserted = after if isinstance(node, ast.stmt) else f"({after})"
+    changed = text.encode()[:begin] + inserted.encode() + text.encode()[end:]
+    return changed.decode(), lines, f"{node.lineno}: {before}  ->  {after}"
 
 
 def _lines_of_statement(tree: ast.Module, node: ast.AST) -> range:
@@ -367,6 +193,81 @@ def _lines_of_statement(tree: ast.Module, node: ast.AST) -> range:
     ][-1]
     last = statement.body[0].lineno - 1 if hasattr(statement, "body") else statement.end_lineno
     return range(statement.lineno, max(statement.lineno, last) + 1)
+
+
+def judged(tests: MeasuredTests, file: str, k: int, source: Path) -> dict[str, str]:
+    """Return which tests notice one edit: of the first tier, and of all."""
+    from tiers import second_tier
+
+    place = source / "skyverse" / file
+    text = place.read_text(encoding="utf-8")
+    changed, lines, diff = edited(text, k)
+    columns = [tests.number[file, line] for line in lines if (file, line) in tests.number]
+    if not columns:  # it is run by imports alone: whoever runs anything of the file depends on it
+        columns = [column for (name, _), column in tests.number.items() if name == file]
+    wanted = np.flatnonzero(np.asarray(tests.runs[:, columns].sum(axis=1)).ravel())
+    wanted = wanted[np.argsort(tests.seconds[wanted], kind="stable")]
+    second = set(second_tier())
+    answer = {"diff": f"{file}:{diff}", "first": "", "all": ""}
+    place.write_text(changed, encoding="utf-8")
+    try:
+        for tier, whole in (("first", False), ("all", True)):
+            given = [t for t in wanted if whole or tests.names[t] not in second]
+            given = [t for t, spent in zip(given, np.cumsum(tests.seconds[given]), strict=True) if spent <= MAX_SECONDS]
+            seconds = {tests.names[t]: float(tests.seconds[t]) for t in given}
+            answer[tier] = answer["first"] or (noticed_by(seconds, source, whole=whole) if seconds else "")
+    finally:
+        place.write_text(text, encoding="utf-8")
+    return answer
+
+
+def main() -> None:
+    """Judge as many mutants as are asked for, and print those that no test noticed."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("count", type=int, nargs="?", default=300, help="mutants, 300 by default")
+    parser.add_argument("--room", default="", help="only edits of this room, such as referee")
+    parser.add_argument("--seed", type=int, default=0, help="of the choice of edits")
+    parser.add_argument("--share", default="0/1", help="which of how many shares of the mutants")
+    parser.add_argument("--log", type=Path, default=ROOT / "out" / "mutants.jsonl", help="where answers are kept")
+    given = parser.parse_args()
+    tests = load()
+    os.chdir(ROOT)
+    _preload()
+    texts = {
+        str(file.relative_to(SOURCE)): file.read_text(encoding="utf-8")
+        for file in sorted((SOURCE / given.room).rglob("*.py"))
+    }
+    sites = [(file, k) for file, text in texts.items() for k, _ in enumerate(edits(ast.parse(text)))]
+    # an edit is chosen or not whatever other files hold, so that answers can be used again when one file has changed
+    chosen = sorted(sites, key=lambda site: _digest(f"{given.seed} {site[0]} {site[1]}"))[: given.count]
+    share, shares = map(int, given.share.split("/"))
+    print(f"{len(chosen)} of {len(sites)} single edits of {len(texts)} files", flush=True)
+    given.log.parent.mkdir(parents=True, exist_ok=True)
+    keys = [_digest(f"{file}{k}{texts[file]}") for file, k in chosen]
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(ROOT / "src", folder, dirs_exist_ok=True)
+        for key, (file, k) in list(zip(keys, chosen, strict=True))[share::shares]:
+            if key not in _known(given.log):
+                answer = judged(tests, file, k, Path(folder)) | {"key": key}
+                with given.log.open("a", encoding="utf-8") as log:
+                    log.write(json.dumps(answer) + "\n")
+                print(f"first: {answer['first'] or '-'}; all: {answer['all'] or '-'}; {answer['diff']}", flush=True)
+    answers = [answer for key, answer in _known(given.log).items() if key in set(keys)]
+    for answer in answers:
+        if not answer["first"]:
+            print(f"not noticed by {'the first tier' if answer['all'] else 'any test'}: {answer['diff']}")
+    noticed, first = (sum(bool(answer[tier]) for answer in answers) for tier in ("all", "first"))
+    print(f"{noticed} of {len(answers)} noticed; by the first tier {first}, {first / max(noticed, 1):.1%} of these")
+
+
+def _known(log: Path) -> dict[str, dict[str, str]]:
+    """Return the answers in a file."""
+    lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+    return {answer["key"]: answer for answer in map(json.loads, lines)}
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
 if __name__ == "__main__":

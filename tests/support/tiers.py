@@ -1,6 +1,6 @@
 """Two tiers of tests: the first is for everybody and takes minutes; ``--all`` runs every test, with every example.
 
-``tests/second_tier.txt`` names the tests that only ``--all`` runs. ``python benchmarks/tiers.py`` chooses them anew. In
+``tests/second_tier.txt`` names the tests that only ``--all`` runs. ``python benchmarks/first_tier.py`` chooses them anew. In
 the first tier a property draws a fifth of its examples. A test that is named with ``::`` runs in any tier.
 """
 
