@@ -14,8 +14,16 @@ from skyverse.maps.assembly import frame
 from skyverse.maps.assembly.bad_points import BadPoint, Point, refuse_bad_points
 from skyverse.maps.assembly.fences import fence_around
 from skyverse.maps.assembly.frame import Area, require_size
-from skyverse.maps.assembly.inputs import FeatureFile, licence_of, licensed, open_clouds, read_feature_files, voxels_of
-from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds
+from skyverse.maps.assembly.inputs import (
+    FeatureFile,
+    licence_of,
+    licensed,
+    open_clouds,
+    read_feature_files,
+    told_of,
+    voxels_of,
+)
+from skyverse.maps.assembly.obstacles import BEYOND, BURIED, local_features, prisms, simplified, within_bounds
 from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.assembly.places import (
     homes,
@@ -358,9 +366,15 @@ def _contents(
     for file, features in zip(files, local, strict=True):
         made, counts = prisms(simplified(within_bounds(features, floor, top, reach), options.tolerance))
         options.on_note(Note(file.path, _summary(len(file.features), len(made), counts)))
+        with told_of(file.path, options.on_note) as tell:
+            for said in features.heeded:
+                tell(said)
         if file.features and not made:
-            refuse_swapped(file.path, file.features, site.origin, site.region)
-            options.on_note(Note(file.path, f"{Caution.WARNING}: nothing of it lies in the area"))
+            less = listed([f"{counts[what]:,} {what}" for what in (BURIED, BEYOND) if counts[what]])
+            if not less:
+                refuse_swapped(file.path, file.features, site.origin, site.region)
+            nothing = f"closes anything there: {less}" if less else "lies in the area"
+            options.on_note(Note(file.path, f"{Caution.WARNING}: nothing of it {nothing}"))
         hard = [prism for prism in made if prism.risk is None and prism.active is None]
         if file.gives == "zones":
             hard = _closed_above(hard, options, top, file.path)

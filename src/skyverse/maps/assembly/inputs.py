@@ -44,7 +44,7 @@ def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
     for path, kind, risk in asked:
         if risk is not None and not (math.isfinite(risk) and risk > 0):
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
-        with _told(path, options.on_note) as tell:
+        with told_of(path, options.on_note) as tell:
             found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=tell))
         found = [feature for feature in found if feature.active != ()]
         read.append(FeatureFile(path, found, gives[kind]))
@@ -55,13 +55,13 @@ def open_clouds(options: BuildOptions) -> list[AerialCloud]:
     """Read what the files of points say of where they lie."""
     clouds = []
     for path in options.voxels:
-        with _told(str(path), options.on_note) as tell:
+        with told_of(str(path), options.on_note) as tell:
             clouds.append(aerial_cloud(Path(path), Choices(**vars(options.reading or Reading()), tell=tell)))
     return clouds
 
 
 @contextmanager
-def _told(path: str, on_note: Callable[[Note], object]) -> Iterator[Callable[[str], object]]:
+def told_of(path: str, on_note: Callable[[Note], object]) -> Iterator[Callable[[str], object]]:
     """Yield what takes sentences on a file, the first of which become notes at the end."""
     told: list[str] = []
     yield told.append

@@ -1,7 +1,7 @@
 """Buildings and zones: outlines on the globe become prisms of the local frame that never cover less."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import compress
 from typing import Any
@@ -14,12 +14,15 @@ from skyverse.errors import InputError
 from skyverse.maps.assembly.terrain import GIVE_GROUND, ground_range
 from skyverse.maps.georeference.feature import ABOVE_PERMITTED, Feature, Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
+from skyverse.model.caution import Caution
 from skyverse.model.frame import Origin
 from skyverse.model.geodesy import to_local
 from skyverse.model.shapes import Prism, Terrain
 
 KINDS_FROM_THE_GROUND = ("building", "construction", "furniture", "tree", "vegetation")
 """Kinds of obstacles that reach down to the ground, even where their file lets them begin at an altitude."""
+BURIED, BEYOND = "buried", "above or below the bounds"
+"""Words for features that are counted, and of which nothing is left."""
 ROUNDING = 1e-3
 """Metres that corners are rounded to, after their outline was grown by as much."""
 MERGED_KINDS = ("building", ABOVE_PERMITTED)
@@ -46,6 +49,8 @@ class LocalFeatures:
         (n,) z of their ends, ``-inf`` and ``inf`` where the file gives none.
     counts
         How many features were left out or changed, and how.
+    heeded
+        Sentences on zones of which the ground leaves less than their file says, or nothing.
     """
 
     outlines: list[Any]
@@ -53,6 +58,7 @@ class LocalFeatures:
     low: Floats
     high: Floats
     counts: Counter[str] = field(default_factory=Counter)
+    heeded: list[str] = field(default_factory=list)
 
     def chosen(self, these: NDArray[np.bool_]) -> "LocalFeatures":
         """Return the features that are chosen, (n,)."""
@@ -79,8 +85,9 @@ def local_features(
     if terrain is not None:
         kept, outlines = _on_even_ground(kept, outlines, terrain, max(x1 - x0, y1 - y0))
     low, high = _ends(kept, outlines, origin, terrain)
+    heeded = [] if terrain is None else list(_over_ground(kept, high, origin, ground_range(terrain, outlines)))
     empty = low >= high
-    counts["buried"] = int(empty.sum())
+    counts[BURIED] = int(empty.sum())
     kept = list(compress(kept, ~empty))
     low, high = low[~empty], high[~empty]
     outlines = shapely.buffer(outlines[~empty], ROUNDING, join_style="mitre", mitre_limit=5.0)
@@ -91,7 +98,7 @@ def local_features(
     parts = [pieces(outline) for outline in outlines]
     rows = [k for k, some in enumerate(parts) for _ in some]
     whole = [part for some in parts for part in some]
-    return LocalFeatures(whole, [kept[k] for k in rows], low[rows], high[rows], counts)
+    return LocalFeatures(whole, [kept[k] for k in rows], low[rows], high[rows], counts, heeded)
 
 
 def _on_even_ground(
@@ -178,6 +185,26 @@ def _ends(
     return low, high
 
 
+def _over_ground(
+    features: Sequence[Feature], high: Floats, origin: Origin, ground: tuple[Floats, Floats]
+) -> Iterator[str]:
+    """Take the upper end (n,) from zones that end at or below all ground below them, and yield what is to be told.
+
+    Such an end is none, as one that a file counts from the ground itself.
+    """
+    for k, (feature, lowest, highest) in enumerate(zip(features, *ground, strict=True)):
+        if feature.solid or high[k] > highest:
+            continue
+        end, least, most = (f"{z + origin.altitude:.0f} m" for z in (high[k], lowest, highest))
+        named = f"{feature.name or feature.where.rpartition(': ')[2]}: its upper limit, {end} amsl, is"
+        if high[k] <= lowest:
+            high[k] = np.inf
+            said = f"{named} at or below the ground there, {least} or more, and counts as none"
+            yield f"{Caution.WARNING}: {said}: closed from the ground up"
+        elif not isinstance(feature.low, AboveSea):
+            yield f"{named} below a part of the ground there, up to {most}, over which it closes nothing"
+
+
 def _metres(features: Sequence[Feature], these: NDArray[np.bool_], side: str) -> Floats:
     """Return the metres of one side's altitude of the features that are chosen."""
     return np.array([getattr(features[k], side).metres for k in np.flatnonzero(these).tolist()], dtype=np.float64)
@@ -188,7 +215,7 @@ def within_bounds(these: LocalFeatures, floor: float, ceiling: float, reach: flo
     inside = (these.low < ceiling + reach) & (these.high > floor - reach)
     found = these.chosen(inside)
     found.low, found.high = np.maximum(found.low, floor - reach), np.minimum(found.high, ceiling + reach)
-    found.counts["above or below the bounds"] += int((~inside).sum())
+    found.counts[BEYOND] += int((~inside).sum())
     return found
 
 
