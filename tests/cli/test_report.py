@@ -2,7 +2,13 @@
 
 import dataclasses
 import json
+import re
+from collections import Counter
 from pathlib import Path
+
+from hypothesis import example, given
+from hypothesis import strategies as st
+from rich.cells import cell_len
 
 import skyverse as sky
 from skyverse.cli.report import report, table
@@ -15,6 +21,7 @@ from skyverse.model.flight_table import (
     unknown_gaps_sentence,
 )
 from skyverse.model.verdict import Action, Deconfliction
+from terminals import on_a_terminal
 
 
 def test_a_total_never_adds_nodes_to_metres(capsys):
@@ -38,6 +45,33 @@ def test_a_total_never_adds_nodes_to_metres(capsys):
 def test_names_with_brackets_are_printed_as_they_are(capsys):
     table(["UAV", "cost"], [["[red]", "1"], ["uav [bold]2[/bold]", "2"]])
     assert [line.split("  ")[0] for line in capsys.readouterr().out.splitlines()[1:]] == ["[red]", "uav [bold]2[/bold]"]
+
+
+def wholes(width):
+    """Draw a table whose words, heads and cells no column needs to cut on a terminal of a width."""
+    word = st.text("0123456789.%°m²Żη[]/", min_size=1, max_size=width // 2 - 1)
+    cell = st.lists(word, max_size=8).map(" ".join)
+    row = st.integers(1, 8).flatmap(lambda count: st.lists(st.tuples(*[cell] * count), min_size=1, max_size=3))
+    return st.tuples(st.just(width), row)
+
+
+@given(st.integers(16, 140).flatmap(wholes))
+@example(
+    (60, [("UAV", "a sentence of many words that a terminal folds", "14.62 m"), ("uav-1", "12 " * 40, "-0.123456 m")])
+)
+def test_a_terminal_of_any_width_cuts_no_word_of_a_table(drawn):
+    width, (head, *rows) = drawn
+    with on_a_terminal(width) as terminal:
+        table(head, rows)
+    lines = re.sub(r"\x1b\[\d+m", "", terminal.sent).splitlines()
+    assert max(map(cell_len, lines), default=0) <= width
+    words = Counter(" ".join(lines).split())
+    assert words >= Counter(word for row in (head, *rows) for cell in row for word in cell.split())
+
+
+def test_a_table_in_a_pipe_has_a_line_for_each_row(capsys):
+    table(["UAV", "why"], [["uav-1", "so " * 300], ["uav-2", "-"]])
+    assert len(capsys.readouterr().out.splitlines()) == 3
 
 
 def test_a_table_has_units_and_no_columns_of_optimisers_unless_asked(capsys):

@@ -27,6 +27,7 @@ from skyverse.cli.repair import repair
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.scenarios import scenarios
+from skyverse.cli.streams import plain_streams
 from skyverse.cli.survey import survey
 from skyverse.errors import InputError, shown
 
@@ -78,7 +79,12 @@ def install_completion(*, shell: Literal["bash", "zsh", "fish", "powershell"] | 
 
 def main(words: Sequence[str] | None = None) -> None:
     """Run a command line, by default that of this process, and end the process with its exit code."""
-    given = sys.argv[1:] if words is None else words
+    with plain_streams():
+        sys.exit(_exit_code(sys.argv[1:] if words is None else words))
+
+
+def _exit_code(given: Sequence[str]) -> int | None:
+    """Run a command line to its end, whatever becomes of its output, and return its exit code."""
     try:
         try:
             with running(app, given):
@@ -96,7 +102,7 @@ def main(words: Sequence[str] | None = None) -> None:
         _drop_output()
         where = error.filename or "the output cannot be written"
         code = _failed(f"{where}: {error.strerror or error}")
-    sys.exit(code)
+    return code
 
 
 def _run(given: Sequence[str]) -> int | None:
@@ -105,7 +111,7 @@ def _run(given: Sequence[str]) -> int | None:
         print(FIRST_STEPS, end="")
         return 0
     odd = next((word for word in given if any(category(sign) == "Cc" for sign in word)), None)
-    if odd is not None:  # a terminal would take them for orders wherever the word is told
+    if odd is not None:  # a newline among them would tell lines of its own wherever the word is told
         return _failed(f"expected words and names of files without control characters, found {shown(odd, 200)}")
     try:
         return app(given, exit_on_error=False, print_error=False, result_action="return_value")

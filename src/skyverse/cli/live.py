@@ -102,6 +102,8 @@ def live(
     if token is not None and where is None:
         raise InputError("--token: expected --listen with it, found none")
     secret = None if token is None else _secret(token)
+    if where is None and sys.stdin is None:
+        raise InputError("live: expected messages on standard input, found it closed")
     given = sky.read_mission(mission)
     if not given.complete:
         print(without_way(given), file=sys.stderr)

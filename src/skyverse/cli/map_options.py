@@ -21,6 +21,7 @@ from skyverse.cli.places import (
     places_of,
     tracking_error_of,
 )
+from skyverse.cli.streams import plain
 from skyverse.cli.watch import console
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import BuildOptions, MapDetail, MapFiles, MapRegion
@@ -207,13 +208,15 @@ def watched(notes: "list[Note]", missions: Sequence[str] = ()) -> "Iterator[Call
 
     Where that ends in a refusal, all notes are printed, as they may explain it, unless it is one of a mission's file.
     """
+    from rich.text import Text
+
     try:
         with console().status("reading maps") if sys.stderr.isatty() else nullcontext() as shown:
 
             def keep(note: "Note") -> None:
                 notes.append(note)
                 if shown is not None:
-                    shown.update(f"{Path(note.file).name} {note.text}"[:100])
+                    shown.update(Text(plain(told(note))[: console().width - 3]))
 
             yield keep
     except InputError as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skyverse.cli.option_names import for_command_line, told_option
+from skyverse.cli.streams import plain
 from skyverse.model.short_lines import counted, told_metres, told_seconds
 
 if TYPE_CHECKING:
@@ -225,18 +226,46 @@ def _report_conflicts(mission: "Mission") -> None:
         print(f"{action.kind}: {action.sentence}")
 
 
+LEAST_TEXT = 24
+"""Characters of a line, at least, to which a narrow terminal folds sentences."""
+BETWEEN = 2
+"""Spaces between two columns."""
+
+
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, aside: bool = False) -> None:
-    """Print a table on standard output, or `aside`, on standard error."""
+    """Print a table on standard output, or `aside`, on standard error.
+
+    Where a terminal is too narrow, sentences are folded between words, and columns that do not fit follow in another
+    table below, behind the first column again; nothing is cut.
+    """
+    from rich.cells import cell_len
     from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     stream = sys.stderr if aside else sys.stdout
-    console = Console(width=None if stream.isatty() else 140, stderr=aside)
-    table = Table(*head, box=None, header_style="bold", pad_edge=False)
-    for row in rows:
-        table.add_row(*map(escape, row))  # names may have brackets, which rich would read as markup
-    console.print(table)
+    console = Console(width=None if stream.isatty() else sys.maxsize, stderr=aside)
+    columns = [list(map(plain, column)) for column in zip(head, *rows, strict=True)]
+    whole = [max(map(cell_len, column)) for column in columns]
+    words = [max(map(cell_len, " ".join(column).split()), default=0) for column in columns]
+    folded = [max(word, min(LEAST_TEXT, width)) for word, width in zip(words, whole, strict=True)]
+    parts: list[list[int]] = [[]]
+    for number, least in enumerate(folded):
+        if len(parts[-1]) > 1 and sum(folded[k] + BETWEEN for k in parts[-1]) + least > console.width:
+            parts.append([0])
+        parts[-1].append(number)
+    for part in parts:
+        widths = {k: words[k] for k in part}
+        for wished in (folded, whole):
+            for k in part:
+                room = console.width - sum(widths.values()) - BETWEEN * (len(part) - 1)
+                widths[k] += max(0, min(room, wished[k] - widths[k]))
+        shown = Table(box=None, header_style="bold", pad_edge=False, padding=(0, BETWEEN, 0, 0))
+        for k in part:
+            shown.add_column(Text(columns[k][0]), width=widths[k], overflow="fold")
+        for row in zip(*(columns[k][1:] for k in part), strict=True):
+            shown.add_row(*map(Text, row))  # as they are: rich would read brackets in names as markup
+        console.print(shown)
 
 
 MAX_NAMED = 6

@@ -5,11 +5,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from skyverse.cli.settings import given
+from skyverse.cli.streams import below, plain
 from skyverse.errors import InputError
 from skyverse.interrupt import on_interrupt
 
@@ -25,12 +26,16 @@ SIGN_OF_LIFE_S = 10.0
 """Seconds between two lines that say in a pipe how far a long flight is."""
 
 
-@cache
 def console() -> "Console":
     """Return what all bars are drawn on, so that one can be drawn within another."""
+    return _console_on(below(sys.stderr))
+
+
+@lru_cache(1)
+def _console_on(stream: TextIO) -> "Console":
     from rich.console import Console
 
-    return Console(stderr=True)
+    return Console(file=stream)
 
 
 def compile_with_bar(workloads: Sequence[str]) -> None:
@@ -114,8 +119,8 @@ def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | N
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
-    with Bar(*columns, console=console(), transient=True) as bar:
+    name, best = TextColumn("{task.description}", markup=False), TextColumn("{task.fields[best]}")
+    with Bar(name, BarColumn(), best, TimeElapsedColumn(), console=console(), transient=True) as bar:
         task = bar.add_task("planning", total=len(scenario.uavs), best="")
 
         drawn = 0.0
@@ -126,9 +131,9 @@ def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | N
                 bar.update(task, completed=uav + 1)
             elif time.monotonic() - drawn > 0.05:  # an iteration takes less time than drawing it
                 drawn = time.monotonic()
-                best = f"iteration {progress.iterations}, best {progress.cost:.4g}"
+                told = f"iteration {progress.iterations}, best {progress.cost:.4g}"
                 done = uav + (stop.spent(progress) or 0.0)
-                bar.update(task, completed=done, description=scenario.uavs[uav].name, best=best)
+                bar.update(task, completed=done, description=plain(scenario.uavs[uav].name), best=told)
 
         yield on_progress
 
