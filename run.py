@@ -17,6 +17,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import sysconfig
 import threading
 import time
 from contextlib import nullcontext
@@ -28,6 +29,7 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 LOCKS = ROOT / "requirements"
+COPIED = ".venv holds a copy of skyverse, which edits and updates do not reach: installing it editable again ..."
 
 
 def main() -> int:
@@ -64,10 +66,12 @@ def main() -> int:
     if options.command == "demo":
         set_up("run")
         plan = ("skyverse", "plan", "table-4.8", "--planner")
-        return max(
+        code = max(
             run(*plan, "mvo", "-o", "out/table-4.8-mvo.json"),
             run(*plan, "auto", "-o", "out/table-4.8.json"),
         )
+        compile_the_rest()
+        return code
     if options.command == "test":
         return test([word for word in rest if word != "--"])
     if options.command == "explore":
@@ -83,6 +87,16 @@ def main() -> int:
         run("lint-imports", "--no-cache"),
         run("python", "docs/typed_pages.py"),
     )
+
+
+def compile_the_rest() -> None:
+    """Compile the kernels of all other commands in a process of low priority, which goes on when this one ends."""
+    print("What other commands need is compiled in the background, for about a minute.", flush=True)
+    low = {"creationflags": getattr(subprocess, "IDLE_PRIORITY_CLASS", 0)}
+    if os.name == "posix":
+        low = {"start_new_session": True, "preexec_fn": lambda: os.nice(19)}
+    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    subprocess.Popen([str(PYTHON), "-m", "skyverse", "cache", "--compile"], **quiet, **low)
 
 
 def test(asked: list[str]) -> int:
@@ -117,10 +131,13 @@ def set_up(kind: str) -> None:
     # without --no-compile, all modules would become bytecode now, which takes longer than everything else together
     pinned = ("--no-compile", "--require-hashes", "--only-binary", ":all:", "-r", str(lock))
     itself = ("--no-deps", "--no-build-isolation", "--editable", str(ROOT))
+    copy = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)})) / "skyverse"
     for what, given, options in ((kind, lock, pinned), ("package", ROOT / "pyproject.toml", itself)):
         stamp, wanted = VENV / f"installed-{what}", hashlib.sha256(given.read_bytes()).hexdigest()
-        if read(stamp) != wanted:
-            print(f"Installing what {given.relative_to(ROOT)} names (a minute or two at first) ...", flush=True)
+        copied = what == "package" and copy.exists()
+        if copied or read(stamp) != wanted:
+            told = f"Installing what {given.relative_to(ROOT)} names (a minute or two at first) ..."
+            print(COPIED if copied else told, flush=True)
             call(str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *options)
             stamp.write_text(wanted, encoding="utf-8")
 

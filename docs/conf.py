@@ -104,6 +104,7 @@ EXTRAS = {
     "dask": "running a study on a cluster",
     "bench": "the benchmarks",
     "ompl": "OMPL's planners in `benchmarks/peers` (Linux and macOS)",
+    "all": "all of the above but `bench`",
     "test": "running the tests",
     "lint": "ruff, mypy and the import layers",
     "docs": "building this documentation",

@@ -12,7 +12,10 @@ _loaded, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 def __getattr__(name: str) -> object:
     if name in __all__:
-        return _loaded(name)
+        from skyverse.extras import told_imports
+
+        with told_imports():
+            return _loaded(name)
     if name.startswith("_"):  # asked for by tools that look into modules, again and again
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from skyverse.errors import did_you_mean

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
-from importlib.util import find_spec
 from itertools import islice
 from numbers import Integral, Real
 from pathlib import Path
@@ -298,18 +297,3 @@ def unreadable(path: object, said: str = "", *kinds: type[BaseException]) -> Ite
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except kinds as error:
         raise InputError(f"{path}: {said}: {first_line(error)[:200]}") from None
-
-
-def require_libraries(what: str, *modules: str) -> None:
-    """Raise `InputError`, with the line that installs them, unless all modules are installed.
-
-    Parameters
-    ----------
-    what
-        What needs the modules, such as a file's name.
-    modules
-        The modules' names.
-    """
-    missing = [name for name in modules if find_spec(name) is None]
-    if missing:
-        raise InputError(f'{what}: reading this needs {" and ".join(missing)}: pip install "skyverse[maps]"')

@@ -1,5 +1,6 @@
 import dataclasses
 import math
+import sys
 import threading
 
 import numpy as np
@@ -117,9 +118,9 @@ def on_a_plain(n: int, fleet: int, seed: int = 0, **values) -> tuple[list[TourVe
 
 
 def test_more_than_ten_targets_need_pyvrp(monkeypatch):
-    monkeypatch.setattr("skyverse.mission.pyvrp_routing.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "pyvrp", None)
     vehicles, work = on_a_plain(11, 1)
-    with pytest.raises(InputError, match=r"skyverse\[tours\]"):
+    with pytest.raises(InputError, match=r"\[tours\]"):
         route(vehicles, work)
 
 
@@ -137,7 +138,7 @@ def test_an_order_is_cut_into_sorties_in_the_best_way(seed):
 
 
 def test_a_given_order_on_several_batteries_needs_no_package(monkeypatch):
-    monkeypatch.setattr("skyverse.mission.pyvrp_routing.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "pyvrp", None)
     vehicles, work = on_a_plain(30, 1, usable=400.0, most_sorties=12)
     vehicles = [dataclasses.replace(vehicles[0], joules=vehicles[0].seconds)]
     order = [int(j) for j in np.random.default_rng(2).permutation(30)]

@@ -4,6 +4,7 @@ import itertools
 import logging
 import math
 import random
+import sys
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -232,14 +233,13 @@ def test_a_method_finds_its_way_round_a_wall(kind):
 
 
 @every_method
-def test_a_missing_package_is_named_with_the_line_that_installs_it(kind, monkeypatch):
-    monkeypatch.setattr(waypoints.importlib.util, "find_spec", lambda name: None)
+def test_a_missing_package_is_named_with_the_line_that_installs_it(kind, monkeypatch, refuses):
     if PACKAGES[kind] is None:
         kind()
     else:
-        with pytest.raises(sky.InputError, match=r'pip install "skyverse\[optimisers\]"') as refused:
+        monkeypatch.setitem(sys.modules, PACKAGES[kind], None)
+        with refuses():
             kind()
-        assert PACKAGES[kind] in str(refused.value)
 
 
 def minimise(optimiser, seed, iterations=80, n=25, d=12):

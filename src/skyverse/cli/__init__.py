@@ -30,6 +30,7 @@ from skyverse.cli.scenarios import scenarios
 from skyverse.cli.streams import plain_streams
 from skyverse.cli.survey import survey
 from skyverse.errors import InputError, shown
+from skyverse.extras import told_imports
 
 WHAT_IT_DOES = "Plan, prove and export 3-D missions for fleets of UAVs."
 FIRST_STEPS = f"""{WHAT_IT_DOES}
@@ -114,7 +115,8 @@ def _run(given: Sequence[str]) -> int | None:
     if odd is not None:  # a newline among them would tell lines of its own wherever the word is told
         return _failed(f"expected words and names of files without control characters, found {shown(odd, 200)}")
     try:
-        return app(given, exit_on_error=False, print_error=False, result_action="return_value")
+        with told_imports():
+            return app(given, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         return _failed(refusal(error))
     except InputError as error:

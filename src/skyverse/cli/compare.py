@@ -15,6 +15,7 @@ from skyverse.cli.report import json_text, table
 from skyverse.cli.study import StudyOptions, study_of, study_summary, summary_lines
 from skyverse.cli.watch import StudyWatch
 from skyverse.errors import InputError
+from skyverse.extras import missing_at_once, require_libraries
 from skyverse.numerics.cores import cores
 
 if TYPE_CHECKING:
@@ -80,13 +81,17 @@ def compare(
     """
     from skyverse.lab import LABELS, Rows, WorkerError, refuse_export, run_jobs, write_report
 
-    study = study_of(sources, asked)
+    with missing_at_once():
+        if dask is not None:
+            require_libraries("a cluster", "distributed", field="dask")
+        if written.export is not None:
+            refuse_export(written.export)
+        study = study_of(sources, asked)
     jobs = list(study.jobs())
     for case in {job.case: None for job in jobs}:
         refuse_unsafe(case.label, case.scenario)
     folder = written.output if written.output is not None else DEFAULT_FOLDER / file_name(study.name)
     if written.export is not None:
-        refuse_export(written.export)
         refuse_output(written.export)
     _keep_study(folder, study)
     watch = StudyWatch(folder, [] if dask else _workloads(jobs))

@@ -16,6 +16,7 @@ from skyverse.draw.replanned_scene import ReplannedScene
 from skyverse.draw.scenes import Scene, flight_scene
 from skyverse.draw.track import DrawnTrack
 from skyverse.errors import InputError
+from skyverse.extras import require_libraries
 from skyverse.model.flight_record import Flight
 from skyverse.model.replanned_flight import ReplannedFlight
 
@@ -138,10 +139,9 @@ def _film(flight: Flight | ReplannedFlight) -> Iterator[Frame]:
 
 
 def _write_mp4(flight: Flight | ReplannedFlight, path: Path) -> None:
-    try:
-        from imageio_ffmpeg import write_frames
-    except ImportError:
-        raise InputError('MP4 needs imageio-ffmpeg: pip install "skyverse[flight]"') from None
+    require_libraries(str(path), "imageio_ffmpeg")
+    from imageio_ffmpeg import write_frames
+
     film = _film(flight)
     first = next(film)
     height, width, _ = first.shape

@@ -8,10 +8,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from skyverse._typing import Floats
 from skyverse.draw import footprint
-from skyverse.errors import InputError, require_libraries
+from skyverse.errors import InputError
 from skyverse.exports.autopilots import End, corner_acceptance, stop_acceptance
 from skyverse.exports.camera_items import CameraOrders, camera_off
 from skyverse.exports.flight_plan import FlightPlan
@@ -224,9 +225,6 @@ def _without_holes(prisms: Sequence[Prism], frame: Floats) -> list[Floats]:
     Where the prisms leave one part of the frame, that is the area to stay in, without what it surrounds. Otherwise it
     is the frame, and the prisms are cut along y through each of their holes.
     """
-    require_libraries("a geofence of obstacles with holes", "shapely")
-    import shapely
-
     whole = shapely.Polygon(frame)
     (x0, y0), (x1, y1) = frame.min(axis=0).tolist(), frame.max(axis=0).tolist()
     solid = whole.intersection(shapely.union_all([shapely.Polygon(one.vertices, one.holes) for one in prisms]))

@@ -12,6 +12,7 @@ import numpy as np
 
 from skyverse._typing import Ints
 from skyverse.errors import InputError, require_kind, require_number, require_whole
+from skyverse.extras import require_libraries
 from skyverse.flight.commands import Commands, commands_to
 from skyverse.flight.judge import measure, missed, passings, strayed
 from skyverse.flight.runs import (
@@ -23,7 +24,7 @@ from skyverse.flight.runs import (
     prepare,
     summarise_run,
 )
-from skyverse.flight.simulator import Samples, require_simulator, simulate_in_rotorpy
+from skyverse.flight.simulator import Samples, simulate_in_rotorpy
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds, vehicle_of
 from skyverse.model.conditions import Conditions, simulated_vehicle
 from skyverse.model.flight_record import Flight, FlightRuns, Flown, TrackingErrors
@@ -171,7 +172,7 @@ def _fly_once(
     margin = scenario.clearance / 2 if margin is None else margin
     require_number(margin, "margin", "metres", 0.0)
     generator, seed = seeded(rng)
-    require_simulator()
+    require_libraries("flying", "rotorpy")
     kind, conditions = chosen_vehicle(mission, conditions)
     flying = _flying(mission, kind, conditions)
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()

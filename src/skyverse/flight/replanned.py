@@ -13,11 +13,12 @@ from pydantic import ValidationError
 from skyverse._typing import Floats
 from skyverse.deconfliction.curves import stay_at_start
 from skyverse.errors import InputError, require_kind, require_number
+from skyverse.extras import require_libraries
 from skyverse.flight.commands import COMMAND_RATE, HOVER_SECONDS, SETTLING_SECONDS, commanded, reference
 from skyverse.flight.disturbances import draw
 from skyverse.flight.fly import chosen_vehicle, planned_wind
 from skyverse.flight.judge import approaches, measure, missed, passings, strayed, too_near
-from skyverse.flight.simulator import ControlledUAV, Samples, require_simulator, samples
+from skyverse.flight.simulator import ControlledUAV, Samples, samples
 from skyverse.flight.vehicle import Vehicle, refuse_weak, told_airspeeds
 from skyverse.live.closed_loop import LEAST_FLIGHT, FleetSensors, Observation
 from skyverse.live.replan import Replan
@@ -279,7 +280,7 @@ def fly_replanned(
     require_number(longest, "longest", "seconds", LEAST_FLIGHT)
     _refuse_what_is_not_flown(replanner, sensor)
     generator, seed = seeded(rng)
-    require_simulator()
+    require_libraries("flying", "rotorpy")
     kind, conditions = chosen_vehicle(mission, conditions)
     refuse_weak(kind, scenario.uavs, conditions.wind)
     real = true_scenario(scenario, truth)

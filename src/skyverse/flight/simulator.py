@@ -12,7 +12,6 @@ from scipy.integrate import OdeSolver
 from scipy.spatial.transform import Rotation
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
 from skyverse.flight.commands import COMMAND_RATE, VERTICAL, Commands
 from skyverse.flight.disturbances import draw
 from skyverse.flight.quadrotor import ATTITUDE, POSITION, ROTORS, STATE_SIZE, VELOCITY, quadrotor_of
@@ -185,14 +184,6 @@ class Samples:
     rotors: Floats
     tilt: Floats
     lost: bool
-
-
-def require_simulator() -> None:
-    """Raise `InputError` if rotorpy is not installed."""
-    try:
-        import rotorpy.vehicles.multirotor  # noqa: F401
-    except ImportError:
-        raise InputError('flying needs rotorpy: pip install "skyverse[flight]"') from None
 
 
 def simulate(told: Commands, known: Vehicle, conditions: Conditions, seed: int) -> Samples:

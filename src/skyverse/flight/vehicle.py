@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from skyverse.errors import InputError, require_choice
+from skyverse.extras import require_libraries
 from skyverse.model.conditions import is_stand_in
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import GRAVITY, UAV
@@ -132,10 +133,8 @@ def told_airspeeds(vehicle: Vehicle, trajectory: Trajectory, wind: Sequence[floa
 
 
 def _of_rotorpy(name: str, radius: float) -> Vehicle:
-    try:
-        parameters = import_module(f"rotorpy.vehicles.{name}_params").quad_params
-    except ImportError:
-        raise InputError(f'the {name} is one of rotorpy\'s vehicles: pip install "skyverse[flight]"') from None
+    require_libraries(f"the {name}", "rotorpy")
+    parameters = import_module(f"rotorpy.vehicles.{name}_params").quad_params
     return Vehicle(name, parameters, radius)
 
 

@@ -1,7 +1,6 @@
 """What is known of one run of a study: one row, and rows exported to CSV or Parquet, with their histories beside."""
 
 import csv
-import importlib.util
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -12,6 +11,7 @@ import numpy as np
 
 from skyverse.atomic import whole_file
 from skyverse.errors import InputError
+from skyverse.extras import require_libraries
 from skyverse.model.result import History
 
 
@@ -144,8 +144,8 @@ def refuse_export(path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in (".csv", ".parquet"):
         raise InputError(f"{path}: rows are exported as .csv or .parquet, not as {suffix or 'no suffix'!r}")
-    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
-        raise InputError(f'{path}: Parquet needs pyarrow: pip install "skyverse[parquet]"')
+    if suffix == ".parquet":
+        require_libraries(str(path), "pyarrow")
 
 
 def _lines(row: Row) -> Iterator[tuple[Any, ...]]:

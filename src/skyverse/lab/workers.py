@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from skyverse.errors import InputError
+from skyverse.extras import require_libraries
 from skyverse.interrupt import on_interrupt
 from skyverse.lab.code_versions import code_digest
 from skyverse.lab.flown_run import fly_job, least_lengths, planned
@@ -193,10 +194,9 @@ def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
     WorkerError
         If a job has ended one worker after another, or the connection to the cluster is lost.
     """
-    try:
-        from distributed import CancelledError, Client, KilledWorker, as_completed
-    except ImportError:
-        raise InputError('needs Dask: pip install "skyverse[dask]"', field="dask") from None
+    require_libraries("a cluster", "distributed", field="dask")
+    from distributed import CancelledError, Client, KilledWorker, as_completed
+
     if not re.fullmatch(r"(\w+://)?[^\s/]+:\d+", address):
         raise InputError(f"expected a scheduler's address, as in tcp://192.0.2.7:8786, found {address!r}", field="dask")
     try:

@@ -10,14 +10,13 @@ import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from skyverse._typing import Floats, Indices, Ints
-from skyverse.errors import InputError
+from skyverse.extras import require_libraries
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible, timed
 from skyverse.numerics.tolerances import WHOLE_UNITS
@@ -40,10 +39,7 @@ def pyvrp_tours(
     vehicles: Sequence[TourVehicle], work: Work, criterion: Criterion, search: RouteSearch
 ) -> tuple[tuple[Tour, ...], bool]:
     """Return a tour for each vehicle, and whether the search was cancelled; see `route`."""
-    if find_spec("pyvrp") is None:
-        some = f"{work.targets} targets, or places of single photos, need PyVRP"
-        said = f'{some}: pip install "skyverse[tours]"; up to ten go without it'
-        raise InputError(said, field="targets")
+    require_libraries(f"a route to more than ten places, here {work.targets},", "pyvrp", field="targets")
     clock = _Clock(search, work.targets)
     able = [possible(vehicle, work) for vehicle in {v.alike(): v for v in vehicles}.values()]
     held, times = np.flatnonzero(np.any(able, axis=0)), criterion == "min-max" or work.windows

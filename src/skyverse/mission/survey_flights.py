@@ -95,7 +95,7 @@ class SurveyFlights:
 
 def survey_flights(scenario: Scenario) -> SurveyFlights:
     """Plan the photo lines of a scenario's surveys, if it has any, and return them as parts of tours."""
-    if not getattr(scenario, "surveys", ()):
+    if not scenario.surveys:
         return SurveyFlights(scenario, scenario)
     for survey in scenario.surveys:
         wing = next((uav.name for uav in flying(scenario, survey) if uav.fixed_wing is not None), None)

@@ -1,6 +1,5 @@
 """Metaheuristics on waypoints: a candidate is a vector of numbers, so that any optimiser of vectors can plan."""
 
-import importlib.util
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Generator
@@ -12,6 +11,7 @@ import numpy as np
 from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError, require_number, require_whole
+from skyverse.extras import require_libraries
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import inner, kernel
@@ -103,11 +103,8 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun | ObjectiveRun]):
             raise InputError(f"{type(self).__name__}'s legs is 'lattice' or 'straight', not {self.legs!r}")
         if not isinstance(self.objective, PathObjective | None):
             raise InputError(f"{type(self).__name__}'s objective is a PathObjective, not {self.objective!r}")
-        if self.library and importlib.util.find_spec(self.library) is None:
-            raise InputError(
-                f"{type(self).__name__} needs the package {self.library}, which is not installed; "
-                'pip install "skyverse[optimisers]"'
-            )
+        if self.library:
+            require_libraries(type(self).__name__, self.library)
 
     @abstractmethod
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:

@@ -331,7 +331,7 @@ def test_a_choice_that_cannot_be_is_refused_by_the_name_of_its_field(read, choic
 
 
 def test_a_missing_library_is_named_with_the_line_that_installs_it(read, monkeypatch, refuses):
-    monkeypatch.setitem(sys.modules, "shapely", None)
+    monkeypatch.setitem(sys.modules, "pyproj", None)
     with refuses():
         read(collection(feature()))
 

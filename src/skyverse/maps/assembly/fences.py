@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+import shapely
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_number
@@ -44,8 +45,6 @@ def fence_area(outline: Floats, holes: Sequence[Floats], where: str, *, outside:
     InputError
         If it is not on the globe, encloses nothing, or the outline of an area to stay in meets itself or a hole.
     """
-    import shapely
-
     from skyverse.maps.readers.polygons import area_features
 
     rings = [np.asarray(ring, dtype=np.float64) for ring in (outline, *holes)]
@@ -64,8 +63,6 @@ def fence_circle(
 
     One to stay in reaches nowhere farther, and one to stay out of, `outside`, nowhere less far.
     """
-    import shapely
-
     from skyverse.maps.readers.polygons import area_features
 
     require_on_globe(where, latitude, longitude)
@@ -90,8 +87,6 @@ class Fence:
 
     def points_outside(self, points: Sequence[tuple[str, Point]], clearance: float, file: str) -> list[BadPoint]:
         """Return those points, given with their names, that are outside of it or nearer to its edge than that."""
-        import shapely
-
         found = []
         for name, point in points:
             place = shapely.Point(point[:2])
@@ -136,8 +131,6 @@ def fence_around(
     InputError
         If nothing of it lies within the bounds.
     """
-    import shapely
-
     from skyverse.maps.readers.polygons import features_around, pieces
 
     (x0, y0, z0), (x1, y1, z1) = bounds.min, bounds.max
@@ -166,6 +159,4 @@ def fence_around(
 
 def _moved(geometry: Any, metres: float) -> Any:
     """Return a geometry whose edges have moved outwards."""
-    import shapely
-
     return shapely.buffer(geometry, metres, join_style="mitre", mitre_limit=5.0)

@@ -7,6 +7,7 @@ from itertools import compress
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
@@ -70,8 +71,6 @@ def local_features(
     features: Sequence[Feature], origin: Origin, region: Rectangle, terrain: Terrain | None, reach: float
 ) -> LocalFeatures:
     """Bring features into the local frame; what is farther than `reach` metres from a region is cut off."""
-    import shapely
-
     from skyverse.maps.readers.polygons import features_around, pieces
 
     given, features = len(features), features_around(features, origin.longitude, origin.latitude)
@@ -105,8 +104,6 @@ def _on_even_ground(
     features: list[Feature], outlines: NDArray[Any], terrain: Terrain, width: float
 ) -> tuple[list[Feature], NDArray[Any]]:
     """Divide cells of permitted heights over uneven ground: less is lost by counting from the lowest ground."""
-    import shapely
-
     least = max(LEAST_CELL, width / MAX_CELLS_ACROSS)
     while True:
         x0, y0, x1, y1 = shapely.bounds(outlines).reshape(-1, 4).T
@@ -128,8 +125,6 @@ def _on_even_ground(
 
 def local_outlines(features: Sequence[Feature], origin: Origin) -> NDArray[Any]:
     """Return polygons (n,) of shapely in local metres."""
-    import shapely
-
     rings = [ring for feature in features for ring in (feature.outline, *feature.holes)]
     if not rings:
         return np.empty(0, dtype=object)
@@ -229,8 +224,6 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
     tolerance
         How far outlines may grow, and how far the ends of merged buildings may lie apart, metres.
     """
-    import shapely
-
     from skyverse.maps.assembly.footprints import merge, simplify
 
     if not these.outlines:
@@ -280,7 +273,5 @@ def _rings(outline: Any) -> tuple[Floats, ...]:
 
 def _ring(ring: Any) -> Floats:
     """Return a ring's corners (n, 2), rounded, without repetitions."""
-    import shapely
-
     corners: Floats = np.round(shapely.get_coordinates(ring), 3)
     return corners[1:][np.any(corners[1:] != corners[:-1], axis=1)]

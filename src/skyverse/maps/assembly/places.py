@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
@@ -286,7 +287,5 @@ def _is_near(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
     corners = np.asarray(solid.vertices)
     if ((point[:2] < corners.min(axis=0) - clearance) | (point[:2] > corners.max(axis=0) + clearance)).any():
         return False
-    import shapely
-
     outline, place = shapely.Polygon(solid.vertices, solid.holes), shapely.Point(point[:2])
     return bool(outline.distance(place) < clearance) if clearance else bool(outline.contains_properly(place))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
@@ -354,8 +355,6 @@ def ground_range(terrain: Terrain, outlines: NDArray[Any]) -> tuple[Floats, Floa
 
     Of a polygon that leaves the terrain, what lies over the terrain counts; if nothing does, the nearest edge.
     """
-    import shapely
-
     (x0, y0), (dx, dy), h = terrain.origin, terrain.step, terrain.heights
     corners = h[:-1, :-1], h[1:, :-1], h[:-1, 1:], h[1:, 1:]  # a bilinear cell lies between its corners' heights
     least, most = np.minimum.reduce(corners), np.maximum.reduce(corners)

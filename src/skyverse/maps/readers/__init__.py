@@ -6,7 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from skyverse.errors import InputError, Remedy, Sentence, require_file, require_libraries
+import shapely
+
+from skyverse.errors import InputError, Remedy, Sentence, require_file
+from skyverse.extras import require_libraries
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.reading import Choices
 from skyverse.model.caution import Caution
@@ -42,9 +45,7 @@ def read_features(path: Path | str, choices: Choices | None = None) -> list[Feat
             give=[Remedy("voxels", None, "for point clouds")] if suffix in (".las", ".laz") else (),
         )
     require_file(path)
-    require_libraries(str(path), "shapely", "pyproj", *(("pyogrio",) if suffix in (*_GDAL_SUFFIXES, ".pbf") else ()))
-    import shapely
-
+    require_libraries(str(path), "pyproj", *(("pyogrio",) if suffix in (*_GDAL_SUFFIXES, ".pbf") else ()))
     try:
         with warnings.catch_warnings():  # shapely warns of coordinates that are refused later
             warnings.simplefilter("ignore", RuntimeWarning)

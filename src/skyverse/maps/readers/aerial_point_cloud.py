@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
 
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError, Remedy, require_file, require_libraries
+from skyverse.errors import InputError, Remedy, require_file
+from skyverse.extras import require_libraries
 from skyverse.maps.georeference.feature import Rectangle
 from skyverse.maps.georeference.reading import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.readers import voxel_grid
@@ -81,9 +83,7 @@ def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
     if path.suffix.lower() not in (".las", ".laz"):
         raise InputError(f"{path}: expected a point cloud (.las, .laz), found {path.suffix!r}")
     require_file(path)
-    require_libraries(path.name, "laspy", "lazrs", "pyproj", "shapely")
-    import shapely
-
+    require_libraries(path.name, "laspy", "lazrs", "pyproj")
     from skyverse.maps.georeference.coordinate_systems import to_globe, transformer_to_globe
 
     with voxel_grid.open_las(path) as file:

@@ -11,7 +11,8 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, path_of, require_file, require_kind, require_libraries
+from skyverse.errors import InputError, Remedy, path_of, require_file, require_kind
+from skyverse.extras import require_libraries
 from skyverse.maps.georeference.coordinate_systems import WGS84, to_globe
 from skyverse.maps.georeference.feature import SWAPPED
 from skyverse.maps.georeference.reading import Choices
@@ -97,7 +98,7 @@ def read_shapes(path: str | Path, crs: str | None, *kinds: type[BaseGeometry]) -
         known = ", ".join(AREA_SUFFIXES)
         raise InputError(f"{path}: expected a file of areas or lines ({known}), found {suffix or 'no ending'!r}")
     require_file(path)
-    require_libraries(str(path), "shapely", "pyproj", *(("pyogrio",) if suffix in GDAL_SUFFIXES else ()))
+    require_libraries(str(path), "pyproj", *(("pyogrio",) if suffix in GDAL_SUFFIXES else ()))
     found: list[tuple[Any, str]] = []
     others: list[tuple[Any, str]] = []
     try:

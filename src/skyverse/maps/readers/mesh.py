@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from skyverse.errors import InputError, require_libraries, unreadable
+from skyverse.errors import InputError, unreadable
+from skyverse.extras import require_libraries
 from skyverse.maps.readers.voxel_grid import grid_around, voxels_of_grid, voxels_of_points
 from skyverse.model.shapes import Voxels
 from skyverse.numerics.kernel import inner, kernel

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, first_line, require_file, require_libraries
+from skyverse.errors import InputError, Remedy, first_line, require_file
+from skyverse.extras import require_libraries
 from skyverse.maps.georeference.reading import Raster
 from skyverse.model.altitude import FOOT
 
@@ -263,7 +264,7 @@ def _transformed(transform: Any, first: Floats, second: Floats) -> tuple[Floats,
 @contextmanager
 def open_raster(raster: Raster) -> Iterator[OpenRaster]:
     """Open a raster, or raise `InputError`."""
-    require_libraries("terrain", "rasterio", "pyproj", "shapely")
+    require_libraries(str(raster.path), "rasterio", "pyproj")
     import rasterio
 
     path = Path(raster.path)

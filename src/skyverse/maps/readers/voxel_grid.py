@@ -20,7 +20,8 @@ from typing import Any, BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.errors import InputError, require_libraries, unreadable
+from skyverse.errors import InputError, unreadable
+from skyverse.extras import require_libraries
 from skyverse.model.shapes import Voxels
 
 MAX_VOXELS = 2**23
