@@ -140,7 +140,8 @@ def cold(workloads: list[str]) -> None:
     from skyverse.numerics.cores import cores
 
     with tempfile.TemporaryDirectory() as folder:
-        code = f"from skyverse.numerics.compiling.together import *; print(compile_missing({workloads}))"
+        code = "from skyverse.numerics.compiling.together import *; "
+        code += f"missing = missing_kernels({workloads}); compile_together(missing); print(len(missing))"
         began = time.perf_counter()
         environment = {**os.environ, "SKYVERSE_CACHE": folder}
         done = subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True, text=True)

@@ -31,7 +31,7 @@ def cache(
     """
     from skyverse.cli.report import json_text
     from skyverse.cli.watch import compile_with_bar
-    from skyverse.numerics.compiling.store import Contents, KernelStore, user_folder
+    from skyverse.numerics.compiling.store import Contents, KernelStore, user_folder, why_nothing_is_kept
 
     folder = user_folder()
     store = KernelStore(folder) if folder else None
@@ -39,9 +39,7 @@ def cache(
     if fill:
         compile_with_bar(["all"])
         contents = store.contents() if store else contents
-    refusal = "this user has no home folder; SKYVERSE_CACHE can name another"
-    if store:
-        refusal = store.refusal or ("" if store.writable else "the folder cannot be made, or not be written to")
+    refusal = why_nothing_is_kept()
     if as_json:
         row = {"folder": folder and str(folder), "files": contents.files, "bytes": contents.size_bytes}
         print(json_text(row | {"cleared": clear, "refusal": refusal}), end="")
@@ -49,4 +47,4 @@ def cache(
     if folder:
         print(f"{folder}: {contents.files} compiled kernels, {contents.size_bytes / 1e6:.1f} MB{', removed' * clear}")
     if refusal:
-        print(f"not used: {refusal}")
+        print(f"not used: {refusal}; the environment variable SKYVERSE_CACHE can name another folder")

@@ -39,42 +39,22 @@ def _console_on(stream: TextIO) -> "Console":
 
 
 def compile_with_bar(workloads: Sequence[str]) -> None:
-    """Compile the kernels that workloads need and that are not kept yet, on all cores; show how far that is."""
-    from skyverse.numerics.compiling.kept_code import can_keep
-    from skyverse.numerics.compiling.together import missing_kernels
+    """Compile the kernels that workloads need and that are not kept yet, on all cores; say how many and how long."""
+    from skyverse.numerics.compiling.store import why_nothing_is_kept
+    from skyverse.numerics.compiling.together import MIN_KERNELS, compile_together, expected_seconds, missing_kernels
 
-    if not can_keep() and missing_kernels(workloads):
-        told = "skyverse: compiling kernels, which takes a minute or more, since none can be kept (see: skyverse cache)"
-        print(told, file=sys.stderr, flush=True)
+    missing = missing_kernels(workloads)
+    if len(missing) < MIN_KERNELS:
         return
-    with on_interrupt(signal.default_int_handler):  # there is nothing yet that could be kept
-        _compile_with_bar(workloads)
-
-
-def _compile_with_bar(workloads: Sequence[str]) -> None:
-    from skyverse.numerics.compiling.together import compile_missing
-
-    if not sys.stderr.isatty():
-        told = -1
-
-        def tell(done: int, total: int, kernel: str) -> None:
-            nonlocal told
-            if done * 4 // total > told:
-                told = done * 4 // total
-                print(f"skyverse: compiling kernels, this once: {told * 25} % done", file=sys.stderr, flush=True)
-
-        compile_missing(workloads, tell)
+    if why := why_nothing_is_kept():
+        told = f"each time, as {why}; the environment variable SKYVERSE_CACHE can name another folder"
+    else:
+        told = f"once for each version; about {max(expected_seconds(missing), 1):.0f} s"
+    print(f"skyverse: compiling {len(missing)} kernels, {told}", file=sys.stderr, flush=True)
+    if why:
         return
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    with Progress(*columns, TextColumn("{task.fields[kernel]}"), console=console(), transient=True) as bar:
-        task = bar.add_task("compiling kernels, this once", total=None, kernel="")
-
-        def draw(done: int, total: int, kernel: str) -> None:
-            bar.update(task, completed=done, total=total, kernel=kernel.removeprefix("skyverse."))
-
-        compile_missing(workloads, draw)
+    with on_interrupt(signal.default_int_handler), count_bar("compiling", "kernels") as draw:  # nothing is lost
+        compile_together(missing, draw)
 
 
 @contextmanager

@@ -130,11 +130,6 @@ def stores() -> tuple[tuple[KernelStore, tuple[str, ...]], ...]:
     return (*found, (KernelStore(folder), (system, cpu, features))) if folder else tuple(found)
 
 
-def can_keep() -> bool:
-    """Tell whether there is a store that machine code can be added to."""
-    return any(store.writable for store, _ in stores())
-
-
 @cache
 def _environment() -> str:
     """Return what else machine code depends on: versions, settings, and how this package compiles."""

@@ -166,6 +166,15 @@ class KernelStore:
                 yield path, path.stat()
 
 
+def why_nothing_is_kept() -> str:
+    """Return why machine code cannot be kept for this user; nothing where it can."""
+    folder = user_folder()
+    if folder is None:
+        return "this user has no home folder"
+    store = KernelStore(folder)
+    return store.refusal or ("" if store.writable else f"{folder} cannot be made or written to")
+
+
 def user_folder() -> Path | None:
     """Return the folder for this user's machine code: in SKYVERSE_CACHE if that is set; None without a home."""
     import platformdirs
