@@ -9,6 +9,7 @@ import argparse
 import inspect
 import json
 import os
+import pickle
 import sqlite3
 import subprocess
 import sys
@@ -24,9 +25,12 @@ from scipy.sparse import csr_array
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "skyverse"
 FOLDER = ROOT / "out" / "measured-tests"
-"""Where the measurement is kept: a coverage data file, and a line for each test."""
+"""Where the processes in which tests run keep their notes: a coverage data file, and a line for each test."""
+MEASURED = FOLDER / "measured.pickle"
 PROPERTY_SHARE = 5
 """How many times more examples a property draws here than in the first tier."""
+
+sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 
 @dataclass(frozen=True)
@@ -92,17 +96,24 @@ def measure(words: list[str]) -> int:
     cover = ("--cov", "--cov-context=test", f"--cov-config={settings}", "--cov-report=")
     paths = os.pathsep.join((str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")))
     command = [sys.executable, "-m", "pytest", *options, *cover, *words]
-    return subprocess.run(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": paths}, check=False).returncode
+    code = subprocess.run(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": paths}, check=False).returncode
+    MEASURED.write_bytes(pickle.dumps(_gathered()))
+    return code
 
 
 def load() -> MeasuredTests:
     """Read the last measurement."""
-    if not (FOLDER / "coverage").exists():
+    if not MEASURED.exists():
         raise SystemExit("there is no measurement of the tests: python benchmarks/measured_tests.py")
+    with MEASURED.open("rb") as file:
+        return MeasuredTests(**pickle.load(file))
+
+
+def _gathered() -> dict[str, Any]:
+    """Return the fields of `MeasuredTests`, from what the processes have noted."""
     notes = [
         json.loads(line) for file in sorted(FOLDER.glob("tests-*.jsonl")) for line in file.read_text().splitlines()
     ]
-    sys.path.insert(0, str(ROOT / "tests" / "support"))
     number = {note["test"]: k for k, note in enumerate(notes)}
     run: dict[tuple[str, int], set[int]] = {}
     for test, file, line in _covered():
@@ -117,7 +128,8 @@ def load() -> MeasuredTests:
     columns = np.repeat(np.arange(len(lines)), [len(run[line]) for line in lines])
     rows = np.fromiter((k for line in lines for k in run[line]), dtype=int)
     runs = csr_array((np.ones(len(rows), dtype=np.int32), (rows, columns)), shape=(len(notes), len(lines)))
-    return MeasuredTests(list(number), np.array([note["seconds"] for note in notes]), lines, runs)
+    seconds = np.array([note["seconds"] for note in notes])
+    return {"names": list(number), "seconds": seconds, "lines": lines, "runs": runs}
 
 
 def _covered():

@@ -30,6 +30,8 @@ import pytest
 from hypothesis import Phase, settings
 from measured_tests import ROOT, SOURCE, MeasuredTests, load
 
+from tiers import second_tier
+
 TIME_LIMIT, TIMES_LONGER = 5, 5
 """Seconds of computing time, beyond so many times what the test takes without any edit: a test that takes longer counts
 as failed, since a mutant may loop for ever."""
@@ -150,7 +152,7 @@ def noticed_by(seconds: dict[str, float], source: Path, *, whole: bool) -> str:
             code = int(pytest.main([*OPTIONS, *(["--all"] if whole else []), *files], plugins=[watch]))
             said = watch.noticed_by or ("" if code in (0, pytest.ExitCode.NO_TESTS_COLLECTED) else f"exit code {code}")
         finally:
-            os.write(writing, said.encode())
+            os.write(writing, f"{said}\n".encode())
             os._exit(0)
     os.close(writing)
     end = time.monotonic() + PATIENCE_S + TIMES_LONGER * sum(seconds.values())
@@ -161,7 +163,7 @@ def noticed_by(seconds: dict[str, float], source: Path, *, whole: bool) -> str:
             return "it took too long"
         time.sleep(0.02)
     with os.fdopen(reading) as pipe:
-        return pipe.read() or "the process ended"
+        return (pipe.read() or "the process ended").strip()
 
 
 def _preload() -> None:
@@ -197,8 +199,6 @@ def _lines_of_statement(tree: ast.Module, node: ast.AST) -> range:
 
 def judged(tests: MeasuredTests, file: str, k: int, source: Path) -> dict[str, str]:
     """Return which tests notice one edit: of the first tier, and of all."""
-    from tiers import second_tier
-
     place = source / "skyverse" / file
     text = place.read_text(encoding="utf-8")
     changed, lines, diff = edited(text, k)
