@@ -7,6 +7,7 @@ golden missions and writes the list of kernels that are compiled side by side (`
 """
 
 import argparse
+import importlib
 import os
 import resource
 import subprocess
@@ -91,7 +92,6 @@ def record() -> dict[str, set[tuple[str, Any]]]:
 def listing() -> Any:
     """Return the list of kernels that the golden missions need."""
     from skyverse.numerics.compiling.listing import ListedKernel, Listing
-    from skyverse.numerics.compiling.numba_internals import library_of
     from skyverse.numerics.compiling.signatures import text_of
 
     needed = record()
@@ -100,7 +100,8 @@ def listing() -> Any:
 
     def visit(name: str, types: Any) -> int:
         if (name, types) not in order:
-            library = library_of(name, types)
+            module, _, function = name.partition(":")
+            library = getattr(importlib.import_module(module), function).overloads[types].library
             calls = sorted({visit(*callee) for callee in library.callees})
             order[name, types] = len(rows)
             rows.append(ListedKernel(name, tuple(map(text_of, types)), tuple(calls), library.ir_lines))

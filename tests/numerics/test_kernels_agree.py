@@ -18,7 +18,7 @@ from numba import config
 
 from kernel_calls import all_kernels, record
 from kernel_workloads import WORKLOADS
-from skyverse.numerics.kernel import in_plain_python
+from plain_python import in_plain_python
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 

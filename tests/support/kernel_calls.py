@@ -10,7 +10,7 @@ from collections import Counter, defaultdict
 import numpy as np
 
 import skyverse as sky
-from skyverse.numerics.kernel import in_plain_python
+from plain_python import in_plain_python
 
 CALLS_PER_KERNEL = 4
 

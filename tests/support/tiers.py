@@ -1,7 +1,7 @@
 """Two tiers of tests: the first is for everybody and takes minutes; ``--all`` runs every test, with every example.
 
-``tests/second_tier.txt`` names the tests that only ``--all`` runs. ``python benchmarks/first_tier.py`` chooses them anew. In
-the first tier a property draws a fifth of its examples. A test that is named with ``::`` runs in any tier.
+``tests/second_tier.txt`` names the tests that only ``--all`` runs; ``python benchmarks/first_tier.py`` writes it anew.
+In the first tier a property draws a fifth of its examples. A test that is named with ``::`` runs in any tier.
 """
 
 import time

@@ -3,8 +3,7 @@
 import os
 import time
 import weakref
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
@@ -70,41 +69,6 @@ def _compiled(function: Callable[P, R], *, is_inner: bool = False, counts_refere
     from skyverse.numerics.compiling.numba_internals import Inner, Kernel
 
     return cast(Callable[P, R], (Inner if is_inner else Kernel)(function, **options))
-
-
-@contextmanager
-def in_plain_python(
-    report: Callable[[Any, tuple[Any, ...]], None] | None = None, chosen: Callable[[Any], bool] | None = None
-) -> Iterator[None]:
-    """Run each kernel that Python calls, or those of them that are `chosen`, and all that it calls, as plain Python.
-
-    `report` is told each kernel and its arguments before it runs, so that arrays can be copied before they are written
-    to. What is not chosen runs compiled, and what it calls is not reported.
-    """
-    from skyverse.numerics.compiling.numba_internals import Inner, Kernel
-
-    inside = False
-
-    def call(kernel: Any, *arguments: Any) -> Any:
-        nonlocal inside
-        if not inside and chosen is not None and not chosen(kernel):
-            return super(Kernel, kernel).__call__(*arguments)
-        if report is not None:
-            report(kernel, arguments)
-        before, inside = inside, True
-        try:
-            return kernel.py_func(*arguments)
-        finally:
-            inside = before
-
-    plain = Inner.__call__
-    for caller in (Kernel, Inner):
-        type.__setattr__(caller, "__call__", call)
-    try:
-        yield
-    finally:
-        type.__delattr__(Kernel, "__call__")
-        type.__setattr__(Inner, "__call__", plain)
 
 
 def writable(numbers: ArrayLike) -> NDArray[np.float64]:

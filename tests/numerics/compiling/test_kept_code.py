@@ -8,8 +8,8 @@ import numba
 import numpy as np
 import pytest
 
+from plain_python import in_plain_python
 from skyverse.numerics.arrays import put, put_box
-from skyverse.numerics.kernel import in_plain_python
 from skyverse.planners.path_changes import rank_wheel
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")

@@ -6,7 +6,6 @@ compiled in numba's ordinary way (see `kernel`).
 """
 
 import gc
-import importlib
 import pickle
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,7 +22,7 @@ from numpy.random import Generator
 
 from skyverse.numerics.compiling.digest import callees_of, digest_of, name_of
 from skyverse.numerics.compiling.kept_code import KeptCode
-from skyverse.numerics.compiling.numba_target import TARGET, Compiled, Flags, Library
+from skyverse.numerics.compiling.numba_target import TARGET, Compiled, Flags
 from skyverse.numerics.compiling.references import referenced
 
 
@@ -146,10 +145,3 @@ def _unpack(kernel: Kernel, body: bytes) -> Any:
     result = compiler.CompileResult._rebuild(kernel.targetctx, *compiled)
     result.library.called = {key: kernels[key[0]].overloads[key[1]].library for key in called}
     return result
-
-
-def library_of(name: str, arguments: tuple[Any, ...]) -> Library:
-    """Return the machine code of a kernel that has been compiled for arguments of these types."""
-    module, _, function = name.partition(":")
-    library: Library = getattr(importlib.import_module(module), function).overloads[arguments].library
-    return library
