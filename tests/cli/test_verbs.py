@@ -477,7 +477,8 @@ def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
             os.close(terminal)
     assert process.returncode == 130, err
     assert "keeping the best so far" in err
-    assert "Interrupted: this is the best so far." in out
+    assert "Interrupted: this is the best so far, not judged yet; skyverse show" in out
+    assert "proven" not in out.lower()
     mission = sky.read_mission(tmp_path / "m.json")
     assert mission.interrupted
     assert mission.results[0].status.reached

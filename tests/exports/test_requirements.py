@@ -20,7 +20,7 @@ def no_judge(monkeypatch):
     def judged(scenario, mission):
         raise AssertionError("judged before what cannot be exported was refused")
 
-    monkeypatch.setattr("skyverse.exports.requirements.judge", judged)
+    monkeypatch.setattr("skyverse.exports.requirements.judged", judged)
 
 
 def straight(home=None, terrain=None, wing=None, origin=BARE):

@@ -217,13 +217,15 @@ def test_an_exact_fleet_can_be_interrupted_between_two_uavs():
     assert [r.status.reached for r in mission.results] == [True, True, False, False]
 
 
-def test_a_fleet_that_threads_plan_is_interrupted_before_its_second_uav():
+@pytest.mark.parametrize("assignment", ["identity", "path-cost"])
+def test_a_fleet_that_is_interrupted_before_it_is_planned_stays_where_it_is(assignment):
     event = threading.Event()
     event.set()
-    mission = sky.plan_mission(fleet(SIDE, OTHER), sky.AStar(), stop=sky.Cancelled(event), workers=3)
+    more = {"stop": sky.Cancelled(event), "workers": 3, "assignment": assignment}
+    mission = sky.plan_mission(fleet(SIDE, OTHER), sky.AStar(), **more)
     assert mission.interrupted
-    assert [r.status.reached for r in mission.results] == [True, False, False, False]
-    assert [r.status for r in mission.results[1:]] == [sky.Status.NOT_PLANNED] * 3
+    assert mission.trajectories == (None,) * 4
+    assert all(r is None or r.status is sky.Status.NOT_PLANNED for r in mission.results)
 
 
 @pytest.mark.parametrize("planner", [sky.AStar(), sky.Taut(), sky.Cheapest(legs=10_000)])

@@ -123,8 +123,8 @@ def _run(given: Sequence[str]) -> int | None:
         return _failed(for_command_line(error))
     except MemoryError:
         return _failed("this machine has too little memory; take longer lattice steps, smaller bounds or fewer paths")
-    except KeyboardInterrupt:
-        print("skyverse: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as stopped:  # it may tell what is kept
+        print("; ".join(["skyverse: interrupted", *map(str, stopped.args)]), file=sys.stderr)
         return INTERRUPTED
 
 

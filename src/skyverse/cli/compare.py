@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
+from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.cli.option_types import SCENARIO, AsJson, Output, Whole
 from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
@@ -118,8 +118,7 @@ def compare(
             judged = rows.select(columns)
             wrong = [run for run in zip(*(judged[name].tolist() for name in columns), strict=True) if run[-1]]
     except KeyboardInterrupt:
-        print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
-        return INTERRUPTED
+        raise KeyboardInterrupt(watch.kept) from None
     except WorkerError as error:
         print(f"skyverse: {error}; {watch.kept}", file=sys.stderr)
         return FOUND_WRONG

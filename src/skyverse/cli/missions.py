@@ -1,6 +1,5 @@
 """The verb ``show``: a mission or a scenario drawn."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -47,9 +46,10 @@ def show(
     """
     import skyverse as sky
     from skyverse.files import BUILTIN_NAMES
+    from skyverse.referee import judged
 
     read = sky.read(mission_or_scenario, unknown=unknown)
-    drawn: Mission | Scenario = _judged_anew(read) if isinstance(read, sky.Mission) else read
+    drawn: Mission | Scenario = judged(read.scenario, read) if isinstance(read, sky.Mission) else read
     if isinstance(drawn, sky.Scenario):
         tell_unknown(drawn, unknown)
     if figures is not None:
@@ -70,11 +70,3 @@ def show(
         import webbrowser
 
         webbrowser.open(page.resolve().as_uri())
-
-
-def _judged_anew(mission: "Mission") -> "Mission":
-    """Return a mission with the referee's verdict in place of the one that its file claims."""
-    from skyverse.referee import judge
-
-    violations, (certificates, apart, coverage) = judge(mission.scenario, mission)
-    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart, coverage=coverage)

@@ -318,12 +318,17 @@ def plan_scenario(
             workers=search.workers,
             on_progress=on_progress,
         )
+        if planned.interrupted and not any(one is not None and len(one.path) for one in planned.results):
+            raise KeyboardInterrupt("nothing was planned yet, and nothing is written")
         planned = replace(planned, source=source_from(out, scenario))
         sky.write(planned, out)
-        files = [out]
-        if written.page:
-            files.append(out.with_suffix(".html"))
+    files = [out]
+    if written.page and not planned.interrupted:
+        files.append(out.with_suffix(".html"))
+        try:
             sky.write_html(planned, files[-1])
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"{out} is kept; skyverse show {out} draws it") from None
     report(planned, files, written.as_json, written.details)
     if mission.apart_in_space:
         tell_apart_by_timing(planned)

@@ -89,14 +89,14 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         if trajectory is not None and trajectory.note:
             print(f"{uav.name} flies {trajectory.form}: {trajectory.note}")
     if mission.interrupted:
-        print("Interrupted: this is the best so far.")
+        print(f"Interrupted: this is the best so far, not judged yet; skyverse show {written[0]} judges and draws it.")
     for result in {r.status: r for r in mission.results if r is not None and not r.status.reached}.values():
         print(f"{result.status.value}: {for_command_line(result.status.sentence)}")
     for closed in () if mission.interrupted else closed_ways(mission):
         print(for_command_line(closed.sentence))
     for violation in mission.violations:
         print(f"{violation.fault.value}: {violation.message}")
-    if not mission.violations:
+    if not mission.violations and not mission.interrupted:
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
             print(f"Proven at every instant: {what_is_proven(mission.scenario, mission.makespan)}.")

@@ -1,10 +1,8 @@
 """The verb ``reproduce``: the thesis's tables, figures and claims."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
-from skyverse.cli.exit_codes import INTERRUPTED
 from skyverse.cli.option_types import OUTPUT, WHOLE, Whole
 from skyverse.cli.watch import StudyWatch
 from skyverse.numerics.cores import cores
@@ -49,8 +47,7 @@ def reproduce(
         with watch.bar() as on_run:
             pages = run_again(parts, output, runs=runs, seed=seed, sets=sets, workers=workers or cores(), on_run=on_run)
     except KeyboardInterrupt:
-        print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
-        return INTERRUPTED
+        raise KeyboardInterrupt(watch.kept) from None
     for page in pages:
         print(page)
     return 0

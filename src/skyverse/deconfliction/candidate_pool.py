@@ -21,7 +21,6 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.problem import Airspace, Problem
 from skyverse.space.timed_shapes import MovingShapes, mover_gaps, moving_shapes, timed_parts
-from skyverse.stop import Stop, is_cancelled
 
 CLOSE_ENDS = 1.05
 """Starts, or targets, are close where their distance is below so many separations."""
@@ -40,8 +39,6 @@ class CandidatePool:
         The airspace of the scenario.
     make_trajectory
         Turns a path into a trajectory.
-    stop
-        A rule that can end the search, if it is `Cancelled`.
 
     Attributes
     ----------
@@ -59,9 +56,9 @@ class CandidatePool:
         stay clear of; and after how many little more is tried only to arrive earlier.
     """
 
-    def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory, stop: Stop | None = None) -> None:
+    def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory) -> None:
         self.airspace, self.scenario = airspace, airspace.scenario
-        self.make_trajectory, self._stop = make_trajectory, stop
+        self.make_trajectory = make_trajectory
         self._store = CurveStore()
         self.semi_axis_xy, self.semi_axis_z = semi_axes(self.scenario)
         self._gates: dict[tuple[int, int], tuple[list[Gate], Floats, Floats]] = {}
@@ -74,11 +71,6 @@ class CandidatePool:
         self.end = 0.0
         self.tries, self.most_tries = 0, 0
         self.effort, self.most_effort = 0, 0
-
-    @property
-    def cancelled(self) -> bool:
-        """Whether the search is to end with what it has."""
-        return is_cancelled(self._stop)
 
     @property
     def spent(self) -> bool:

@@ -11,6 +11,7 @@ from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.waiting_flights import WaitingFlights
 from skyverse.deconfliction.traffic import Traffic
+from skyverse.interrupt import interrupted
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import active_spans
 from skyverse.model.timed_shapes import temporary_zones
@@ -75,7 +76,7 @@ def choose_flight(flights: WaitingFlights, planned: Candidate, placed: Sequence[
     pool, departure = flights.pool, planned.trajectory.start
     traffic = pool.traffic(planned, placed)
     in_conflict = bool(pool.conflicts(planned, departure, traffic).any())
-    if planned.target is None or not in_conflict or pool.cancelled:
+    if planned.target is None or not in_conflict or interrupted():
         return PlacedFlight(planned, departure, in_conflict=in_conflict)
     latest = max((flight.arrival for flight in placed), default=0.0) + TICK
     if pool.is_dynamic:

@@ -14,6 +14,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.detours import MakeTrajectory, plan_among
+from skyverse.interrupt import interrupted
 from skyverse.model.mission import Mission
 from skyverse.model.pad import home_height
 from skyverse.model.quantities import derived
@@ -63,7 +64,7 @@ def keep_paths_apart(
             continue
         walls = [wall for other in range(len(flown)) for wall in _columns_of(mission, uav, other)]
         walls += [wall for other in placed for wall in _around(scenario, uav, other, flown[other])]
-        if not _clear(scenario, uav, own, walls):
+        if not interrupted() and not _clear(scenario, uav, own, walls):
             found = plan_among(
                 Problem(airspace, uav, target), scenario, walls, make_trajectory, any_angle=result.any_angle
             )

@@ -16,6 +16,7 @@ from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.choose_flight import choose_flight, later_or_slower
 from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.waiting_flights import WaitingFlights
+from skyverse.interrupt import interrupted
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import MIN_NORM
 
@@ -71,7 +72,7 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
     if in_conflict:
         order = priority_order(pool.scenario.uavs, planned, in_conflict, keys[0])
         first = _in_turn(flights, order, MOST_FAILED)
-        if cost_of(first)[0] > MOST_FAILED and not pool.cancelled:
+        if cost_of(first)[0] > MOST_FAILED and not interrupted():
             first = None  # it was broken off
             best = place_in_time(flights)
             if n > SMALL_FLEET:
@@ -87,10 +88,10 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
         placed, order = _in_best_order(flights, order, first)
         if best is None or cost_of(placed) < cost_of(best):
             best = placed
-        if pool.cancelled:
+        if interrupted():
             break
     assert best is not None
-    if cost_of(best)[0] > 0 and not pool.cancelled:
+    if cost_of(best)[0] > 0 and not interrupted():
         best = min(best, place_in_time(flights), key=cost_of)
     return _improved(flights, best)
 
@@ -110,7 +111,7 @@ def _in_best_order(
     """Return flights placed by an order, or by one in which those left in conflict go first, and the last order."""
     for _ in range(MAX_PROMOTIONS):
         failed = [uav for uav in order if placed[uav].in_conflict]
-        if not failed or flights.pool.cancelled:
+        if not failed or interrupted():
             break
         order = moved_to_front(order, failed)
         again = _in_turn(flights, order)
@@ -144,7 +145,7 @@ def _improved(flights: WaitingFlights, placed: list[PlacedFlight]) -> list[Place
     pool, planned = flights.pool, flights.planned
     for uav in sorted(range(len(planned)), key=lambda u: -placed[u].arrival):
         flight = placed[uav]
-        if pool.cancelled:
+        if interrupted():
             break
         early_enough = pool.spent or flight.arrival <= planned[uav].trajectory.end
         if flight.candidate.target is None or (early_enough and not flight.in_conflict):
@@ -216,7 +217,7 @@ def place_in_time(flights: WaitingFlights) -> list[PlacedFlight]:
         failed = [uav for uav in order if placed[uav].in_conflict]
         if best is None or len(failed) < sum(flight.in_conflict for flight in best):
             best = placed
-        if not failed or pool.cancelled:
+        if not failed or interrupted():
             break
         order = moved_to_front(order, failed)
     assert best is not None
@@ -246,7 +247,7 @@ def _in_turn_in_time(flights: WaitingFlights, order: Sequence[int]) -> list[Plac
             if flight is not None:
                 placed = delayed
                 break
-            if not placed or pool.cancelled or pool.is_dynamic:
+            if not placed or interrupted() or pool.is_dynamic:
                 break
         if flight is None:
             failed[uav] = PlacedFlight(own, own.trajectory.start, in_conflict=True)
@@ -262,7 +263,7 @@ def _first_to_arrive(flights: WaitingFlights, own: Candidate, placed: Sequence[P
     departure = own.trajectory.start
     if not pool.conflicts(own, departure, traffic).any():
         return PlacedFlight(own, departure)
-    if own.target is None or pool.cancelled:
+    if own.target is None or interrupted():
         return None
     latest = max((flight.arrival for flight in placed), default=0.0) + TICK
     later = later_or_slower(pool, own, traffic, latest, None)

@@ -11,6 +11,7 @@ from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.find_conflicts import ellipsoid_holds, find_conflicts
 from skyverse.deconfliction.prioritized_planning import cost_of, place_flights
+from skyverse.interrupt import interrupted
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result
 from skyverse.model.short_lines import listed, told_point
@@ -18,7 +19,6 @@ from skyverse.model.timed_shapes import is_closed_at_times, told_zone
 from skyverse.model.verdict import Action, ActionKind, Conflict, Deconfliction
 from skyverse.problem import Airspace, Problem
 from skyverse.space.timed_shapes import timed_parts
-from skyverse.stop import Stop, is_cancelled
 
 Replan = Callable[[Problem], Result]
 """Plans the path of a UAV to another target."""
@@ -56,9 +56,10 @@ def resolve_conflicts(
     *,
     make_trajectory: MakeTrajectory,
     replan: Replan | None = None,
-    stop: Stop | None = None,
 ) -> Mission:
     """Resolve the conflicts between trajectories; UAVs of lower priority give way to those of higher priority.
+
+    An interruption ends that with the best that was found.
 
     One UAV after another takes the flight by which it arrives first without a conflict: its own path, later or more
     slowly or both, or, where that costs much, a detour around the others. Where UAVs are left in conflict or come late,
@@ -74,8 +75,6 @@ def resolve_conflicts(
         Turns a problem's result into a trajectory.
     replan
         Plans a UAV's path to another's target; without it, no targets are exchanged.
-    stop
-        A `Cancelled` rule that is met ends the search with the best that it has found.
 
     Returns
     -------
@@ -86,11 +85,11 @@ def resolve_conflicts(
     scenario, trajectories = mission.scenario, mission.trajectories
     found = find_conflicts(scenario, trajectories)
     total, makespan = mission.total_time, mission.makespan
-    pool = CandidatePool(airspace, make_trajectory, stop)
+    pool = CandidatePool(airspace, make_trajectory)
     flights = zip(range(len(trajectories)), mission.assignment, mission.results, trajectories, strict=True)
     if all(conflict.given for conflict in found) and not pool.is_dynamic:
         unchanged = Deconfliction(found, found, (), total, total, makespan, makespan)
-        return replace(mission, interrupted=is_cancelled(stop), deconfliction=unchanged)
+        return replace(mission, interrupted=interrupted(), deconfliction=unchanged)
     planned = [pool.add_planned(*flight) for flight in flights]
     pool.end = makespan + STAY
     for _ in range(MAX_LATER_ENDS):
@@ -98,7 +97,7 @@ def resolve_conflicts(
         if replan is not None:
             resolution = exchange_targets(pool, resolution, replan)
         end = max((flight.arrival for flight in resolution.placed), default=0.0) + STAY
-        if not pool.is_dynamic or end <= pool.end or pool.cancelled:
+        if not pool.is_dynamic or end <= pool.end or interrupted():
             break
         pool.end = end  # those that have arrived must be clear of movers until the last UAV has arrived
     targets, paths, flown = list(mission.assignment), list(mission.results), list(trajectories)
@@ -108,7 +107,7 @@ def resolve_conflicts(
             targets[uav], paths[uav] = candidate.target, candidate.result
             flown[uav] = candidate.trajectory.retimed(flight.departure, flight.time_scale)
     resolved = replace(
-        mission, assignment=tuple(targets), results=tuple(paths), trajectories=tuple(flown), interrupted=pool.cancelled
+        mission, assignment=tuple(targets), results=tuple(paths), trajectories=tuple(flown), interrupted=interrupted()
     )
     actions = tuple(_actions(mission, resolution, pool))
     left = find_conflicts(scenario, flown)
@@ -193,7 +192,7 @@ def exchange_targets(pool: CandidatePool, first: Resolution, replan: Replan) -> 
     """
     best = first
     for _, (a, b) in zip(range(MAX_EXCHANGES), _late_pairs(first), strict=False):
-        if pool.cancelled:
+        if interrupted():
             break
         if _makes_targets_too_close(pool, best.planned, a, b):
             continue

@@ -31,7 +31,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import counted, listed
 from skyverse.model.timed_shapes import temporary_zones, told_zone, with_zones_active
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
-from skyverse.referee import certify, judge
+from skyverse.referee import certify, judged
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.world import referee_world
 
@@ -283,7 +283,8 @@ def require_not_refuted(
     InputError
         If the referee refutes the mission.
     """
-    violations, (certificates, apart, coverage) = judge(scenario, mission)
+    found = judged(scenario, mission)
+    violations = found.violations
     close = [one for one in violations if one.fault in TOO_CLOSE]
     doubtful = [one for one in violations if one.fault is Fault.UNDECIDED]
     wrong = [one for one in violations if one.fault not in (*TOO_CLOSE, Fault.UNDECIDED)]
@@ -293,8 +294,7 @@ def require_not_refuted(
         raise InputError(said, give=[] if wrong else [remedy])
     notes = [f"{Caution.NOT} apart, as the referee finds: {_told(close)}."] if close else []
     notes += [f"{Caution.NOT} proven by the referee: {_told(doubtful)}."] if doubtful else []
-    found = replace(mission, violations=tuple(violations), certificates=certificates)
-    return notes, replace(found, apart=apart, coverage=coverage)
+    return notes, found
 
 
 def _told(violations: Sequence[Violation]) -> str:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError, require_choice
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.numerics.side_by_side import side_by_side
 from skyverse.problem import Airspace, snap_endpoint
 from skyverse.search.lattice_astar import prices_to
@@ -123,7 +124,9 @@ def lattice_prices(airspace: Airspace, uav: int, begins: ArrayLike, ends: ArrayL
             prices[free] = prices_to(airspace.grid, airspace.pricing, source, nodes)
         return prices
 
-    return np.array([*side_by_side(row, len(sources), workers)]).reshape(len(sources), len(goals))
+    rows = [*side_by_side(row, len(sources), workers)]
+    raise_if_interrupted()
+    return np.array(rows).reshape(len(sources), len(goals))
 
 
 def assign_targets(

@@ -10,6 +10,7 @@ from skyverse.deconfliction.find_conflicts import find_conflicts
 from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_apart
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError, require_choice, require_flag, require_kind
+from skyverse.interrupt import Interrupted, interruptible
 from skyverse.mission.assignment import Assignment, Criterion, assign_targets
 from skyverse.mission.leg_planning import LegPlanning
 from skyverse.mission.survey_flights import survey_flights
@@ -28,7 +29,7 @@ from skyverse.planners.own_path import require_result
 from skyverse.planners.results import refused_result
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
-from skyverse.referee import judge
+from skyverse.referee import judged
 from skyverse.stop import Progress, Stop, is_cancelled, require_stop
 from skyverse.summary import with_flight_summaries
 from skyverse.trajectory import Shape, fly_along
@@ -111,7 +112,8 @@ def plan_mission(
         scenario.
     stop
         When the planning of each UAV's path ends. A `Cancelled` rule ends the whole mission with the results so far:
-        once it is met no further path is begun, and those begun are kept, of the first UAVs in the scenario's order.
+        once it is met no further path is begun, those begun are kept, of the first UAVs in the scenario's order, and
+        nothing is judged; `check` and `certify` judge what is kept.
     rng
         Seed or generator. Every UAV draws from a stream of its own.
     assignment
@@ -140,13 +142,41 @@ def plan_mission(
         or a UAV cannot fly in the scenario's wind.
     """
     require_kind(options, MissionOptions, "options")
+    require_stop(stop)
+    planned: Mission | None = None
+    with interruptible(partial(is_cancelled, stop)):
+        try:
+            planned = _planned(scenario, planner, stop, rng, assignment, options, workers, on_progress)
+            return judged(scenario, planned)
+        except Interrupted:
+            return _nobody_flies(scenario, planner) if planned is None else replace(planned, interrupted=True)
+
+
+def _nobody_flies(scenario: Scenario, planner: Planner | str | None) -> Mission:
+    """Return the mission of a run that was interrupted before any UAV had its turn."""
+    nobody, origin = (None,) * len(scenario.uavs), provenance(repr(planner), None, None)
+    sorties = ((),) * len(scenario.uavs) if scenario.surveys or scenario.asks_for_tours else ()
+    mission = Mission(scenario, nobody, nobody, nobody, (), origin, interrupted=True, sorties=sorties)
+    return with_flight_summaries(mission)
+
+
+def _planned(
+    scenario: Scenario,
+    planner: Planner | str | None,
+    stop: Stop | None,
+    rng: Seed,
+    assignment: Assignment | Literal["tours"],
+    options: MissionOptions,
+    workers: int | None,
+    on_progress: OnProgress | None,
+) -> Mission:
+    """Return a mission that is not judged yet; see `plan_mission`."""
     most_threads = threads(workers)
     flights = survey_flights(scenario)
     airspace = Airspace(flights.staged)
     for vehicle in scenario.uavs:
         refuse_wind(vehicle, scenario.winds)
     planner = planner_of(planner)
-    require_stop(stop)
     if isinstance(planner, Auto):
         planner = Taut() if scenario.surveys else planner.choose(scenario)
     if scenario.surveys and not planner.leaves_lattice(scenario):
@@ -169,7 +199,7 @@ def plan_mission(
         legs = int(generator.integers(2**31))
         how = LegPlanning(planner=planner, stop=stop, seed=legs, shape=shape, workers=most_threads)
         tours = plan_tours(airspace, how, _tour_options(options, assigned), origin, flights.ways)
-        return _judged(flights.as_asked(tours))
+        return with_flight_summaries(flights.as_asked(tours))
 
     def flight(uav: int) -> tuple[Result | None, Trajectory | None]:
         target = assigned[uav]
@@ -182,7 +212,7 @@ def plan_mission(
 
     results: list[Result | None] = []
     trajectories: list[Trajectory | None] = []
-    flown = side_by_side(flight, len(assigned), most_threads if direct else 1, partial(is_cancelled, stop))
+    flown = side_by_side(flight, len(assigned), most_threads if direct else 1)
     for uav, target in enumerate(assigned):
         left = None if target is None else refused_result(Problem(airspace, uav, target), Status.NOT_PLANNED, origin)
         result, trajectory = next(flown, (left, None))
@@ -195,19 +225,12 @@ def plan_mission(
     if options.keep_apart and not interrupted:
         make_trajectory = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
-        resolve = partial(resolve_conflicts, airspace, make_trajectory=make_trajectory, replan=replan, stop=stop)
+        resolve = partial(resolve_conflicts, airspace, make_trajectory=make_trajectory, replan=replan)
         if options.apart_in_space:
             mission = _apart_in_space(airspace, mission, make_trajectory, resolve)
         else:
             mission = resolve(mission)
-    return _judged(mission)
-
-
-def _judged(mission: Mission) -> Mission:
-    """Return a mission with what is flown in numbers, and what the referee says of it."""
-    mission = with_flight_summaries(mission)
-    violations, (certificates, apart, coverage) = judge(mission.scenario, mission)
-    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart, coverage=coverage)
+    return with_flight_summaries(mission)
 
 
 def _makes_tours(scenario: Scenario, assignment: str) -> bool:

@@ -124,11 +124,11 @@ class TourLegs:
         def planned(k: int) -> Leg:
             return self._planner.leg(*legs[k], planner)
 
-        self._planned.update(zip(wanted, side_by_side(planned, len(legs), workers), strict=True))
+        self._planned.update(zip(wanted, side_by_side(planned, len(legs), workers), strict=False))
 
-    def leg(self, uav: int, ends: Ends) -> Leg:
-        """Return a leg that was planned."""
-        return self._planned[self._key(uav, ends)]
+    def leg(self, uav: int, ends: Ends) -> Leg | None:
+        """Return a leg that was planned, ``None`` if an interruption came before its turn."""
+        return self._planned.get(self._key(uav, ends))
 
     @cached_property
     def _ends_of_lines(self) -> Ints:

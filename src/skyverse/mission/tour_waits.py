@@ -8,6 +8,7 @@ import numpy as np
 from skyverse.deconfliction.candidate import PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.find_conflicts import find_conflicts
+from skyverse.interrupt import interrupted
 from skyverse.mission.tour_flight import TourFlight
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import told_seconds
@@ -73,7 +74,7 @@ def with_waits(airspace: Airspace, mission: Mission, flights: Sequence[TourFligh
         makespan_before=mission.makespan,
         makespan_after=after.makespan,
     )
-    return replace(after, deconfliction=record)
+    return replace(after, deconfliction=record, interrupted=interrupted())
 
 
 def _end(flight: TourFlight | None) -> float:
@@ -92,6 +93,8 @@ def _clear(pool: CandidatePool, flight: TourFlight, placed: Sequence[PlacedFligh
     begins = np.flatnonzero([end is None for end in (None, *flight.ends[:-1])])  # of sorties
     tried, grounded = flight, scenario.uavs[flight.uav].fixed_wing is not None
     for _ in range(MOST_TRIES):
+        if interrupted():
+            return None
         own = _placed(pool, tried).candidate
         met = pool.first_conflict(own, pool.traffic(own, placed))
         if met is None:

@@ -10,10 +10,11 @@ import numpy as np
 
 from skyverse._typing import Ints
 from skyverse.errors import InputError
+from skyverse.interrupt import interrupted
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS
 from skyverse.mission.given_order import stretches
-from skyverse.mission.leg_planning import Ends, LegPlanning
+from skyverse.mission.leg_planning import Ends, Leg, LegPlanning
 from skyverse.mission.route import retold, route, told
 from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work
 from skyverse.mission.tour_flight import TourFlight
@@ -24,7 +25,7 @@ from skyverse.model.result import CANCELLED, Provenance
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Unvisited
 from skyverse.problem import Airspace
-from skyverse.stop import Progress, Stop, is_cancelled
+from skyverse.stop import Progress, Stop
 from skyverse.survey.lines import PhotoLine
 
 MOST_ROUNDS = 40
@@ -88,28 +89,29 @@ def plan_tours(
     timed = windy or bool(lines) or any(target.window is not None for target in scenario.targets)
     legs = TourLegs(airspace, how, timed, lines)
     legs.price([(uav, ends) for uav in range(len(scenario.uavs)) for ends in lines])
-    routes, interrupted = _finished_routes(scenario, legs, options)
+    routes = _finished_routes(scenario, legs, options)
     flights = [_flight(scenario, legs, uav, routes) for uav in range(len(scenario.uavs))]
     lost = itertools.chain(
         *(itertools.chain(*tour) for tour, one in zip(routes.tours, flights, strict=True) if not one)
     )
-    unvisited = dict.fromkeys(lost, "the planner found no way on the tour that leads there")
+    no_way = "the planner found no way on the tour that leads there"
+    unvisited = dict.fromkeys(lost, "the run was interrupted" if interrupted() else no_way)
     unvisited |= {target: REASONS[why] for target, why in routes.unvisited.items()}
     mission = Mission(
         scenario=scenario,
         assignment=(),
         results=tuple(
-            None if flight is None else joined_result(airspace, [legs.leg(uav, ends).result for ends in _ends(flight)])
+            None if flight is None else joined_result(airspace, [one.result for one in _legs(legs, uav, _ends(flight))])
             for uav, flight in enumerate(flights)
         ),
         trajectories=(),
         violations=(),
         provenance=origin,
-        interrupted=interrupted,
+        interrupted=interrupted(),
         unvisited=tuple(Unvisited(*one) for one in sorted(unvisited.items())),
     )
     planned = _flown(mission, flights)
-    return with_waits(airspace, planned, flights, _flown) if options.keep_apart and not interrupted else planned
+    return with_waits(airspace, planned, flights, _flown) if options.keep_apart and not planned.interrupted else planned
 
 
 def _require_no_stops(scenario: Scenario, lines: Mapping[Ends, PhotoLine]) -> None:
@@ -123,20 +125,19 @@ def _require_no_stops(scenario: Scenario, lines: Mapping[Ends, PhotoLine]) -> No
                 raise InputError(why, field="assignment")
 
 
-def _finished_routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> tuple[Routes, bool]:
-    """Return routes all of whose legs are those of the planner, and whether that was interrupted.
+def _finished_routes(scenario: Scenario, legs: TourLegs, options: TourOptions) -> Routes:
+    """Return routes all of whose legs are those of the planner, unless that is interrupted.
 
     Where its legs break a window or a battery that quickly found ones kept, routes are sought anew.
     """
-    work, stop = _work(scenario), legs.how.stop
+    work = _work(scenario)
     for _ in range(MOST_ROUNDS):
         routes = _routes(scenario, legs, work, options)
         legs.finish(_wanted(scenario, routes))
-        interrupted = is_cancelled(stop)
         finished = retold(legs.vehicles(work.stay, options.only), work, routes, options.criterion)
-        if finished is not None or interrupted:
+        if finished is not None or interrupted():
             break
-    return routes if finished is None else replace(finished, unvisited=routes.unvisited), interrupted
+    return routes if finished is None else replace(finished, unvisited=routes.unvisited)
 
 
 def _work(scenario: Scenario) -> Work:
@@ -158,14 +159,15 @@ def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions
     for _ in range(MOST_ROUNDS):
         routes = _routed(legs, work, options, search)
         new = legs.price(_wanted(scenario, routes))
+        if best is not None and interrupted():
+            break  # not all of these legs may have been planned
         vehicles = legs.vehicles(work.stay, options.only)
         priced = retold(vehicles, work, routes, options.criterion) if new else routes
         if priced is None:
             priced = _recut(scenario, legs, work, routes, options)
         if priced is not None and (best is None or _rank(priced, options) < _rank(best, options)):
             best = priced
-        interrupted = is_cancelled(stop)
-        if not new or interrupted:
+        if not new or interrupted():
             break
         if best is not None and len(scenario.targets) > MOST_TARGETS:
             kept = len(best.unvisited) <= len(routes.unvisited)  # else a leg that was wanted has no way
@@ -175,9 +177,9 @@ def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions
             search = search._replace(quick=not thorough, tours=best.tours)
     if best is None:
         best = told(vehicles, work, ((),) * len(scenario.uavs), options.criterion, optimal=False)
-    elif not interrupted:
+    elif not interrupted():
         best = _explained(scenario, legs, work, best, options)
-    return replace(best, interrupted=interrupted, optimal=best.optimal and not interrupted)
+    return replace(best, interrupted=interrupted(), optimal=best.optimal and not interrupted())
 
 
 def _routed(legs: TourLegs, work: Work, options: TourOptions, search: RouteSearch) -> Routes:
@@ -233,7 +235,7 @@ def _recut(scenario: Scenario, legs: TourLegs, work: Work, routes: Routes, optio
         vehicles = legs.vehicles(work.stay, options.only)
         tours = [_cut(legs, work, own, tour) for own, tour in zip(vehicles, routes.tours, strict=True)]
         cut = replace(routes, tours=tuple(tours))
-        if not legs.price(_wanted(scenario, cut)):
+        if not legs.price(_wanted(scenario, cut)) or interrupted():
             return retold(vehicles, work, cut, options.criterion)
     return None
 
@@ -258,11 +260,10 @@ def _rank(routes: Routes, options: TourOptions) -> tuple[int, int, float]:
 
 
 def _flight(scenario: Scenario, legs: TourLegs, uav: int, routes: Routes) -> TourFlight | None:
-    """Return the flight of a UAV along its tour; ``None`` without one, or if rounds ended before all legs had a way."""
+    """Return the flight of a UAV along its tour; ``None`` without one, or if rounds ended before all legs had one."""
     ends = legs_of(routes.tours[uav], scenario.uavs[uav].end == "home")
-    flown = [legs.leg(uav, one).trajectory for one in ends]
-    sound = [one for one in flown if one is not None]
-    if not ends or len(sound) < len(flown):
+    sound = [one.trajectory for one in _legs(legs, uav, ends) if one.trajectory is not None]
+    if not ends or len(sound) < len(ends):
         return None
     starts = iter(routes.starts[uav])
     departures = tuple(next(starts) if begin is None else 0.0 for begin, _ in ends)
@@ -270,7 +271,12 @@ def _flight(scenario: Scenario, legs: TourLegs, uav: int, routes: Routes) -> Tou
     return TourFlight(scenario, uav, tuple(sound), tuple(end for _, end in ends), departures, lines)
 
 
-def _ends(flight: TourFlight) -> list[tuple[int | None, int | None]]:
+def _legs(legs: TourLegs, uav: int, ends: Sequence[Ends]) -> list[Leg]:
+    """Return the legs of a UAV that were planned."""
+    return [leg for one in ends if (leg := legs.leg(uav, one)) is not None]
+
+
+def _ends(flight: TourFlight) -> list[Ends]:
     return [*zip((None, *flight.ends), flight.ends, strict=False)]
 
 

@@ -3,10 +3,12 @@
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from itertools import chain
 from typing import TypeVar
 
 from skyverse.errors import InputError
+from skyverse.interrupt import interrupted
 from skyverse.numerics.cores import cores
 
 T = TypeVar("T")
@@ -19,25 +21,19 @@ def threads(workers: int | None) -> int:
     return workers or cores()
 
 
-def _never() -> bool:
-    return False
+def side_by_side(make: Callable[[int], T], count: int, workers: int) -> Iterator[T]:
+    """Yield what is made of the numbers from 0 up to a count, in their order, by some threads, until interrupted.
 
-
-def side_by_side(
-    make: Callable[[int], T], count: int, workers: int, stopped: Callable[[], bool] = _never
-) -> Iterator[T]:
-    """Yield what is made of the numbers from 0 up to a count, in their order, by some threads, until that is `stopped`.
-
-    What is made of the first number is made alone, since that compiles the kernels that all others run. It is made in
-    any case. Of the others none is begun once it is `stopped`, unless a higher one has been begun before; what has been
-    begun is finished. So what is yielded is made of the first numbers, without a gap, whichever thread comes first.
+    What is made of the first number is made alone, since that compiles the kernels that all others run. None is begun
+    once this work is `interrupted`, unless a higher one has been begun before; what has been begun is finished. So what
+    is yielded is made of the first numbers, without a gap, whichever thread comes first.
     """
-    highest, turn = 0, threading.Lock()
+    highest, turn = -1, threading.Lock()
 
     def made(number: int) -> tuple[T, ...]:
         nonlocal highest
         with turn:
-            highest = highest if stopped() else max(highest, number)
+            highest = highest if interrupted() else max(highest, number)
             begun = number <= highest
         return (make(number),) if begun else ()
 
@@ -46,4 +42,5 @@ def side_by_side(
         return
     yield from made(0)
     with ThreadPoolExecutor(workers) as pool:
-        yield from chain.from_iterable(pool.map(made, range(1, count)))
+        contexts = [copy_context() for _ in range(1, count)]
+        yield from chain.from_iterable(pool.map(lambda own, number: own.run(made, number), contexts, range(1, count)))

@@ -15,6 +15,6 @@ and `subdivision` turn that into proofs, and `tolerances` holds every tolerance.
 """
 
 from skyverse.referee.energy import energy_bounds, judge_battery
-from skyverse.referee.mission import Certificates, certify, check, check_result, judge
+from skyverse.referee.mission import Certificates, certify, check, check_result, judge, judged
 
-__all__ = ["Certificates", "certify", "check", "check_result", "energy_bounds", "judge", "judge_battery"]
+__all__ = ["Certificates", "certify", "check", "check_result", "energy_bounds", "judge", "judge_battery", "judged"]

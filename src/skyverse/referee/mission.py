@@ -1,11 +1,13 @@
 """Judges a mission, or the result of one of its UAVs: who is sent where, what each flies, and what is proven of it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from skyverse.errors import require_kind
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.model.coverage import Coverage
 from skyverse.model.mission import Mission, index_of
 from skyverse.model.pad import Pad
@@ -107,6 +109,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     violations: list[list[Violation]] = [[] for _ in range(count)]
     halvings = [0] * count
     for uav in range(count):
+        raise_if_interrupted()
         trajectory = entry(mission.trajectories, uav)
         if not isinstance(trajectory, Trajectory):
             continue
@@ -273,6 +276,12 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
             violations += fleet.trajectories[uav]
         violations += fleet.apart
         return violations, fleet.certificates
+
+
+def judged(scenario: Scenario, mission: Mission) -> Mission:
+    """Return a mission with the referee's verdict in place of its own."""
+    violations, (certificates, apart, coverage) = judge(scenario, mission)
+    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart, coverage=coverage)
 
 
 def check_result(scenario: Scenario, uav: int | str, target: int | str, result: Result) -> list[Violation]:

@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 
 from skyverse._typing import Bools, Floats, Indices, Ints
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.model.camera import Camera
 from skyverse.model.photos import Photos
 from skyverse.referee.ground_cells import CellGrid
@@ -214,6 +215,7 @@ def _shared(one: PhotoView, other: PhotoView, grid: CellGrid) -> float:
     A cell at the edge of a picture counts in part, as told by how far its middle is from that edge, and by how much
     that changes from cell to cell.
     """
+    raise_if_interrupted()
     a, b = (view.window(*grid.ends) for view in (one, other))
     here = grid.between(np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])]))
     if here is None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Bools, Floats
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.referee.blockers import Blockers
 from skyverse.referee.ground_cells import CellGrid, Pieces, joined
 from skyverse.referee.photo_views import PhotoView
@@ -80,6 +81,7 @@ class Viewers:
         """Return how often the whole cells of a grid are shown."""
         shown = Shown.nothing(grid.whole.shape)
         for view in self.views:
+            raise_if_interrupted()
             here = grid.within(view)
             if here is None:
                 continue
@@ -107,6 +109,7 @@ class Viewers:
         begins, wide = low[order, 0], float((high[:, 0] - low[:, 0]).max())
         ends = low.min(axis=0), high.max(axis=0)
         for view in self.views:
+            raise_if_interrupted()
             (west, south), (east, north) = view.window(*ends)
             some = order[slice(*np.searchsorted(begins, (west - wide, east)))]
             some = some[(high[some, 1] >= south) & (low[some, 1] <= north) & (high[some, 0] >= west)]
@@ -132,6 +135,7 @@ class Viewers:
         """Look more finely how deep what photos are certain to show may be, where cells are deeper than what counts."""
         self.deepest = min(self.deepest, self.most)
         for view in self.coarse:
+            raise_if_interrupted()
             here = grid.within(view)
             if here is None:
                 continue

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.referee.polynomial import halve
 from skyverse.referee.tolerances import MACHINE_EPSILON, WORST_INSTANT
 
@@ -96,6 +97,7 @@ def find_peaks(
     max_parts = np.maximum(MAX_UNDECIDED_PARTS, 2 * np.bincount(question, minlength=questions))
     piece, begin, width = np.arange(count), np.zeros(count), 1.0
     for depth in itertools.count():
+        raise_if_interrupted()
         of = question[piece]
         ends = [upper_bound(end, piece) - error[piece] for end in (b[:, :1], b[:, -1:])]
         for end, at in zip(ends, (begin, begin + width), strict=True):

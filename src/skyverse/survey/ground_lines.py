@@ -9,6 +9,7 @@ import shapely
 
 from skyverse._typing import Bools, Floats
 from skyverse.errors import InputError
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.model.coverage import CoverageGap
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
@@ -62,6 +63,7 @@ def ground_lines(scenario: Scenario, number: int) -> SurveyLines:
         if len(strips) > MOST_STRIPS:
             raise InputError(f"needs {len(strips):,} strips, but {MOST_STRIPS:,} are the most", field="area")
         for strip, gap in zip(strips, gaps, strict=True):
+            raise_if_interrupted()
             for line in lines_along(StripFlown(task, sight, one, float(gap)), strip):
                 lines.append(line)
                 if len(passes) <= 2 or one.pitch == -90.0:  # slanting photos show far ground too coarsely to count

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from skyverse._typing import Floats
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.numerics.kernel import kernel
 from skyverse.numerics.tolerances import SWEEP_CONTACT
 from skyverse.space.agility import CLIMB_SHARE
@@ -271,6 +272,7 @@ class ReliefOffsets:
 
     def gap(self, way: Floats, turned: Any, offset: float, most: float, finely: bool = True) -> float:
         """Return the greatest distance to the next strip at which the photos of both overlap as asked, metres."""
+        raise_if_interrupted()
         sight, widest = self.sight, self.sight.steps[1]
         band = shapely.intersection(turned, shapely.box(offset - widest, -1e9, offset + widest, 1e9))
         if band.is_empty or sight.even:
@@ -318,6 +320,7 @@ def _photos(sight: GroundSight, area: Any, way: Floats) -> float:
     x0, y0, x1, y1 = turned.bounds
     photos, lost = 0.0, 0.0
     for x in x0 + (np.arange(TRIED_STRIPS) + 0.5) * (x1 - x0) / TRIED_STRIPS:
+        raise_if_interrupted()
         at = np.linspace(y0, y1, max(int((y1 - y0) * (1.0 - sight.overlap[0]) / sight.steps[0] * STATIONS), 1) + 1)
         places, ahead = at[:, None] * way + x * np.array([way[1], -way[0]]), np.tile(way, (len(at), 1))
         floor, z = sight.heights(at, places, ahead, at[1] - at[0])

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.model.pad import ground_height
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
@@ -220,6 +221,7 @@ class Sights:
         """Return the pairs of a view (m, 5) and a facet that it is certain to show, their numbers in rising order."""
         rows: list[Ints] = [np.zeros((2, 0), dtype=np.int64)]
         for first in range(0, len(views), AT_ONCE):
+            raise_if_interrupted()
             part = np.ascontiguousarray(views[first : first + AT_ONCE])
             axes = np.array([axes_of(heading, pitch) for heading, pitch in part[:, 3:]])
             seen = _seen(self.look, part[:, :3].copy(), axes, facets.corners, facets.normal)
