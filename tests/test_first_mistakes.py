@@ -122,6 +122,7 @@ OF_READING = {
     **dict.fromkeys(("altitudes", "unit", "maximum_altitudes"), ("x", 3, ["m"], np.zeros(2), object())),
     **dict.fromkeys(("building_height", "buffer"), NOT_A_LENGTH[1:]),
     **dict.fromkeys(("height_field", "crs"), NOT_A_TEXT),
+    "radius_field": (3, True, {}, [1], ["a", 1], np.zeros(2), object()),
     "lod": ("x", "", True, {}, [[1]], np.nan, 10**400, object()),
     "date": ("x", "", True, {}, [[1]], np.nan, "2026-11-26", "2026-11-26T10:00", object()),
 }

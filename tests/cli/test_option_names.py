@@ -145,4 +145,4 @@ def test_an_error_keeps_its_parameters_on_its_way_to_another_process():
 def test_every_option_of_scenario_build_has_the_documentation_of_its_parameter():
     build = app["scenario"]["build"]
     helped = [one.names[0] for one in build.assemble_argument_collection() if one.parameter.help]
-    assert len(helped) == 49
+    assert len(helped) == 50

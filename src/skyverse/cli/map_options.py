@@ -105,6 +105,7 @@ _TEXTS = {name: _TextOption(list[Path], settings=_several) for name in FILES} | 
     "fill_nodata": _TextOption(str, "`1550` or `nearest`", _fill),
     "terrain_unit": _TextOption(Literal["m", "ft", "us-ft"], settings=Parameter()),
     "nodata": _TextOption(float),
+    "radius_field": _TextOption(list[str], settings=_several),
     "home": _TextOption(
         str, "`46.81,9.85`", lambda text: numbers_of("--home", "latitude,longitude in degrees", text, 2)
     ),

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Sentence
 from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.georeference.feature import ABOVE_PERMITTED, Feature, Fields, Rectangle
 from skyverse.maps.georeference.reading import Choices, Reading
@@ -40,14 +40,18 @@ def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
     asked += [(str(path), FENCE, None) for path in options.fences]
     asked += [(str(path), ABOVE_PERMITTED, None) for path in options.max_heights]
     gives = {None: "zones", "building": "buildings", FENCE: FENCE, ABOVE_PERMITTED: "permitted heights"}
-    read = []
+    read, timed = [], False
     for path, kind, risk in asked:
         if risk is not None and not (math.isfinite(risk) and risk > 0):
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
         with told_of(path, options.on_note) as tell:
             found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=tell))
+        timed |= any(feature.has_times for feature in found)
         found = [feature for feature in found if feature.active != ()]
         read.append(FeatureFile(path, found, gives[kind]))
+    if reading.date is not None and not timed:
+        told = "no file says when its zones are active in a way that is read, so that it changes nothing"
+        options.on_note(Note("", Sentence(told, field="Reading.date"), heed=True))
     return read
 
 

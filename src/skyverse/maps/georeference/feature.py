@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -55,6 +55,8 @@ class Feature:
         The risk of a metre flown inside, for a zone that may be entered; ``None`` for what must not be entered.
     active
         When it is active, seconds after the mission begins; ``None`` for always.
+    has_times
+        Whether its file says when it is active.
     """
 
     outline: Floats
@@ -67,15 +69,42 @@ class Feature:
     where: str
     risk: float | None = None
     active: Spans | None = None
+    has_times: bool = False
 
 
 T = TypeVar("T")
 
 
+LIMIT_WORDS = ("alt", "height", "limit", "upper", "lower", "ceiling", "floor")
+RADIUS_WORDS = ("radius", "buffer", "distance", "width", "diameter")
+TIME_WORDS = (
+    "start",
+    "begin",
+    "end",
+    "from",
+    "until",
+    "till",
+    "valid",
+    "activ",
+    "hours",
+    "schedule",
+    "period",
+    "expir",
+)
+"""Parts of plain names of fields that look as if they held a limit, a radius or a time."""
+NUMBER = re.compile(r"\s*[-+]?\.?\d")
+TIME = re.compile(r".*(\d{1,2}:\d\d|\d{4}-?\d\d-?\d\d|\b\d{4}-\d{4}\b)", re.DOTALL)
+"""How what they hold looks, written."""
+
+
 class Fields:
-    """The fields of a feature that hold something; names are compared as `plain` gives them."""
+    """The fields of a feature that hold something; names are compared as `plain` gives them.
+
+    They know which of them were asked for, so that those that nobody reads can be told.
+    """
 
     def __init__(self, fields: Mapping[str, Any]) -> None:
+        self._asked: set[str] = set()
         self._fields: dict[str, list[tuple[str, Any]]] = {}
         for name, value in fields.items():
             if not is_empty(value):
@@ -83,28 +112,28 @@ class Fields:
 
     def get(self, name: str) -> Any:
         """Return a field's value, or ``None``; where several fields have that plain name, the last one's."""
+        self._asked.add(plain(name))
         return self._fields.get(plain(name), [(name, None)])[-1][1]
 
     def of(self, *names: str) -> Iterator[tuple[str, Any]]:
         """Return the name, as the file writes it, and the value of each field that has one of these plain names."""
+        self._asked.update(names)
         return (field for name in names for field in self._fields.get(name, ()))
 
-    def first_number(self, *words: str) -> str | None:
-        """Return the name of the first field that holds a number and has any of these words in its plain name.
+    def unread(self, words: Iterable[str], like: re.Pattern[str] = NUMBER) -> dict[str, Any]:
+        """Return the fields that nobody asked for, with any of these words in their plain names, and such a value.
 
         A field within a field is named as in ``volume.upper``.
         """
-        for name, found in self._fields.items():
-            for written, value in found:
+        found: dict[str, Any] = {}
+        for name, held in self._fields.items():
+            for written, value in () if name in self._asked else held:
                 if isinstance(value, Mapping):
-                    within = Fields({str(key): held for key, held in value.items()}).first_number(*words)
-                    if within is not None:
-                        return f"{written}.{within}"
-                starts = isinstance(value, str) and value.strip()[0].isdigit()
-                is_number = starts or (isinstance(value, int | float) and not isinstance(value, bool))
-                if is_number and any(word in name for word in words):
-                    return written
-        return None
+                    within = Fields({str(key): inner for key, inner in value.items()}).unread(words, like)
+                    found |= {f"{written}.{inner}": one for inner, one in within.items()}
+                elif type(value) in (int, float, str) and any(word in name for word in words):
+                    found |= {written: value} if like.match(str(value)) else {}
+        return found
 
     def text(self, *names: str) -> str | None:
         """Return the first of these fields that holds a text, in printable characters."""

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from numbers import Real
@@ -14,12 +14,14 @@ from skyverse.errors import (
     Remedy,
     Sentence,
     path_of,
+    printable,
     require_choice,
     require_kind,
     require_number,
     require_whole,
     shown,
 )
+from skyverse.model.short_lines import listed
 
 LEAST_BUFFER, MAX_BUFFER = 0.001, 100_000.0
 """The narrowest and the widest band, metres, that may be put around a point or a line."""
@@ -78,6 +80,8 @@ class Reading:
         The height, metres, of buildings whose file gives no usable height.
     height_field
         The name of the field that holds the height above ground, where it is none of the usual names.
+    radius_field
+        The name of the field, or the names of fields, that hold the radius of a point, where it is not ``radius``.
     buffer
         How far around lines and points must not be entered, metres; of a fence, how far UAVs may fly around them.
     crs
@@ -94,6 +98,7 @@ class Reading:
     maximum_altitudes: Literal["permitted", "forbidden"] | None = None
     building_height: float | None = None
     height_field: str | None = None
+    radius_field: str | Sequence[str] | None = None
     buffer: float | None = None
     crs: str | None = None
     lod: str | None = None
@@ -105,6 +110,10 @@ class Reading:
             if getattr(self, name) is not None:
                 require_choice(getattr(self, name), choices, f"Reading.{name}")
         _require_texts(self, "height_field", "crs")
+        if self.radius_field is not None:
+            require_kind(self.radius_field, (str, list, tuple), "Reading.radius_field")
+        for one in self.radius_fields:
+            require_kind(one, str, "Reading.radius_field")
         for name in ("building_height", "buffer"):
             if getattr(self, name) is not None:
                 require_number(getattr(self, name), f"Reading.{name}", "metres", LEAST_BUFFER, MAX_BUFFER)
@@ -117,6 +126,12 @@ class Reading:
         if self.date is not None and instant_of(self.date) is None:
             said = f"expected a date and time with its time zone, as 2026-11-26T10:00+01:00, found {shown(self.date)}"
             raise InputError(said, field="Reading.date")
+
+    @property
+    def radius_fields(self) -> tuple[str, ...]:
+        """The names of `radius_field`."""
+        given = self.radius_field
+        return tuple([given] if isinstance(given, str) else given or ())
 
 
 def instant_of(text: object) -> datetime | None:
@@ -167,3 +182,8 @@ class Choices(Reading):
     def count(self, text: str, *give: Remedy) -> None:
         """Count one more feature of which a sentence is true, which may begin with a warning; see `tally`."""
         self.tally[Sentence(text, give=give)] += 1
+
+    def count_unread(self, names: Collection[str], what: str, *give: Remedy, begins: str = "") -> None:
+        """Count one more feature with fields that look as if they held something, and are not read as that."""
+        if names:
+            self.count(f"{begins}with {listed([repr(printable(name)) for name in names])}, not read as {what}", *give)

@@ -7,9 +7,10 @@ from typing import Any
 
 from skyverse.errors import InputError, Remedy, shown
 from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT, UNIT_FIELDS
-from skyverse.maps.georeference.feature import Fields, looked_up, plain
+from skyverse.maps.georeference.feature import LIMIT_WORDS, Fields, looked_up, plain
 from skyverse.maps.georeference.reading import MAX_BUFFER, Choices
 from skyverse.model.altitude import FOOT, AboveGround
+from skyverse.model.caution import Caution
 
 LEVEL_HEIGHT = 3.0
 """Metres that a level counts for, and a roof whose height and shape are not said."""
@@ -92,6 +93,9 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     if choices.building_height is not None:
         if unread:
             choices.tell(f"{where}: {unread}; taken as {choices.building_height:g} m")
+        others = tags.unread(LIMIT_WORDS)
+        give = [Remedy("Reading.height_field", name) for name in others]
+        choices.count_unread(others, "a height", *give, begins=f"{Caution.WARNING}: ")
         return choices.building_height
     reason = unread or "expected a height or levels, found neither"
     raise InputError(f"{where}: {reason}", give=[Remedy("Reading.building_height", None, "for buildings without one")])
@@ -134,6 +138,8 @@ _RADIUS_UNIT_FIELDS = (
 _FIELDS_WITH_UNIT = {
     f"radius{between}{unit}": scale for unit, scale in METRES_PER_RADIUS_UNIT.items() for between in ("", "in")
 }
+_UNIT_OF_NAME = re.compile(r"[\W_]([a-z]+)\W*$")
+"""The unit in a name such as ``buffer_m`` or ``Buffer (km)``."""
 _WRITTEN_RADIUS = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*([a-z][a-z ]*)?", re.IGNORECASE)
 
 
@@ -150,6 +156,14 @@ def circle_radius(fields: Fields, where: str, choices: Choices) -> float | None:
         If it is no radius, its unit is not known or not said, or two fields contradict each other.
     """
     found = [(name, _metres(value, name, fields, where, choices)) for name, value in fields.of("radius")]
+    for name in choices.radius_fields:
+        if (value := fields.get(name)) is not None:
+            unit = _UNIT_OF_NAME.search(name.lower())
+            scale = METRES_PER_RADIUS_UNIT.get(unit[1]) if unit else None
+            metres = (
+                _number(value, scale, f"{where}: {name!r}") if scale else _metres(value, name, fields, where, choices)
+            )
+            found.append((name, metres))
     for name, value in fields.of(*_FIELDS_WITH_UNIT):
         found.append((name, _number(value, _FIELDS_WITH_UNIT[plain(name)], f"{where}: {name!r}")))
     if any(abs(other - found[0][1]) > 1e-6 * other for _, other in found):

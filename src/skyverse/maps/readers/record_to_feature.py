@@ -20,13 +20,24 @@ from skyverse.maps.georeference.altitude_limits import (
     permitted_height,
 )
 from skyverse.maps.georeference.coordinate_systems import to_globe, unit_of_heights
-from skyverse.maps.georeference.feature import ABOVE_PERMITTED, Feature, Fields, number_of, plain
+from skyverse.maps.georeference.feature import (
+    ABOVE_PERMITTED,
+    LIMIT_WORDS,
+    RADIUS_WORDS,
+    TIME,
+    TIME_WORDS,
+    Feature,
+    Fields,
+    number_of,
+    plain,
+)
 from skyverse.maps.georeference.reading import Choices, instant_of
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, area_features, outline_and_holes, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.caution import Caution
 from skyverse.model.shapes import FENCE, NO_FLY_ZONE, Spans
+from skyverse.model.short_lines import listed
 
 NO_RESTRICTION = "norestriction"
 """The plain name of what ED-269's field ``restriction`` and ED-318's ``type`` say of a zone that restricts nothing.
@@ -94,27 +105,47 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
     fields, where = Fields(record.fields), record.where
     said = [plain(value) for _, value in fields.of("restriction", "type") if isinstance(value, str)]
     if NO_RESTRICTION in said and choices.kind is None:
-        choices.tell(f"{where}: left out, it restricts nothing")
+        named = ", ".join(filter(None, (_name(fields), fields.text("message"))))
+        choices.tell(f"{where}: left out, it restricts nothing{named and f': {named}'}")
         return
     kind = choices.kind or _kind(fields)
     risk = None if choices.kind == FENCE else _risk(fields, where, choices)
     active = None if kind == "building" else _active(fields, where, risk, choices)
     if choices.kind == FENCE:
-        radius = circle_radius(fields, where, choices)
+        radius = _radius(fields, geometry, where, choices)
         yield from area_features(geometry, where, tell=choices.tell, radius=radius, buffer=choices.buffer)
         return
     parts = polygons(
         geometry,
         where,
         choices.tell,
-        radius=circle_radius(fields, where, choices),
+        radius=_radius(fields, geometry, where, choices),
         buffer=choices.buffer,
         lenient=kind == "building",
     )
     low, high = _limits(record, geometry, crs, fields, kind, choices)
-    name = _name(fields)
+    name, solid, timed = _name(fields), kind == "building", bool(said_times(fields))
+    if not solid:
+        choices.count_unread(fields.unread(LIMIT_WORDS), "a limit")
+        choices.count_unread(fields.unread(TIME_WORDS, TIME), "a time")
     for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
-        yield Feature(*outline_and_holes(part), low, high, kind, kind == "building", name, where, risk, active)
+        yield Feature(*outline_and_holes(part), low, high, kind, solid, name, where, risk, active, timed)
+
+
+def _radius(fields: Fields, geometry: BaseGeometry, where: str, choices: Choices) -> float | None:
+    """Return the radius of a point, ``None`` where its file gives none, and tell which fields look like one."""
+    radius, unread = circle_radius(fields, where, choices), fields.unread(RADIUS_WORDS)
+    give = [Remedy("Reading.radius_field", name) for name in unread]
+    needed = radius is None and geometry.geom_type not in ("Polygon", "MultiPolygon")
+    if needed and unread and choices.buffer is None:
+        said = listed([f"{printable(name)!r} ({shown(value)})" for name, value in unread.items()])
+        found = f"a {geometry.geom_type.lower()}, and {said}, not read as one"
+        raise InputError(
+            f"{where}: expected a polygon or a radius, found {found}",
+            give=[*give, Remedy("Reading.buffer", None, "for those that have none")],
+        )
+    choices.count_unread(unread, "a radius", *give, begins=f"{Caution.WARNING}: " if needed else "")
+    return radius
 
 
 def _active(fields: Fields, where: str, risk: float | None, choices: Choices) -> Spans | None:
@@ -193,9 +224,6 @@ def _limits(
     if top is None:
         what = "shut" if choices.risk is None else "risky"
         choices.count(f"without limits: {what} from the ground up")
-        unread = fields.first_number("alt", "height", "limit", "upper", "lower", "ceiling", "floor")
-        if unread is not None:
-            choices.count(f"of them with a field {printable(unread)!r}, which is not read as a limit")
     return from_the_ground(None, top, choices)
 
 
