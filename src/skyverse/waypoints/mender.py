@@ -211,10 +211,10 @@ class Mender:
         return wide
 
     def _cut_less(self, k: int, found: MissionFinding) -> None:
-        """Raise a corner where little is missing, halve its radius, move it outwards, or stop there."""
+        """Raise a corner where little is missing, halve its radius, move it outwards, or stop; a take-off is raised."""
         order, radius, deep = self.flown.visits[k].order, self.flown.visits[k].radius, found.deep or 0.0
         little = 0 < deep <= LITTLE and self._is_movable(k)
-        if self.lift_only or (little and found.kind is FindingKind.GROUND):
+        if self.lift_only or (little and (found.kind is FindingKind.GROUND or k == 0)):
             movable = filter(self._is_movable, (k, k + 1))  # the way on from a corner may be too low near its end
             for j in sorted(movable, key=lambda j: self._away(j, found))[:1]:
                 self._lift(j, found)
