@@ -90,7 +90,7 @@ def test_who_is_forgotten_may_be_anywhere_where_uavs_can_be(seed):
     high = low + rng.uniform(0, 5, 3)
     farthest = np.linalg.norm(np.maximum(np.abs(at - low), np.abs(high - at)))
     for now in np.arange(0.0, 8.0, 0.25):
-        if tracks.forget(now, (), [(low, high)]):
+        if tracks.forget(now, [(low, high)]):
             assert now > 1.0
             assert farthest <= error + top * now + 1e-9
             return
@@ -103,7 +103,7 @@ def test_movers_that_are_kept_in_mind_are_bounded(monkeypatch):
     forgotten = []
     for k in range(6):
         tracks.add(0.1 * k, [cart(1.0, name=f"cart {k}")])
-        forgotten += tracks.forget(0.1 * k, (), [box])
+        forgotten += tracks.forget(0.1 * k, [box])
     assert forgotten == ["cart 0", "cart 1", "cart 2"]
     assert [one.name for one in tracks.predicted(1.0)] == ["cart 3", "cart 4", "cart 5"]
 

@@ -162,6 +162,19 @@ def test_one_wrong_clock_costs_one_observation_and_a_long_silence_no_more(observ
     assert flight.now == now
 
 
+@settings(max_examples=10)
+@given(st.lists(st.tuples(st.integers(1, 4), st.floats(5.2, 1e5)), min_size=2, max_size=6))
+def test_wrong_clocks_cost_one_observation_each_however_they_agree_if_right_ones_lie_between(turns):
+    flight, t = replanner(hall()), 0.0
+    for right, ahead in turns:
+        for _ in range(right):
+            t += 0.1
+            flight.observe(t)
+        with pytest.raises(sky.InputError, match="went ahead"):
+            flight.observe(t + ahead)
+    assert flight.now == t
+
+
 def test_a_uav_rests_near_a_target_that_a_mover_keeps_it_from():
     there = sky.Mover(
         name="guard",

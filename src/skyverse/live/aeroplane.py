@@ -22,7 +22,7 @@ from skyverse.live.aeroplane_course import (
     turn,
 )
 from skyverse.live.aeroplane_search import AeroplaneSearch
-from skyverse.live.course import STAY, part_of, spliced, state_at, staying
+from skyverse.live.course import STAY, part_of, spliced, staying
 from skyverse.live.guidance import path_from
 from skyverse.live.pilot import Pilot
 from skyverse.live.policies.policy import Found
@@ -116,8 +116,8 @@ class Aeroplane(Pilot):
         return self.course.motion, self._flown
 
     def state(self, t: float) -> Floats:
-        """Return position, velocity and acceleration at an instant, (3, 3)."""
-        return state_at(self._lasting(t).motion, t)
+        """Return position, velocity and acceleration at an instant, also one at which it flew before, (3, 3)."""
+        return self._lasting(t).state(t)
 
     def _lasting(self, until: float) -> AeroplaneCourse:
         return self.course.lasting(until, self._able)

@@ -41,6 +41,11 @@ class AnyCourse:
         past, motion = parted(self.motion, now)
         return replace(self, flown=(*self.flown, *past), motion=motion)
 
+    def state(self, t: float) -> Floats:
+        """Return position, velocity and acceleration at an instant, also one at which it flew before, (3, 3)."""
+        past = (one for one in reversed(self.flown) if one.start <= t < self.motion.start)
+        return state_at(next(past, self.motion), t)
+
 
 @dataclass(frozen=True)
 class Course(AnyCourse):
@@ -61,10 +66,6 @@ class Course(AnyCourse):
     passed: Floats
     ahead: int
     leaves: float = -math.inf
-
-    def state(self, t: float) -> Floats:
-        """Return position, velocity and acceleration at an instant, (3, 3)."""
-        return state_at(self.motion, t)
 
     def remaining(self, t: float) -> Way:
         """Return the points of the way that are not yet passed at an instant."""

@@ -163,7 +163,7 @@ class Multirotor(Pilot):
         return motion.end if math.dist(place_of_rest(motion), self.guidance.points[-1]) <= 1e-6 else None
 
     def state(self, t: float) -> Floats:
-        """Return position, velocity and acceleration at an instant, (3, 3)."""
+        """Return position, velocity and acceleration at an instant, also one at which it flew before, (3, 3)."""
         return self.course.state(t)
 
     def next_mark(self, t: float) -> int:

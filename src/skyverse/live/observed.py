@@ -5,6 +5,7 @@ Obstacles that are reported anew, a little differently each time, as one that ho
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from skyverse.errors import InputError, require_whole, shown
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
-from skyverse.model.uav import TrackingError
+from skyverse.model.uav import UAV, TrackingError
 from skyverse.model.wrong_values import complaint
 from skyverse.space.world import World
 
@@ -111,21 +112,24 @@ def _with_more(scenario: Scenario, obstacles: Sequence[Shape], zones: Sequence[S
         raise InputError(complaint(first), field=f"{kind}{which}{place}") from None
 
 
-def with_targets(
-    scenario: Scenario, assignment: Sequence[int | None], given: Mapping[int, ArrayLike]
-) -> tuple[Scenario, tuple[int | None, ...]]:
-    """Return a scenario and an assignment in which UAVs, by their indices, have other targets, or raise `InputError`.
-
-    Each of these targets, (3,) metres, is in the place of the one that the UAV had.
-    """
-    targets, assigned = list(scenario.targets), list(assignment)
-    _require_indices(given, "targets", len(assigned))
+def checked_targets(given: Mapping[int, ArrayLike], uavs: Sequence[UAV]) -> dict[int, Target]:
+    """Return other targets of UAVs, given as places (3,), metres, or raise `InputError`."""
+    targets = {}
+    _require_indices(given, "targets", len(uavs))
     for uav, place in given.items():
-        name = f"target of {scenario.uavs[uav].name}"
         try:
-            target = Target.model_validate({"name": name, "position": place})
+            targets[uav] = Target.model_validate({"name": f"target of {uavs[uav].name}", "position": place})
         except ValidationError as error:
             raise InputError(complaint(error.errors()[0]), field=f"targets[{uav}]") from None
+    return targets
+
+
+def with_targets(
+    scenario: Scenario, assignment: Sequence[int | None], given: Mapping[int, Target]
+) -> tuple[Scenario, tuple[int | None, ...]]:
+    """Return a scenario and an assignment in which UAVs, by their indices, have other targets in place of their own."""
+    targets, assigned = list(scenario.targets), list(assignment)
+    for uav, target in given.items():
         number = assigned[uav]
         if number is None:
             assigned[uav] = len(targets)
@@ -153,6 +157,42 @@ def strays(state: Floats, course: Floats, error: TrackingError, lead: float) -> 
         np.hypot(x, y) > error.horizontal + OFF_COURSE or abs(z) > error.vertical + OFF_COURSE
         for x, y, z in (off[0], off[0] + lead * off[1])
     )
+
+
+class Fix(NamedTuple):
+    """Where a UAV was found by the newest of its states.
+
+    Attributes
+    ----------
+    t, state
+        The instant of the state, seconds, and the state, (3, 3), whose acceleration is 0.
+    since
+        The instant at which that, or an earlier state, was told and the UAV went on from where it was found.
+    flies
+        Whether it can fly on as it was found.
+    """
+
+    t: float = -math.inf
+    state: Floats = np.zeros((3, 3))
+    since: float = -math.inf
+    flies: bool = True
+
+    def at(self, t: float) -> Floats:
+        """Return the state in which it is at a later instant, (3, 3), as long as it keeps its velocity."""
+        return self.state + (t - self.t) * np.vstack([self.state[1:], np.zeros(3)])
+
+    def doubt(self, uav: UAV, lead: float) -> str:
+        """Return why nothing is proven of what it flies, in words that follow "it"; empty if something may be.
+
+        A state that is told late is carried on to when it is told, but the UAV may accelerate meanwhile. That counts as
+        being off its course counts: by its tracking error and a centimetre, also as its velocity leads within the lead.
+        """
+        if not self.flies:
+            return "was found at a speed at which it cannot fly on"
+        late, error = self.since - self.t, (uav.tracking_error.horizontal, uav.tracking_error.vertical)
+        if late > 0.0 and uav.max_acceleration * late * (0.5 * late + lead) > min(error) + OFF_COURSE:
+            return f"was found off its course, but that was told {late:.2g} s late, and it may be farther off by now"
+        return ""
 
 
 SAME = 0.05

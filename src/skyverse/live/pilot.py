@@ -87,7 +87,7 @@ class Pilot(ABC):
 
     @abstractmethod
     def state(self, t: float) -> Floats:
-        """Return position, velocity and acceleration at an instant, (3, 3)."""
+        """Return position, velocity and acceleration at an instant, also one at which it flew before, (3, 3)."""
 
     def reached(self, now: float, seconds: float, scenario: Scenario) -> tuple[Floats, Floats]:
         """Return the corners (3,) of the box, in bounds, in which it is within some seconds from now, metres."""

@@ -13,7 +13,7 @@ from skyverse.errors import InputError, require_kind, require_number, require_wh
 from skyverse.live.aeroplane import Aeroplane
 from skyverse.live.lead_apart import LeadApart
 from skyverse.live.multirotor import Multirotor
-from skyverse.live.observed import checked_states, strays, with_seen, with_targets
+from skyverse.live.observed import Fix, checked_states, checked_targets, strays, with_seen, with_targets
 from skyverse.live.pilot import SPARE, Pilot
 from skyverse.live.policies import policy_of
 from skyverse.live.policies.policy import Found, Policy, Situation, all_about
@@ -129,7 +129,8 @@ class Replanner:
         self._airspace = Airspace(scenario)
         self._tracks = Tracks(memory)
         self._leapt = -math.inf
-        self._astray: set[int] = set()
+        self._fixes = dict.fromkeys(range(len(scenario.uavs)), Fix())
+        self._targeted: dict[int, float] = {}
         self._entered: tuple[Shape, ...] = ()
         self._assignment = tuple(mission.assignment)
         self._lead_apart = LeadApart()
@@ -152,6 +153,8 @@ class Replanner:
     ) -> tuple[Replan, ...]:
         """Take in what was seen at an instant, and replan all UAVs, those of higher priority first.
 
+        What comes late counts for its instant: what was seen or told of a later one stands.
+
         Parameters
         ----------
         t
@@ -166,11 +169,14 @@ class Replanner:
         states
             Positions and velocities, (3,) metres and (3,) m/s, of UAVs by their indices. One that is farther from where
             it should be than its tracking error, and a centimetre, or will be within the lead by its velocity, goes on
-            from there with that velocity; those of all others are not used.
+            from there with that velocity; those of all others are not used. A late state is carried on to now by its
+            velocity; if the UAV may have accelerated farther off than that meanwhile, nothing is proven of it until it
+            is found again.
         targets
             Other targets, (3,) metres, of UAVs by their indices, to which new paths are planned.
         gone
-            Names of movers that were seen before, whose places were seen empty; nothing more is expected of them.
+            Names of movers that were seen before, whose places were seen empty; nothing more is expected of them,
+            unless they were seen at this instant or later.
         deadline_ms
             Milliseconds after which no further motions are tried; the answers then depend on the clock. Without it, an
             answer may wait for the mission that leads multirotors apart, if that takes more than 2 s to plan.
@@ -195,19 +201,23 @@ class Replanner:
         placed = checked_states({} if states is None else states, len(self.scenario.uavs))
         for uav, state in placed.items():
             self._pilots[uav].checked_state(state)
+        wanted = checked_targets({} if targets is None else targets, self.scenario.uavs)
+        wanted = {uav: one for uav, one in wanted.items() if instant >= self._targeted.get(uav, 0.0)}
         if deadline_ms is not None:
             require_number(deadline_ms, "deadline_ms", "milliseconds", 0.0)
         now, before = max(instant, self.now), self.scenario
-        pilots, astray = self._found_at(now, {} if instant < self.now else placed)
+        pilots, fixes = self._found_at(now, instant, placed)
         places = [pilot.state(now)[0] for pilot in pilots]
         known, entered = with_seen(before, self._entered, obstacles, zones, places)
-        scenario, assignment = with_targets(known, self._assignment, {} if targets is None else targets)
-        for uav in () if targets is None else targets:
+        scenario, assignment = with_targets(known, self._assignment, wanted)
+        for uav in wanted:
             pilots[uav] = self._led_to(scenario, assignment[uav], pilots[uav], now)
-        self.now, self._astray = now, astray
+        self.now, self._fixes = now, fixes
+        self._targeted |= dict.fromkeys(wanted, instant)
         self._tracks.add(instant, sightings)
+        self._tracks.leave(instant, gone)
         reached = [pilot.reached(now, h, scenario) for pilot, h in zip(pilots, self._horizons, strict=True)]
-        forgotten = self._tracks.forget(now, gone, reached)
+        forgotten = self._tracks.forget(now, reached)
         self._pilots = [pilot.freed() for pilot in pilots] if gone or forgotten else pilots
         self._entered, self._assignment = entered, assignment
         self._find_ways(scenario, new=known is not before)
@@ -215,16 +225,24 @@ class Replanner:
         answers = self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
         return tuple(replace(answer, forgotten=forgotten) for answer in answers)
 
-    def _found_at(self, now: float, states: Mapping[int, Floats]) -> tuple[list[Pilot], set[int]]:
-        """Return all pilots, those that are off their courses as found, and which UAVs cannot fly on as found."""
-        pilots, astray = list(self._pilots), self._astray.difference(states)
+    def _found_at(self, now: float, instant: float, states: Mapping[int, Floats]) -> tuple[list[Pilot], dict[int, Fix]]:
+        """Return all pilots, those that were off their courses at an instant as found, and where UAVs were found."""
+        pilots, fixes = list(self._pilots), dict(self._fixes)
         for uav, state in states.items():
-            error = pilots[uav].uav.tracking_error
-            if strays(state, pilots[uav].state(now), error, self.lead):
-                pilots[uav] = pilots[uav].restarted(now, state)
-                if strays(state, pilots[uav].state(now), error, self.lead):
-                    astray.add(uav)
-        return pilots, astray
+            pilot, before = pilots[uav], fixes[uav]
+            if instant < now and instant <= before.t:
+                continue
+            error = pilot.uav.tracking_error
+            followed = instant >= before.since
+            course = pilot.state(instant) if followed else before.at(instant)
+            fix = Fix(instant, state, before.since, before.flies or followed)
+            if strays(state, course, error, self.lead):
+                here = fix.at(now)
+                pilots[uav] = pilot.restarted(now, here)
+                flies = not strays(here, pilots[uav].state(now), error, self.lead)
+                fix = Fix(instant, state, now, flies)
+            fixes[uav] = fix
+        return pilots, fixes
 
     def _led_to(self, scenario: Scenario, target: int | None, pilot: Pilot, now: float) -> Pilot:
         """Return the pilot on a way to a target, or raise `InputError` where there is none."""
@@ -273,10 +291,11 @@ class Replanner:
     def _checked_instant(self, t: float) -> float:
         """Return the instant of an observation, or raise `InputError`."""
         require_number(t, "t", "seconds into the mission", 0.0, MAX_INSTANT)
+        leapt, self._leapt = self._leapt, -math.inf
         if t < self.now - self.horizon:
             back = f"{self.now:.6g} s to {t:.6g} s"
             raise InputError(f"the clock was set back from {back}, by more than the horizon", field="t")
-        agrees = 0.0 <= t - self._leapt <= max(LONGEST_LEAP, self._leapt - self.now)
+        agrees = 0.0 <= t - leapt <= max(LONGEST_LEAP, leapt - self.now)
         if t > self.now + LONGEST_LEAP and not agrees:
             self._leapt = float(t)
             ahead = f"{self.now:.6g} s to {t:.6g} s, by more than {LONGEST_LEAP:g} s"
@@ -338,10 +357,11 @@ class Replanner:
         self._pilots[uav] = pilot
         self.effort += answer.effort if answer is not None else Effort(0, 0, choice.tried)
         out = _out_of_bounds(pilot.state(self.now)[0], self.scenario)
-        proven = choice.proven and uav not in self._astray
+        doubt = self._fixes[uav].doubt(pilot.uav, self.lead)
+        proven = choice.proven and not doubt
         sentence = _sentence(pilot, choice, around)
         if choice.proven and not proven:
-            sentence = f"{pilot.uav.name} has no way out: it was found at a speed at which it cannot fly on."
+            sentence = f"{pilot.uav.name} has no way out: it {doubt}."
         return Replan(
             time=self.now,
             uav=uav,

@@ -9,7 +9,7 @@ within e + v t + a t^2 / 2 of p1 + t (p1 - p0) / d, where v is that first bound.
 
 import math
 from bisect import insort
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Self
 
 import numpy as np
@@ -118,10 +118,13 @@ def checked_sightings(movers: Sequence[Sighting | Mapping[str, object]]) -> list
 
 
 class Track:
-    """The sightings of one mover, in the order of their instants."""
+    """The sightings of one mover, in the order of their instants; none if it is gone."""
 
     def __init__(self) -> None:
         self._seen: list[tuple[float, Sighting]] = []
+
+    def __len__(self) -> int:
+        return len(self._seen)
 
     @property
     def last(self) -> float:
@@ -135,6 +138,10 @@ class Track:
         self._seen = [one for one in self._seen if one[0] != time]
         insort(self._seen, (time, sighting), key=lambda one: one[0])
         self._seen = self._seen[-MAX_KEPT:]
+
+    def drop(self, before: float) -> None:
+        """Forget what was seen before an instant."""
+        self._seen = [one for one in self._seen if one[0] >= before]
 
     def predicted(self, until: float) -> Mover:
         """Return the mover as it may move from its last sighting on, with a doubt that holds it up to an instant."""
@@ -201,35 +208,40 @@ class Tracks:
     def __init__(self, memory: float) -> None:
         self._memory = memory
         self._of: dict[str, Track] = {}
-        self._past: list[str] = []
+        self._gone: dict[str, float] = {}  # since when; of whoever was only forgotten minus infinity
 
     def require_seen(self, gone: Sequence[str], sightings: Sequence[Sighting]) -> None:
         """Raise `InputError` for a name of somebody gone who was never seen; whoever was forgotten may be gone too."""
-        seen = [*self._of, *self._past, *(one.name for one in sightings)]
+        seen = [*self._of, *self._gone, *(one.name for one in sightings)]
         for number, name in enumerate(gone):
             if name not in seen:
                 said = f"expected the name of a mover that was seen, found {shown(name)}{did_you_mean(str(name), seen)}"
                 raise InputError(said, field=f"gone[{number}]")
 
     def add(self, time: float, sightings: Sequence[Sighting]) -> None:
-        """Take in what was seen at an instant."""
+        """Take in what was seen at an instant, which tells nothing of whoever was gone later."""
         for sighting in sightings:
-            self._of.setdefault(sighting.name, Track()).add(time, sighting)
+            if time >= self._gone.get(sighting.name, -math.inf):
+                self._of.setdefault(sighting.name, Track()).add(time, sighting)
 
-    def forget(self, now: float, gone: Collection[str], reached: Sequence[tuple[Floats, Floats]]) -> tuple[str, ...]:
-        """Forget movers, and return their names, apart from those whose places were seen empty.
+    def leave(self, time: float, gone: Sequence[str]) -> None:
+        """Take in the names of movers whose places were seen empty at an instant; who was seen then or later stays."""
+        for name in gone:
+            self._gone[name] = max(time, self._gone.pop(name, -math.inf))
+            if name in self._of:
+                self._of[name].drop(time)
+        self._of = {name: track for name, track in self._of.items() if len(track)}
+
+    def forget(self, now: float, reached: Sequence[tuple[Floats, Floats]]) -> tuple[str, ...]:
+        """Forget movers of which nothing is known any more, and return their names.
 
         Parameters
         ----------
         now
             Seconds into the mission.
-        gone
-            The names of movers whose places were seen empty.
         reached
             The least and the greatest corner, (3,) metres each, of where each UAV can be by the horizon.
         """
-        before = [*self._of]
-        self._of = {name: track for name, track in self._of.items() if name not in gone}
         oldest = sorted(self._of, key=lambda name: -self._of[name].last)[MAX_TRACKS:]
         found = tuple(
             name
@@ -239,8 +251,8 @@ class Tracks:
         )
         for name in found:
             del self._of[name]
-        left = [name for name in before if name not in self._of]
-        self._past = [*(name for name in self._past if name not in before), *left][-MAX_TRACKS:]
+            self._gone.setdefault(name, -math.inf)
+        self._gone = dict([*self._gone.items()][-MAX_TRACKS:])
         return found
 
     def predicted(self, until: float) -> tuple[Mover, ...]:
