@@ -39,7 +39,10 @@ def unwrapped(places: Floats, where: str) -> Floats:
     turns = -np.round(steps[:, 0] / 360)
     short = steps[:, 0] + 360 * turns
     either = (np.abs(steps[:, 0]) > UNAMBIGUOUS_EDGE) & (np.abs(short) > CROSSING_EDGE)
-    either |= (turns != 0) & (short == 0) & (steps[:, 1] == 0)
+    parallels = (turns != 0) & (short == 0) & (steps[:, 1] == 0)
+    if parallels.any() and np.array_equal(places[0], places[-1]) and Polygon(places).is_valid:
+        return places.copy()  # edges from -180 to 180 are whole parallels of an outline that is sound with them
+    either |= parallels
     if either.any():
         wide = abs(steps[np.flatnonzero(either)[0], 0])
         raise InputError(
@@ -74,7 +77,13 @@ def in_one_piece(polygon: Polygon, where: str, beside: float | None = None) -> P
     middle = _middle_of_ring(rings[0]) if beside is None else beside
     for ring in rings:
         ring[:, 0] += 360 * round((middle - _middle_of_ring(ring)) / 360)
-    return Polygon(rings[0], rings[1:])
+    holes, whole = rings[1:], Polygon(rings[0])
+    if np.ptp(rings[0][:, 0]) == 360:  # what leaves the globe on one side is in it on the other
+        leaving = [Polygon(hole) for hole in holes if np.abs(hole[:, 0] - middle).max() > 180]
+        inside = [_turned(hole, turns).intersection(whole) for hole in leaving for turns in (-1, 0, 1)]
+        holes = [hole for hole in holes if np.abs(hole[:, 0] - middle).max() <= 180]
+        holes += [shapely.get_coordinates(part.exterior) for one in inside for part in pieces(one)]
+    return Polygon(rings[0], holes)
 
 
 def _middle_of_ring(ring: Floats) -> float:
