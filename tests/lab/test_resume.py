@@ -1,11 +1,9 @@
 """A study killed at any instant goes on where it was."""
 
 import os
-import random
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -61,14 +59,12 @@ def wait_for_rows(folder, least, process):
 
 @pytest.mark.skipif(os.name == "nt", reason="process groups are killed with POSIX signals")
 def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(started, tmp_path):
-    chance = random.Random(time.time_ns())
     folder = tmp_path / "killed"
     words = (*WORDS, "--runs", 12, "-o", folder)
     before = []
     for least in (1, 20):
         process = started(*words, "--workers", 2)
         wait_for_rows(folder, least, process)
-        time.sleep(chance.uniform(0, 0.1))
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
         rows = kept(folder)

@@ -1,9 +1,7 @@
 """The example that drives MAVSDK's simulated autopilot by `skyverse live` flies past a ball to its target."""
 
 import importlib
-import socket
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from mavsdk_stations import free_port
 from patience import PATIENCE_S, wait_until
 from replanned import hall
 
@@ -42,26 +41,26 @@ def test_axes_are_turned_there_and_back(vector):
 
 
 class Clock:
-    """Stands in for `time`: it goes on only in sleep, and not before all that was observed is answered.
+    """Stands in for `time`: it goes on only in sleep, once all that was observed is answered, and with the autopilot.
 
-    So however busy the machine is, answers come in time.
+    So however busy the machine is, answers come in time, and the autopilot flies as long as it is steered.
     """
 
     def __init__(self, steering):
         self._now, self._asked, self._answers, self._observe = 0.0, 0, steering.answers, steering.observe
-        steering.observe = self.observe
+        steering.observe, self.autopilot = self.observe, None
 
     def observe(self, **observation):
         self._asked += 1
-        self._observe(**observation)
+        self._observe(**observation | {"deadline_ms": 1000 * PATIENCE_S})
 
     def monotonic(self):
         return self._now
 
     def sleep(self, seconds):
-        time.sleep(seconds)
         wait_until(lambda: len(self._answers) >= self._asked)
         self._now += seconds
+        wait_until(lambda: self.autopilot.flown and self.autopilot.flown[-1][0] >= self._now)
 
 
 def test_mavsdk_flies_what_is_answered_and_touches_nothing(tmp_path, monkeypatch):
@@ -75,14 +74,12 @@ def test_mavsdk_flies_what_is_answered_and_touches_nothing(tmp_path, monkeypatch
     file = tmp_path / "hall.json"
     mission = sky.plan_mission(scenario)
     sky.write(mission, file)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     steering = steer.Steering(str(file), program=(sys.executable, "-m", "skyverse"))
     clock = Clock(steering)
     for module in (steer, autopilots):
         monkeypatch.setattr(module, "time", clock)
-    autopilot = autopilots.SimulatedAutopilot(port, frames.ned((2.0, 5.0, 2.0)))
+    clock.autopilot = autopilot = autopilots.SimulatedAutopilot(port, frames.ned((2.0, 5.0, 2.0)))
     ground = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
     sees = steer.swinging_ball(steering.hello, middle_at=mission.makespan / 2)
     try:

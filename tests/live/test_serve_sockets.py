@@ -7,6 +7,7 @@ import stat
 
 import pytest
 
+from patience import PATIENCE_S, come
 from skyverse.live import Address, Hello, Server, serve
 
 TOKEN = "a word that is long".replace(" ", "-")
@@ -32,9 +33,9 @@ def served(talk, where=LOCAL, token=None):
     session, found, writers = Session(), [], []
 
     async def run():
-        server = asyncio.create_task(Server(session, token).serve(where, found.append))
-        while not found and not server.done():
-            await asyncio.sleep(0.01)
+        taking = Server(session, token)
+        server = asyncio.create_task(taking.serve(where, found.append))
+        await come(lambda: found or server.done())
         if server.done():
             server.result()
 
@@ -47,11 +48,11 @@ def served(talk, where=LOCAL, token=None):
             return made
 
         try:
-            await asyncio.wait_for(talk(connect), 60)
+            await asyncio.wait_for(talk(connect), PATIENCE_S)
         finally:
             for writer in writers:
                 writer.close()
-            await asyncio.sleep(0.02)
+            await come(lambda: not taking.connected)
             server.cancel()
 
     asyncio.run(run())
@@ -139,12 +140,8 @@ def test_clients_beyond_the_most_are_sent_away_until_one_leaves(monkeypatch):
         reader, _ = await connect()
         assert b"at most 2 clients" in await reader.read()
         there[0][1].close()
-        for _ in range(100):
-            reader, _ = await connect()
-            if b"format" in await reader.readline():
-                return
-            await asyncio.sleep(0.02)
-        raise AssertionError("nobody is let in after one has left")
+        while b"format" not in await (await connect())[0].readline():  # until it is noticed that one has left
+            pass
 
     served(talk)
 

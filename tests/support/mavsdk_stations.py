@@ -7,6 +7,13 @@ import pytest
 from patience import PATIENCE_S
 
 
+def free_port():
+    """Return a UDP port of this machine that nobody holds."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
 class Stations:
     """MAVSDK's ground station, and its simulated autopilot, over loopback."""
 
@@ -23,10 +30,8 @@ class Stations:
         self.received = []
         self.server = MissionRawServer(self.air.server_component())
         self.server.subscribe_incoming_mission(lambda result, plan, _: self.received.append(plan.mission_items))
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
-        assert self.air.add_any_connection(f"udpin://127.0.0.1:{port}") == 0
+        while self.air.add_any_connection(f"udpin://127.0.0.1:{(port := free_port())}"):
+            pass  # another process has taken it since
         self.ground.add_any_connection(f"udpout://127.0.0.1:{port}")
         self.mission = MissionRaw(self.ground.first_autopilot(PATIENCE_S))
 
