@@ -217,6 +217,46 @@ def test_snapshots_of_a_receiver_one_on_each_line(tmp_path, refuses):
         sky.read_track(file, HERE.model_copy(update={"geoid": None}), vehicle="4b1805")
 
 
+@pytest.mark.parametrize("ending", ["gpx", "csv"])
+@pytest.mark.parametrize("own", [None, 0.0, 4.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_vehicle_stays_within_its_doubt_where_fixes_share_a_second(tmp_path, ending, own, seed):
+    rng = np.random.default_rng(seed)
+    times = np.sort(rng.uniform(0, 9, 40))
+    steps = rng.uniform(-1, 1, (40, 3)) * [3e-5, 3e-5, 2.0]
+    places = np.add([46.8, 9.85, 1600.0], np.cumsum(steps, axis=0))
+    stamps = [(datetime(2026, 10, 1, 10, tzinfo=UTC) + timedelta(seconds=int(t))).isoformat() for t in times]
+    rows = list(zip(stamps, places.tolist(), strict=True))
+    if ending == "gpx":
+        marks = "".join(
+            f'<trkpt lat="{y!r}" lon="{x!r}"><ele>{z!r}</ele><time>{t}</time></trkpt>' for t, (y, x, z) in rows
+        )
+        written(tmp_path, f"<gpx><trk><trkseg>{marks}</trkseg></trk></gpx>", "t.gpx")
+    else:
+        lines = [f"{t},{y!r},{x!r},{z!r}" for t, (y, x, z) in rows]
+        written(tmp_path, "\n".join(["time,latitude,longitude,altitude_m", *lines]), "t.csv")
+    data = {
+        "name": "x",
+        "bounds": {"min": [-500, -500, 0], "max": [500, 500, 200]},
+        "clearance": 1.0,
+        "frame": {"axes": "map", "origin": HERE.model_dump()},
+        "uavs": [{"start": [0, 0, 50]}],
+        "movers": [
+            {"shape": {"shape": "sphere", "centre": [0, 0, 0], "radius": 1}}
+            | {"motion": {"track": f"t.{ending}", "altitude": "amsl"}}
+            | ({} if own is None else {"doubt": {"radius": own}})
+        ],
+    }
+    (mover,) = sky.read(written(tmp_path, json.dumps(data), "s.json")).movers
+    true, when = enu(np.add(places, (0, 0, HERE.geoid))), np.linspace(times[0], times[-1], 500)
+    at = np.column_stack([np.interp(when, times, axis) for axis in true.T])
+    told = np.column_stack(
+        [np.interp(when - int(times[0]), mover.motion.times, axis) for axis in np.array(mover.motion.points).T]
+    )
+    off = np.linalg.norm(at - told, axis=1).max()
+    assert (own or 0.0) + off <= mover.doubt.radius < 40 * off
+
+
 def test_how_far_positions_of_ads_b_may_be_off_is_their_mover_s_doubt(tmp_path):
     written(tmp_path, SNAPSHOTS, "heard.jsonl")
     scenario = sky.read("map1").model_copy(update={"frame": sky.Frame(origin=HERE)})

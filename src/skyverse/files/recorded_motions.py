@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, is_number
 from skyverse.files.document import explained
 from skyverse.maps.readers.track import LONGEST_GAP, recorded_track
 from skyverse.maps.readers.track_files import Reference, Unit
@@ -50,7 +50,8 @@ def origin_of(source: Path, data: dict[str, Any]) -> Origin | None:
 def with_recorded_motions(source: Path, data: dict[str, Any]) -> dict[str, Any]:
     """Return the data of a scenario file with each recorded track read, as a motion along waypoints.
 
-    The error that a track states is the radius of its mover's doubt, unless the mover has a doubt of its own.
+    The error that a track states is the radius of its mover's doubt, unless the mover has a doubt of its own. To either
+    is added how far off the motion may be because fixes share a second.
 
     Raises
     ------
@@ -73,11 +74,13 @@ def with_recorded_motions(source: Path, data: dict[str, Any]) -> dict[str, Any]:
             raise explained(place, error, mover["motion"], set()) from None
         options = given.model_dump(exclude={"motion", "track"})
         try:
-            motion, off = recorded_track(source.parent / given.track, origin, **options)
+            found = recorded_track(source.parent / given.track, origin, **options)
         except InputError as error:
             raise InputError(f"{place}.track: {error}") from None
-        known = {"doubt": {"radius": off}} if off > 0 else {}
-        read.append({**known, **mover, "motion": motion})
+        doubt = mover.get("doubt", {"radius": found.error})
+        if found.spread and isinstance(doubt, dict) and is_number(radius := doubt.get("radius", 0.0)):
+            doubt = {**doubt, "radius": radius + found.spread}
+        read.append({**mover, "doubt": doubt, "motion": found.motion})
     return {**data, "movers": read}
 
 

@@ -1,5 +1,7 @@
 """Recorded tracks as motions of movers: from fix to fix in a straight line, each at its instant."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, get_args
 
@@ -21,10 +23,14 @@ LONGEST_GAP = 60.0
 
 
 class RecordedTrack(NamedTuple):
-    """A motion, and how far off its fixes may be, metres; 0 where the file does not say."""
+    """A motion, and how far off its fixes may be, metres; 0 where the file does not say.
+
+    Where several fixes share a second, over which they are spread, `spread` is how far off the motion may be for that.
+    """
 
     motion: WaypointMotion
     error: float
+    spread: float
 
 
 def read_track(
@@ -67,6 +73,8 @@ def read_track(
     -------
     WaypointMotion
         In seconds into the mission and local metres. Before its first and after its last fix the mover stands there.
+        Fixes whose dates are the same whole second are spread over it; a mover of a scenario file that names the track
+        has a doubt that covers that.
 
     Raises
     ------
@@ -102,7 +110,7 @@ def recorded_track(
             f"{path}: expected a track ending in {', '.join(readers)}, found {path.suffix or 'no ending'!r}"
         )
     require_file(path)
-    found = reader(path, vehicle)
+    found, seconds = _spread(reader(path, vehicle))
     _require_rising(path, found, gap)
     begin = _zero(path, found, zero)
     points = np.array(found.places)
@@ -112,7 +120,25 @@ def recorded_track(
     if not np.abs(instants).max() <= MAX_INSTANT:
         raise InputError(f"{path}: its times are {MAX_INSTANT:g} s or more away from the mission's beginning")
     motion = WaypointMotion(points=tuple(map(tuple, points.tolist())), times=tuple(instants.tolist()))
-    return RecordedTrack(motion, max(found.errors, default=0.0))
+    boxes = (np.ptp(points[max(begin - 1, 0) : end + 1], axis=0) for begin, end in seconds)
+    spread = max((math.hypot(*box.tolist()) for box in boxes), default=0.0)
+    return RecordedTrack(motion, max(found.errors, default=0.0), spread)
+
+
+def _spread(found: Fixes) -> tuple[Fixes, list[tuple[int, int]]]:
+    """Spread fixes that share a second over it, where dates are whole seconds, as clocks are written cut off.
+
+    Returns the fixes, and the numbers of the first of each second and of the first behind it: between the fix before
+    them and the one behind them the vehicle was all that second. Nothing, if no second has several.
+    """
+    times = np.array(found.times)
+    firsts = np.flatnonzero(np.diff(times, prepend=-np.inf))
+    if not found.dated or len(firsts) == len(times) or (times % 1 != 0).any():
+        return found, []
+    ends = np.append(firsts[1:], len(times))
+    counts = np.repeat(ends - firsts, ends - firsts)
+    times += (np.arange(len(times)) - np.repeat(firsts, ends - firsts)) / counts
+    return replace(found, times=times.tolist()), list(zip(firsts.tolist(), ends.tolist(), strict=True))
 
 
 def _require_rising(path: Path, found: Fixes, gap: float) -> None:
