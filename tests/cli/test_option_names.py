@@ -11,8 +11,7 @@ import skyverse
 import skyverse as sky
 from skyverse.cli import app
 from skyverse.cli.option_names import OPTIONS, PLACEHOLDERS, for_command_line, option_of, running
-from skyverse.errors import InputError, Remedy, Sentence, in_words
-from skyverse.model.caution import NO_UNIT
+from skyverse.errors import InputError, Remedy, Sentence
 
 HERE = Path(__file__).parent
 ROOT = Path(skyverse.__file__).parent
@@ -76,13 +75,10 @@ def test_a_plan_names_the_options_with_which_the_scenario_is_built(skyverse, tmp
         clearance=1,
         uavs=[sky.UAV(start=(3, 10, 5))],
         targets=[sky.Target(position=(17, 10, 5))],
-        sources=[{"file": "dem.tif", "gives": "terrain", "cautions": [in_words(NO_UNIT)]}],
     )
     sky.write(scenario, tmp_path / "shut.yaml")
     code, out, _ = skyverse("plan", "shut.yaml", "--no-page", "-o", "shut.json")
     assert code == 1
-    ask = "give scenario build --terrain-unit m if they are or scenario build --terrain-unit ft to take them as feet"
-    assert f"WARNING: dem.tif: heights without a unit are taken as metres; {ask}\n" in out
     given = set(re.findall(r"(\S+ \S+) (--(?:margin|ceiling|clearance))", out))
     assert given == {("scenario build", "--margin"), ("scenario build", "--ceiling")}
 

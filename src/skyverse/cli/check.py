@@ -103,9 +103,11 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
     for certificate in (*certificates.trajectories, apart, *certificates.coverage):
         if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
             print(f"proven: {certificate.sentence}", file=aside)
+    told = mission_cautions(replace(planned, coverage=()))  # when it was planned
     with as_in("show"):  # a mission of skyverse takes none of the options of maps
         for caution in mission_cautions(replace(planned, scenario=world)):
-            print(for_command_line(caution.sentence), file=aside)
+            if caution not in told:
+                print(for_command_line(caution.sentence), file=aside)
     if any(result is not None and result.status is sky.Status.OPTIMAL for result in planned.results):
         print("Where a path is called optimal, it is so as claimed by the planner.", file=aside)
     if not planned.complete:

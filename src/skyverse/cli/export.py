@@ -130,6 +130,7 @@ def export(
     from skyverse.exports import verdict_table
     from skyverse.model.caution import stands_out, urgency
     from skyverse.model.frame import require_geoid
+    from skyverse.space.mission_cautions import mission_cautions
 
     read = sky.read_mission(mission)
     refuse_output(output, mission)
@@ -150,6 +151,8 @@ def export(
     files = sky.export(read, output, how, scenario=world, page=page, on_note=notes.append, on_certificate=proven.append)
     for certificate in proven:
         table(*verdict_table(certificate.flights), aside=True)
+    told = {caution.sentence for caution in mission_cautions(read)}  # when it was planned
+    notes = [note for note in notes if note not in told]
     rest = [note for note in notes if not stands_out(note)]
     for note in sorted(filter(stands_out, notes), key=urgency):
         print(for_command_line(note), file=sys.stderr)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from skyverse.cli.given_scenario import without_way
-from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import FLAG, WHOLE, GivenMission
 from skyverse.cli.report import json_text
 from skyverse.errors import InputError
@@ -89,7 +88,6 @@ def live(
     """
     import skyverse as sky
     from skyverse.live import LiveSession, live_schema, load_kernels, serve_sockets, serve_streams
-    from skyverse.space.mission_cautions import mission_cautions
 
     if schema:
         if mission is not None:
@@ -107,8 +105,6 @@ def live(
     given = sky.read_mission(mission)
     if not given.complete:
         print(without_way(given), file=sys.stderr)
-    for caution in mission_cautions(given):
-        print(for_command_line(caution.sentence), file=sys.stderr)
     session = LiveSession(sky.Replanner(given, **vars(replanner)), setpoints=setpoints, wgs84=wgs84)
     load_kernels(given)
     try:

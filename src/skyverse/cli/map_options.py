@@ -27,7 +27,7 @@ from skyverse.errors import InputError
 from skyverse.maps.assembly.options import BuildOptions, MapDetail, MapFiles, MapRegion
 from skyverse.maps.georeference.reading import Raster, Reading
 from skyverse.model.built_with import FILES
-from skyverse.model.caution import stands_out
+from skyverse.model.caution import stands_out, warning_of
 from skyverse.model.vehicle_profiles import FleetLimits
 
 if TYPE_CHECKING:
@@ -233,5 +233,5 @@ def must_be_heeded(note: "Note") -> bool:
 
 def told(note: "Note") -> str:
     """Return a note as it is printed."""
-    text = for_command_line(note.text)
-    return f"{Path(note.file).name}: {text}" if note.file else text
+    text, file = for_command_line(note.text), Path(note.file).name
+    return warning_of(file, text) if file and stands_out(text) else f"{file}: {text}" if file else text

@@ -276,7 +276,7 @@ def plan(
     )
     asked = wind.of(asked)
     tell_unknown(asked, otherwise.unknown)
-    return plan_scenario(asked, scenario, (search, budget, mission), written)
+    return plan_scenario(asked, scenario, (search, budget, mission), written, maps_told=bool(asked.built_with))
 
 
 def plan_scenario(
@@ -284,6 +284,8 @@ def plan_scenario(
     scenario: str,
     how: tuple[PlannerOptions, BudgetOptions, FleetOptions],
     written: MissionOutput,
+    *,
+    maps_told: bool = True,
 ) -> int:
     """Plan a mission of a scenario that was read from a source; write it, report it, and return the exit code."""
     import skyverse as sky
@@ -329,7 +331,7 @@ def plan_scenario(
             sky.write_html(planned, files[-1])
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"{out} is kept; skyverse show {out} draws it") from None
-    report(planned, files, written.as_json, written.details)
+    report(planned, files, written.as_json, written.details, maps_told=maps_told)
     if mission.apart_in_space:
         tell_apart_by_timing(planned)
     if planned.interrupted:

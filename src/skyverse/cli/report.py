@@ -36,8 +36,13 @@ def print_flight_violations(flight: "Flight") -> None:
         print(f"{whose}{violation.fault.value}: {violation.message}")
 
 
-def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:
-    """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
+def report(
+    mission: "Mission", written: list[Path], as_json: bool, details: bool = False, *, maps_told: bool = False
+) -> None:
+    """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches.
+
+    What a pilot must heed of maps is left out where it was told when these were read.
+    """
     from skyverse.mission.closed_ways import closed_ways
     from skyverse.model.flight_table import (
         flight_columns,
@@ -107,7 +112,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
             print(f"coverage: {mission.scenario.surveys[one.survey].name}: {one.sentence}")
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
     for caution in mission_cautions(mission):
-        print(for_command_line(caution.sentence))
+        if not (maps_told and caution.kind == "left out"):
+            print(for_command_line(caution.sentence))
     for path in written:
         print(path)
 

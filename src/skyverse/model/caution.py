@@ -25,7 +25,7 @@ NO_UNIT = Sentence(
     f"{Caution.WARNING}: heights without a unit are taken as metres",
     give=[Remedy("Raster.unit", "m", "if they are"), Remedy("Raster.unit", "ft", "to take them as feet")],
 )
-"""Of a raster; the cautions of a source hold it in words."""
+"""Of a raster."""
 _BEGINS = re.compile(rf"(?:{'|'.join(Caution)})\b")
 
 
@@ -39,6 +39,12 @@ def urgency(said: str) -> int:
 def stands_out(said: str) -> bool:
     """Tell whether a sentence or a cell begins with a caution, so that it is shown first and marked."""
     return _BEGINS.match(said) is not None
+
+
+def warning_of(file: str, said: str) -> str:
+    """Return a warning on a file, which it names, of a sentence that may be a warning already."""
+    begins = f"{Caution.WARNING}: "
+    return f"{begins}{file}: {said.removeprefix(begins)}"
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.errors import Remedy, Sentence, in_words
-from skyverse.model.caution import NO_UNIT, Caution, MissionCaution
+from skyverse.errors import Remedy, Sentence
+from skyverse.model.caution import Caution, MissionCaution, warning_of
 from skyverse.model.flight_table import FlightMeasures, measure_flight, places_along
 from skyverse.model.mission import Mission, PlannedFlight, planned_flights
 from skyverse.model.quantities import derived
@@ -113,9 +113,7 @@ def _left_out(scenario: Scenario) -> Iterator[MissionCaution]:
     """Yield what was left out when the scenario was made from files."""
     for source in scenario.sources:
         for said in source.cautions:
-            told = NO_UNIT if said == in_words(NO_UNIT) else Sentence(said)
-            text = f"{Caution.WARNING}: {source.file}: {told.text.removeprefix(f'{Caution.WARNING}: ')}"
-            yield MissionCaution("left out", Sentence(text, give=told.give), (source.file,))
+            yield MissionCaution("left out", warning_of(source.file, said), (source.file,))
 
 
 def _flown_over(scenario: Scenario, flown: Sequence[_Flown]) -> Iterator[MissionCaution]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse.draw import JudgedScene, LandingPlace, NumberedPlace, SceneFinding, judged_page
 from skyverse.draw.track import track
-from skyverse.model.caution import Caution
+from skyverse.model.caution import warning_of
 from skyverse.model.geodesy import to_local
 from skyverse.model.mission import PlannedFlight
 from skyverse.model.short_lines import counted, told_clock, told_metres
@@ -28,8 +28,6 @@ def check_page(fleet: CheckedFleet) -> str:
     tables = [dict(check_table(fleet, number)) for number in numbers]
     names = dict.fromkeys(name for one in tables for name in one)
     told = [(number, one) for number, mission in enumerate(fleet.missions) for one in mission.findings]
-    begins = f"{Caution.WARNING}: "
-    files = ((one.file, said.removeprefix(begins)) for one in fleet.scenario.sources for said in one.cautions)
     shown = fleet.scenario
     for mission in fleet.missions:
         shown = with_fence(shown, mission.flown.waypoints, mission.flown.plan.autopilot.name)
@@ -50,7 +48,7 @@ def check_page(fleet: CheckedFleet) -> str:
             *((name, *(one.get(name, "") for one in tables)) for name in names),
         ),
         cautions=(
-            *(f"{begins}{file}: {said}" for file, said in files),
+            *(warning_of(one.file, said) for one in fleet.scenario.sources for said in one.cautions),
             *(finding_line(fleet, number, one) for number, one in told if not one.wrong),
         ),
         notes=tuple(dict.fromkeys(said for number in numbers for said in assumptions(fleet, number))),

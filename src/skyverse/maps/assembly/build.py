@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, Sentence, in_words, require_kind
+from skyverse.errors import InputError, Remedy, Sentence, require_kind
 from skyverse.maps.assembly import frame
 from skyverse.maps.assembly.bad_points import BadPoint, Point, refuse_bad_points
 from skyverse.maps.assembly.fences import fence_around
@@ -117,9 +117,10 @@ def _kept_too(on_note: Callable[[Note], object], told: list[Note]) -> Callable[[
 
 
 def _with_cautions(path: Path, source: Source, told: Sequence[Note]) -> tuple[Path, Source]:
-    """Return a source with what was told of its file that a pilot must heed."""
-    cautions = [note.text for note in told if note.file and Path(note.file) == path and stands_out(note.text)]
-    return path, source.model_copy(update={"cautions": tuple(dict.fromkeys(map(in_words, cautions)))})
+    """Return a source with what was told of its file that a pilot must heed, without what to give as it is read."""
+    texts = [note.text for note in told if note.file and Path(note.file) == path and stands_out(note.text)]
+    cautions = dict.fromkeys(text.text if isinstance(text, Sentence) else text for text in texts)
+    return path, source.model_copy(update={"cautions": tuple(cautions)})
 
 
 def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: str) -> list[Prism]:
