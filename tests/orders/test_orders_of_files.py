@@ -115,6 +115,25 @@ def test_rows_count_in_their_order_whatever_their_numbers(tmp_path):
     assert read(tmp_path, "odd.waypoints", renumbered).orders == read(tmp_path, "m.waypoints").orders
 
 
+def test_rows_of_version_120_have_no_home_and_count_from_the_first_item(tmp_path):
+    """As QGroundControl loads them: MissionController.cc, _loadTextMissionFile."""
+    _, _, *rows = (line.split("\t") for line in given.WPL.splitlines())
+    for number, row in enumerate(rows):
+        row[0] = str(number)
+        if row[3] == "177":
+            row[4] = str(int(float(row[4])) - 1)
+    text = "\n".join(["QGC WPL 120", *map("\t".join, rows)]) + "\n"
+    told, known = read(tmp_path, "old.waypoints", text), read(tmp_path, "m.waypoints")
+    assert (told.orders, told.home) == (known.orders, None)
+    first = replace(told.orders[1], kind=Kind.WAYPOINT, item=None)
+    sky.write_waypoints(replace(told, orders=(first, *told.orders)), tmp_path / "new.waypoints")
+    again = read(tmp_path, "again.txt", (tmp_path / "new.waypoints").read_text())
+    assert [order.to for order in again.orders if order.to is not None] == [
+        order.to + 1 for order in known.orders if order.to is not None
+    ]
+    assert not read(tmp_path, "empty.txt", "QGC WPL 120\n").orders
+
+
 def test_commands_that_are_passed_on_have_their_names(tmp_path):
     rows = ["189\t0\t0\t0\t0", "179\t1\t0\t0\t0", "93\t-1\t12\t30\t0", "60123\t0\t0\t0\t0"]
     text = given.WPL + "".join(f"{k}\t0\t2\t{row}\t0\t0\t0\t1\n" for k, row in enumerate(rows, 7))

@@ -324,18 +324,22 @@ def as_plan(rows):
     )
 
 
-def as_wpl(rows):
+def as_wpl(rows, home=True):
     lines = [
         f"{k}\t0\t{frame}\t{command}\t" + "\t".join(map(repr, numbers)) + "\t1"
-        for k, (command, frame, numbers) in enumerate(rows, 1)
+        for k, (command, frame, numbers) in enumerate(rows, int(home))
     ]
-    return "\n".join([*given.WPL.splitlines()[:2], *lines]) + "\n"
+    return "\n".join([*(given.WPL.splitlines()[:2] if home else ["QGC WPL 120"]), *lines]) + "\n"
 
 
 @drawn(ITEMS, st.data())
 def test_any_items_survive_a_change_and_an_addition_number_for_number(tmp_path_factory, rows, data):
     folder = tmp_path_factory.mktemp("drawn")
-    for name, text in (("d.plan", as_plan(rows)), ("d.waypoints", as_wpl(rows))):
+    for name, text in (
+        ("d.plan", as_plan(rows)),
+        ("d.waypoints", as_wpl(rows)),
+        ("d.txt", as_wpl(rows, home=False)),
+    ):
         before = sky.read_waypoints(given.write(folder / name, text))
         places = [k for k, order in enumerate(before.orders) if order.place]
         if not places:
@@ -360,7 +364,8 @@ def items_of(text):
     if text.startswith("{"):
         items = json.loads(text)["mission"]["items"]
         return [(one["command"], one["frame"], *one["params"]) for one in items]
-    rows = [line.split("\t") for line in io.StringIO(text).read().splitlines()[2:]]
+    rows = [line.split("\t") for line in io.StringIO(text).read().splitlines()]
+    rows = rows[1 if rows[0] == ["QGC WPL 120"] else 2 :]
     return [(int(row[3]), int(row[2]), *map(float, row[4:11])) for row in rows]
 
 

@@ -44,7 +44,7 @@ def read_waypoints(path: str | Path, *, altitude: str | None = None, geoid: floa
     Parameters
     ----------
     path
-        ``.plan`` (QGroundControl), ``.waypoints`` or ``.txt`` (QGC WPL 110), ``.kmz`` (DJI's waylines, or a map),
+        ``.plan`` (QGroundControl), ``.waypoints``, ``.txt`` (QGC WPL 110, 120), ``.kmz`` (DJI's waylines, or a map),
         ``.csv`` (Litchi), ``.kml`` or ``.gpx``.
     altitude
         What altitudes are counted from where the file does not say it, as of GPX: ``"amsl"`` (mean sea level),

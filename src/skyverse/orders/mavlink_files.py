@@ -1,4 +1,4 @@
-"""QGroundControl's ``.plan`` and QGC WPL 110 (``.waypoints``, ``.txt``): read as orders, changed, and made.
+"""QGroundControl's ``.plan`` and QGC WPL (``.waypoints``, ``.txt``): read as orders, changed, and made.
 
 A file is changed where its orders are, and nowhere else: all other items, keys and numbers stay as they were. Items
 that are added move the numbers of those after them, and with them the targets of jumps.
@@ -42,7 +42,9 @@ QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, Abov
 """QGroundControl's numbers for what altitudes are counted from."""
 NO_MISSION = (*range(5000, 5005), 5100)
 """MAV_CMD_NAV_FENCE_... and MAV_CMD_NAV_RALLY_POINT."""
-WPL = "QGC WPL 110"
+WPL, WPL_WITHOUT_HOME = "QGC WPL 110", "QGC WPL 120"
+"""How files of rows begin; QGroundControl wrote the second until 2016, whose first row is no home but an item
+(MissionController.cc, _loadTextMissionFile)."""
 STORED_IN = ("TransectStyleComplexItem", "Items")
 """Where survey and corridor items have the items that they stand for."""
 _SIDES = (True, False)
@@ -123,6 +125,7 @@ def _put_orders(
     top: list[Any],
     put: Callable[[Any, StoredItem | None, int | None], None],
     made: Callable[[StoredItem, int], Any],
+    first: int = 1,
 ) -> None:
     """Put orders into the items of a file.
 
@@ -136,11 +139,14 @@ def _put_orders(
         Puts an item and its number, where they are not to stay, into what the file has.
     made
         Makes what a file has for an item and its number.
+    first
+        The number of the first item.
     """
-    numbers = {slots[order.item].id: new for new, order in enumerate(waypoints.orders, 1) if order.item is not None}
+    numbered = list(enumerate(waypoints.orders, first))
+    numbers = {slots[order.item].id: new for new, order in numbered if order.item is not None}
     longer, last = len(waypoints.orders) > len(slots), None
     added: dict[int, list[Any]] = defaultdict(list)
-    for number, order in enumerate(waypoints.orders, 1):
+    for number, order in numbered:
         if order.item is None:
             added[id(last)].append(made(added_item(order), number))
             continue
@@ -260,44 +266,46 @@ def _home(row: Sequence[float | None] | None, where: str) -> tuple[float, float,
 
 
 def read_wpl(content: bytes, name: str, _given: Given) -> Waypoints:
-    """Return the orders of a QGC WPL 110 file; its item 0 is home."""
-    slots = _wpl_slots(content, name)
-    commands = [slot.item.command for slot in slots]
-    if not slots:
-        return Waypoints(name, ())
-    if all(command in NO_MISSION for command in commands[1:] or commands):
+    """Return the orders of a QGC WPL file; item 0 of version 110 is home."""
+    home, rest = _wpl_slots(content, name)
+    known = rest or [slot for slot in (home,) if slot is not None]
+    if known and all(slot.item.command in NO_MISSION for slot in known):
         raise InputError(f"{name}: expected a mission, found a geofence or rally points alone")
-    home, *rest = slots
+    if home is None:
+        return Waypoints(name, tuple(_orders(rest)))
     if home.data[0] != "0" or home.item.command not in (0, Command.WAYPOINT):  # later numbers are counted
         raise InputError(
             f"{home.where}: expected item 0, a waypoint, which is home, found item {home.data[0]:.10} "
             f"with command {home.item.command}; ground stations take the first item for home"
         )
     kind, (latitude, longitude, metres) = FRAMES.get(home.item.frame), home.item.numbers[4:]
-    known = home.item.command == Command.WAYPOINT and kind in (AboveSea, AboveHome)
+    placed = home.item.command == Command.WAYPOINT and kind in (AboveSea, AboveHome)
     above = metres if kind is AboveSea else None  # one above itself says nothing
-    place = _home((latitude, longitude, above), home.where) if known else None
+    place = _home((latitude, longitude, above), home.where) if placed else None
     return Waypoints(name, tuple(_orders(rest)), place)
 
 
 def wpl_content(waypoints: Waypoints, before: Waypoints) -> bytes:
     """Return the file that was read with what orders have changed, and the orders without an item, put in."""
     text = waypoints.stored.decode("utf-8-sig")
-    home, *rest = _wpl_slots(waypoints.stored, waypoints.name)
-    _put_orders(waypoints, rest, home.holder, _put_into_row, wpl_row)
-    if waypoints.home is not None and waypoints.home != before.home:
+    home, rest = _wpl_slots(waypoints.stored, waypoints.name)
+    rows = (home or rest[0]).holder
+    _put_orders(waypoints, rest, rows, _put_into_row, wpl_row, first=int(home is not None))
+    if home is not None and waypoints.home is not None and waypoints.home != before.home:
         latitude, longitude, metres = waypoints.home
         above = home.item.numbers[6] if metres is None else metres
         numbers = (*home.item.numbers[:4], latitude, longitude, above)
         _put_into_row(home.data, replace(home.item, numbers=numbers), None)
     end = "\r\n" if "\r\n" in text else "\n"
-    return (end.join([text.splitlines()[0], *map("\t".join, [home.data, *home.holder])]) + end).encode()
+    whole = rows if home is None else [home.data, *rows]
+    return (end.join([text.splitlines()[0], *map("\t".join, whole)]) + end).encode()
 
 
-def _wpl_slots(content: bytes, name: str) -> list[_Slot]:
-    """Return the items of a file, of which the first is home and in no list; or raise `InputError`."""
+def _wpl_slots(content: bytes, name: str) -> tuple[_Slot | None, list[_Slot]]:
+    """Return home, which is in no list, if a file has it, and its items; or raise `InputError`."""
     lines = text_of(content, name).splitlines()
-    if not lines or lines[0].split() != WPL.split():
+    head = " ".join(lines[0].split()) if lines else ""
+    if head not in (WPL, WPL_WITHOUT_HOME):
         raise InputError(f"{name}: expected a first line {WPL!r}, found {shown(lines[0] if lines else '')}")
     rows, slots = list[list[str]](), list[_Slot]()
     for number, line in enumerate(lines[1:], 2):
@@ -312,12 +320,13 @@ def _wpl_slots(content: bytes, name: str) -> list[_Slot]:
             raise InputError(f"{where}: expected numbers, found {shown(' '.join(row))}") from None
         item = StoredItem(command, frame, numbers_of(numbers, where, zero_is_here=True))
         slots.append(_Slot(rows, row, where, len(slots), item))
-    rows += [slot.data for slot in slots[1:]]
-    return slots
+    home = slots.pop(0) if slots and head == WPL else None
+    rows += [slot.data for slot in slots]
+    return home, slots
 
 
 def wpl_row(item: StoredItem, number: int) -> list[str]:
-    """Return an item as a row of a QGC WPL 110 file."""
+    """Return an item as a row of a QGC WPL file."""
     row = ["", str(int(number == 0)), *[""] * 9, "1"]
     _put_into_row(row, item, number)
     return row
