@@ -3,7 +3,7 @@
 from functools import cache
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
@@ -71,8 +71,9 @@ def known(flight, until):
     return movers, set(map(repr, flight.scenario.zones)), flight.scenario.targets
 
 
-@settings(max_examples=8)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000))
+@example(5)
 def test_in_whatever_order_messages_come_the_same_is_known_in_the_end(seed):
     rng = np.random.default_rng(seed)
     sent = [message(rng, round(0.1 * k, 1)) for k in range(1, 8)]
@@ -98,8 +99,9 @@ def pulled(place, velocity, motion, times):
     return place, velocity
 
 
-@settings(max_examples=10)
+@settings(max_examples=20)
 @given(st.integers(0, 100_000))
+@example(1020)
 def test_who_is_proven_is_where_it_is_taken_to_be_however_late_its_states_come(seed):
     """A gust moves a UAV, whose controller then brings it back, while its states come in any order, late or never."""
     rng = np.random.default_rng(seed)

@@ -162,7 +162,7 @@ def test_one_wrong_clock_costs_one_observation_and_a_long_silence_no_more(observ
     assert flight.now == now
 
 
-@settings(max_examples=10)
+@settings(max_examples=30)
 @given(st.lists(st.tuples(st.integers(1, 4), st.floats(5.2, 1e5)), min_size=2, max_size=6))
 def test_wrong_clocks_cost_one_observation_each_however_they_agree_if_right_ones_lie_between(turns):
     flight, t = replanner(hall()), 0.0

@@ -26,12 +26,11 @@ from skyverse.model.conditions import Conditions
 from skyverse.model.flight_record import Distribution, Nearest
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
-from skyverse.model.scenario import Objective
 from skyverse.model.short_lines import told_instant
-from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee import check
+from skyverse.referee.clearance import judge_segments
+from skyverse.referee.solids import distance_to_segment
+from skyverse.referee.world import referee_world
 from skyverse.space.world import World
 
 
@@ -292,16 +291,16 @@ def cross_check_nearest(fleet: Fleet, done: Sequence[SimulatedRun]) -> tuple[str
 
 def _agrees(fleet: Fleet, run: SimulatedRun, kind: str, nearest: Nearest) -> bool:
     """Tell whether the referee finds what was nearest at its distance, and nothing at a smaller one."""
-    times, places = _around(fleet, run, nearest)
-    if not _hit(fleet, kind, nearest, times, places, max(nearest.distance, 0.0) + MORE):
+    places = _around(fleet, run, nearest)
+    if not _hit(fleet, kind, places, max(nearest.distance, 0.0) + MORE):
         return False
     steps = sum(float(np.linalg.norm(np.diff(rows, axis=0), axis=1).max(initial=0.0)) for rows in places)
     less = (nearest.distance - steps) / (math.sqrt(3.0) if kind == "obstacle" else 1.0) - MORE
-    return less <= 0 or not _hit(fleet, kind, nearest, times, places, less)
+    return less <= 0 or not _hit(fleet, kind, places, less)
 
 
-def _around(fleet: Fleet, run: SimulatedRun, nearest: Nearest) -> tuple[Floats, list[Floats]]:
-    """Return the samples around the nearest instant, (m,) seconds, and where each of its UAVs is then, (m, 3)."""
+def _around(fleet: Fleet, run: SimulatedRun, nearest: Nearest) -> list[Floats]:
+    """Return where each UAV of the nearest instant is around it, (m, 3) metres, sample by sample."""
     first, last = nearest.time - SECONDS_AROUND, nearest.time + SECONDS_AROUND
     times = np.arange(np.floor(first * COMMAND_RATE), np.ceil(last * COMMAND_RATE) + 1) / COMMAND_RATE
     places = []
@@ -311,38 +310,19 @@ def _around(fleet: Fleet, run: SimulatedRun, nearest: Nearest) -> tuple[Floats, 
         begin = 0 if flown is None else round(float(flown.times[0]) * COMMAND_RATE)
         rows = np.round(times * COMMAND_RATE).astype(int) - begin
         places.append(known[np.clip(rows, 0, len(known) - 1)])
-    return times, places
+    return places
 
 
-def _hit(fleet: Fleet, kind: str, nearest: Nearest, times: Floats, places: list[Floats], reach: float) -> bool:
-    """Tell whether the referee finds a UAV within `reach` metres of an obstacle, the ground, or another UAV.
-
-    It is asked about nothing else: a pair may be nearer to an obstacle than to each other.
-    """
+def _hit(fleet: Fleet, kind: str, places: list[Floats], reach: float) -> bool:
+    """Tell whether the referee finds a UAV within `reach` metres of an obstacle, the ground, or another UAV."""
+    if kind == "pair":
+        apart = places[0] - places[1]
+        return bool(distance_to_segment(np.zeros((len(apart) - 1, 3)), apart[:-1], apart[1:]).min() <= reach)
     scenario = fleet.mission.scenario
-    uavs, trajectories = [], []
-    for uav, rows in zip(nearest.uavs, places, strict=True):
-        changes: dict[str, object] = {
-            "start": tuple(rows[0].tolist()),
-            "home": None,
-            "separation": reach,
-            "vertical_separation": reach,
-            "tracking_error": TrackingError(),
-        }
-        uavs.append(scenario.uavs[uav].model_copy(update=changes))
-        slopes = np.diff(rows, axis=0) / np.diff(times)[:, None]
-        trajectories.append(Trajectory(times - times[0], np.stack([rows[:-1], slopes], axis=1)))
-    ground = scenario.terrain and scenario.terrain.model_copy(update={"clearance": reach})
-    changes = {
-        "uavs": tuple(uavs),
-        "targets": (),
-        "objective": Objective(),
-        "clearance": reach,
-        "obstacles": scenario.obstacles if kind == "obstacle" else (),
-        "terrain": ground if kind == "ground" else None,
-        "max_height": None,
-    }
-    judged, nothing = scenario.model_copy(update=changes), (None,) * len(uavs)
-    flown = Mission(judged, nothing, nothing, tuple(trajectories), (), fleet.mission.provenance)
-    contacts = (Fault.SEPARATION, Fault.GIVEN) if kind == "pair" else (Fault.TRAJECTORY_CLEARANCE,)
-    return any(violation.fault in contacts for violation in check(judged, flown))
+    changes: dict[str, object] = {"clearance": reach, "max_height": None}
+    if kind == "obstacle":
+        changes |= {"terrain": None}
+    else:
+        changes |= {"obstacles": (), "terrain": scenario.terrain and derived(scenario.terrain, clearance=reach)}
+    (rows,) = places
+    return judge_segments(referee_world(derived(scenario, **changes)), rows[:-1], rows[1:]).incursion is not None
