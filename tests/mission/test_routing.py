@@ -52,6 +52,14 @@ def test_no_other_routes_are_better(seed, n, fleet, criterion, ordered):
         assert finishes == pytest.approx(landings)
 
 
+def test_a_tour_beyond_the_battery_is_cut_and_what_has_no_room_is_left_over():
+    vehicle, work = plain([(1, 0), (2, 0), (3, 0)], 3, usable=10.0, visit_joules=np.array([6.0, 5.0, 5.0]))
+    one = told([vehicle], work, [((0, 1, 2),)], "min-sum", optimal=True)
+    assert (one.tours, one.unvisited, one.optimal) == ((((1, 2),),), {0: "left over"}, False)
+    two = told([dataclasses.replace(vehicle, most_sorties=2)], work, [((0, 1, 2),)], "min-sum", optimal=True)
+    assert (two.tours, two.unvisited, two.swaps) == ((((0,), (1, 2)),), {}, 1)
+
+
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [

@@ -241,3 +241,16 @@ def test_no_strips_of_a_length_in_all_are_faster_than_the_bound(lengths):
     bound = strip_bounds.any_strips_bound(sum(lengths), 50.0, cost)
     assert bound <= cost(legs).sum() + 1e-9
     assert strip_bounds.any_strips_bound(100.0, 50.0, cost) == pytest.approx(2 * (50 / 3 + 3))
+
+
+@pytest.mark.parametrize(("usable", "flown_places"), [(100.0, {0, 1, 2, 3}), (25.0, {0, 1}), (1.0, set())])
+def test_a_search_that_errs_leaves_strips_out_and_breaks_no_battery(monkeypatch, usable, flown_places):
+    places = np.array([(0.0, 5.0), (5.0, 5.0), (5.0, 25.0), (0.0, 25.0), (0.0, 0.0), (0.0, 0.0)])
+    metres = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+    vehicle = TourVehicle(metres, metres, metres, np.zeros(4), usable, 1, 0.0, math.inf, np.ones(4, dtype=bool), True)
+    work = Work(np.zeros(4), np.tile((0.0, math.inf), (4, 1)), np.zeros(4))
+    monkeypatch.setattr(strip_routing, "exact_tours", lambda *given, **more: [((0, 1),)])
+    routes = route_strips([vehicle], [(0, 1), (2, 3)], work)
+    assert {place for sortie in routes.tours[0] for place in sortie} == flown_places
+    assert set(routes.unvisited) == {0, 1, 2, 3} - flown_places
+    assert routes.optimal == (len(flown_places) == 4)

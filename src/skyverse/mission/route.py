@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import get_args
 
 import numpy as np
@@ -13,7 +14,17 @@ from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS, exact_tours
 from skyverse.mission.given_order import stretches
 from skyverse.mission.pyvrp_routing import pyvrp_tours
-from skyverse.mission.routing import Routes, RouteSearch, Tour, TourVehicle, Work, possible, timed, why_unvisited
+from skyverse.mission.routing import (
+    Routes,
+    RouteSearch,
+    Tour,
+    TourVehicle,
+    Work,
+    kept_to_limits,
+    possible,
+    timed,
+    why_unvisited,
+)
 from skyverse.stop import require_stop
 
 _SEARCH = RouteSearch()
@@ -88,14 +99,12 @@ def told(
     vehicles: Sequence[TourVehicle], work: Work, tours: Sequence[Tour], criterion: Criterion, *, optimal: bool
 ) -> Routes:
     """Return routes with their times, their price, what is left out, and a lower bound."""
-    times = [timed(vehicle, work, tour) for vehicle, tour in zip(vehicles, tours, strict=True)]
-    sound = [t for t in times if t is not None]
-    if len(sound) < len(times):
-        raise AssertionError("a solver's tour breaks a window, a battery or a capacity")
-    visited = sorted(j for tour in tours for sortie in tour for j in sortie)
-    starts, finishes = tuple(t.starts for t in sound), tuple(t.finishes for t in sound)
+    kept, times = kept_to_limits(vehicles, work, tours, lambda v, tour: stretches([v], work, [*chain(*tour)])[0])
+    optimal = optimal and kept == tuple(tours)
+    visited = sorted(j for tour in kept for sortie in tour for j in sortie)
+    starts, finishes = tuple(t.starts for t in times), tuple(t.finishes for t in times)
     unvisited = why_unvisited(vehicles, work, visited)
-    routes = Routes(tuple(tours), starts, finishes, unvisited, math.fsum(t.price for t in sound), optimal=optimal)
+    routes = Routes(kept, starts, finishes, unvisited, math.fsum(t.price for t in times), optimal=optimal)
     bound = routes.price if criterion == "min-sum" else routes.finish
     if not optimal:
         bound = min(bound, lower_bound(vehicles, work, visited, criterion))

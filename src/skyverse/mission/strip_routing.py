@@ -20,7 +20,17 @@ from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import exact_tours
 from skyverse.mission.fleet_search import FleetSearch
 from skyverse.mission.given_order import stretches
-from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
+from skyverse.mission.routing import (
+    Reason,
+    Routes,
+    RouteSearch,
+    Tour,
+    TourVehicle,
+    Work,
+    kept_to_limits,
+    timed,
+    why_unvisited,
+)
 from skyverse.numerics.tolerances import LENGTH_ROUNDING
 
 MOST_EXACT = 8
@@ -79,9 +89,22 @@ def route_strips(
         tours = [tuple(nodes.passed(sortie) for sortie in tour) for tour in found]
         if all(timed(v, work, tour) is not None for v, tour in zip(vehicles, tours, strict=True)):
             break
-    routes = replace(_told(vehicles, work, tours, nodes, criterion), optimal=optimal, interrupted=interrupted)
+    room = 1.0 - LENGTH_ROUNDING
+    kept, times = kept_to_limits(
+        vehicles, work, tours, lambda v, tour: nodes.cut(replace(v, usable=v.usable * room), work, tour)
+    )
+    starts, finishes = tuple(t.starts for t in times), tuple(t.finishes for t in times)
+    routes = Routes(
+        kept,
+        starts,
+        finishes,
+        nodes.why_unvisited(vehicles, work, kept),
+        math.fsum(t.price for t in times),
+        optimal=optimal and kept == tuple(tours),
+        interrupted=interrupted,
+    )
     exact = routes.price if criterion == "min-sum" else routes.finish
-    return replace(routes, lower_bound=exact if optimal else 0.0)
+    return replace(routes, lower_bound=exact if routes.optimal else 0.0)
 
 
 class StripNodes(NamedTuple):
@@ -146,17 +169,3 @@ class StripNodes(NamedTuple):
 
     def _both(self, values: Floats) -> Floats:
         return values[self.enter] + np.where(self.enter == self.leave, 0.0, values[self.leave])
-
-
-def _told(
-    vehicles: Sequence[TourVehicle], work: Work, tours: Sequence[Tour], nodes: StripNodes, criterion: Criterion
-) -> Routes:
-    """Return routes with their times, their price, and why strips are left out."""
-    times = [timed(vehicle, work, tour) for vehicle, tour in zip(vehicles, tours, strict=True)]
-    sound = [t for t in times if t is not None]
-    if len(sound) < len(times):
-        raise AssertionError("a search's tour breaks a window, a battery or a capacity")
-    starts, finishes = tuple(t.starts for t in sound), tuple(t.finishes for t in sound)
-    unvisited = nodes.why_unvisited(vehicles, work, tours)
-    price = math.fsum(t.price for t in sound)
-    return Routes(tuple(tours), starts, finishes, unvisited, price)
