@@ -31,6 +31,7 @@ from .live.replan import Replan as Replan
 from .live.replanner import Replanner as Replanner
 from .live.tracks import Sighting as Sighting
 from .maps.assembly.build import build_scenario as build_scenario
+from .maps.assembly.build_survey import build_survey as build_survey
 from .maps.assembly.options import BuildOptions as BuildOptions
 from .maps.assembly.options import Note as Note
 from .maps.georeference.reading import Raster as Raster

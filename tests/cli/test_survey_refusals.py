@@ -106,6 +106,11 @@ FILES = {
 }
 OPTIONS = {
     "no camera of this name": ({"camera": "mavik-3e"}, "mavic-3e"),
+    "an own camera without units": ({"camera": "13.2x8.8, 5472x3648, 8.8"}, "--camera: expected sensor.*13.2x8.8 mm"),
+    "an own camera of oblong pixels": ({"camera": "13.2x8.8 mm, 5472x2000 px, 8.8 mm"}, "--camera: .*square"),
+    "an own camera of an equivalent focal length": ({"camera": "13.2x8.8 mm, 5472x3648, 240 mm"}, "--camera: focal"),
+    "no ground": ({"ground": None}, "--terrain: expected .*--ground"),
+    "minutes of a vehicle of unknown power": ({"vehicle": "mapping", "battery": "20 min"}, "--battery: .*--vehicle"),
     "no unit of the battery": ({"battery": "20"}, "--battery: expected minutes"),
     "an empty battery": ({"battery": "0 min"}, "--battery: expected minutes"),
     "an overlap of 100": ({"overlap": "100,70"}, "overlap.*95"),

@@ -13,6 +13,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from skyverse._version import __version__
 from skyverse.cli.cache import cache
+from skyverse.cli.cameras import cameras
 from skyverse.cli.check import check
 from skyverse.cli.compare import compare
 from skyverse.cli.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_CLOSED
@@ -58,6 +59,7 @@ app = App(
 _LONG_WORD = r"\S{300,}"
 for verb in (scenarios, plan, survey, check, repair, show, export, fly, live, compare, reproduce, scenario_app, cache):
     app.command(verb)
+app.command(cameras)
 
 
 @app.command(name="--install-completion")

@@ -106,20 +106,21 @@ _TEXTS = {name: _TextOption(list[Path], settings=_several) for name in FILES} | 
     "terrain_unit": _TextOption(Literal["m", "ft", "us-ft"], settings=Parameter()),
     "nodata": _TextOption(float),
     "radius_field": _TextOption(list[str], settings=_several),
+    "battery": _TextOption(float, settings=Parameter()),
     "home": _TextOption(
         str, "`46.81,9.85`", lambda text: numbers_of("--home", "latitude,longitude in degrees", text, 2)
     ),
 }
 """By the option's name; the values of all others are numbers and words, written as they are."""
 Verb = TypeVar("Verb", bound=Callable[..., object])
-_where = Group("What part of the world, and how", sort_key=2)
+_where = Group("What part of the world, and how", sort_key=3)
 MAPS = {
     MapFiles: Group("What to read", sort_key=1),
-    FleetLimits: Group("What the UAVs are", sort_key=1),
+    FleetLimits: Group("What the UAVs are", sort_key=2),
     MapRegion: _where,
     MapDetail: _where,
-    Raster: Group("How terrain files are to be read, where they do not say", sort_key=3),
-    Reading: Group("How files of buildings and zones are to be read, where they do not say", sort_key=4),
+    Raster: Group("How terrain files are to be read, where they do not say", sort_key=4),
+    Reading: Group("How files of buildings and zones are to be read, where they do not say", sort_key=5),
 }
 
 

@@ -32,7 +32,10 @@ if TYPE_CHECKING:
 More = Annotated[list[str] | None, SIGNED]
 
 
-@Parameter(name="*")
+SEARCH, _OUTPUT = Group("How missions are sought"), Group("What else is written and printed")
+
+
+@Parameter(name="*", group=SEARCH)
 @dataclass(frozen=True, kw_only=True)
 class PlannerOptions:
     """How paths are searched for.
@@ -228,9 +231,9 @@ class MissionOutput:
     """
 
     output: Output = None
-    page: bool = True
-    details: Annotated[bool, FLAG] = False
-    as_json: AsJson = False
+    page: Annotated[bool, Parameter(group=_OUTPUT)] = True
+    details: Annotated[bool, FLAG, Parameter(group=_OUTPUT)] = False
+    as_json: Annotated[AsJson, Parameter(group=_OUTPUT)] = False
 
 
 _SEARCH, _BUDGET, _MISSION = PlannerOptions(), BudgetOptions(), FleetOptions()

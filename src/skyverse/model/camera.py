@@ -1,6 +1,7 @@
 """Cameras: what a picture taken from a distance shows, and how finely; cameras by name, with their sources."""
 
 import math
+import re
 from types import MappingProxyType
 from typing import Annotated, Literal, Self
 
@@ -120,10 +121,27 @@ CAMERAS = MappingProxyType(
 """Cameras by name. The numbers are those on which public catalogues agree; docs/survey.md names them, and doubts."""
 
 
+_NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
+_OWN = re.compile(rf"{_NUMBER}x{_NUMBER}mm\s*,\s*(\d+)\s*x\s*(\d+)\s*(?:px)?\s*,{_NUMBER}mm\s*(?:,{_NUMBER}s\s*)?")
+OWN_CAMERA = "13.2x8.8 mm, 5472x3648 px, 8.8 mm, 2.5 s"
+"""How a camera of one's own is written: its sensor, picture, focal length, and seconds between photos."""
+
+
 def camera_of(given: object) -> object:
-    """Return the camera of a name, and anything else as it is."""
+    """Return the camera of a name, or of what `OWN_CAMERA` shows, and anything else as it is.
+
+    Without seconds between photos they are those of the slowest of `CAMERAS`.
+    """
     if not isinstance(given, str):
         return given
+    if "," in given:
+        own = _OWN.fullmatch(given)
+        if own is None:
+            raise ValueError(f"expected sensor, picture and focal length, as in {OWN_CAMERA!r}, found {shown(given)}")
+        wide, high, across, along, focal, seconds = own.groups()
+        interval = seconds or max(camera.min_interval for camera in CAMERAS.values())
+        fields = {"sensor": (float(wide), float(high)), "image": (int(across), int(along)), "focal": float(focal)}
+        return Camera(**fields, min_interval=float(interval))
     if given not in CAMERAS:
         known = ", ".join(CAMERAS)
         raise ValueError(f"no camera is called {shown(given)}{did_you_mean(given, CAMERAS)}; there are {known}")

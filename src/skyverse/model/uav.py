@@ -9,10 +9,10 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy
 from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE, Power, aeroplane_curve, multirotor_curve
 from skyverse.model.quantities import Amount, Limit, Model, NonNegative, Number, Point, Positive, Whole, listed
-from skyverse.model.vehicle_profiles import FleetLimits, with_profile
+from skyverse.model.vehicle_profiles import FleetLimits, energy_or_minutes, with_profile
 from skyverse.model.wrong_values import complaint
 
 GRAVITY = 9.81
@@ -304,6 +304,18 @@ _NOT_OF_A_VEHICLE = (
 """The fields of a UAV that do not depend on its vehicle."""
 
 
+def _energy(uav: UAV, limits: FleetLimits, amount: float, minutes: bool) -> float:
+    """Return the energy, Wh, of a battery that gives so many Wh, or minutes at the power of a UAV with limits."""
+    if not minutes:
+        return amount
+    limited = with_limits(uav, replace(limits, battery=None))
+    if limited.power_model is None:
+        known = [Remedy("vehicle", "camera"), Remedy("battery", "'77 Wh'")]
+        raise InputError("the power of the vehicle is not known", field="battery", give=known)
+    speed = np.array([0.0 if limited.fixed_wing is None else limited.fixed_wing.speed])
+    return float(limited.power_model.at(speed, np.zeros(1), np.ones(1))[0]) * amount / 60.0
+
+
 def with_limits(uav: UAV, limits: FleetLimits) -> UAV:
     """Return a UAV with limits of its fleet, or raise `InputError` that names the limit."""
     given: dict[str, Any] = {
@@ -313,6 +325,8 @@ def with_limits(uav: UAV, limits: FleetLimits) -> UAV:
     }
     if not given:
         return uav
+    if isinstance(limits.battery, str):
+        given["battery"] = _energy(uav, limits, *energy_or_minutes(limits.battery))
     if limits.tracking_error is not None:
         given["tracking_error"] = dict(zip(("horizontal", "vertical"), limits.tracking_error, strict=True))
     kept = tuple(UAV.model_fields) if limits.vehicle is None else _NOT_OF_A_VEHICLE

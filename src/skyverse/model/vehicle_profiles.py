@@ -1,11 +1,12 @@
 """Vehicle profiles: the limits of a kind of UAV by name, with where each number comes from; limits of a whole fleet."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from skyverse.errors import require_choice, require_number, require_row
+from skyverse.errors import InputError, require_choice, require_number, require_row, shown
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class FleetLimits:
     tracking_error
         How far they may stray from their nominal positions: metres seen from above, and metres in altitude.
     battery
-        Nominal energy of the battery of each, Wh.
+        Nominal energy of the battery of each: Wh, or text such as ``"77 Wh"`` or ``"20 min"``, minutes from full to
+        empty in which the vehicle hovers, or an aeroplane flies at its speed.
     reserve
         Share of it that must be left at landing.
     """
@@ -63,7 +65,7 @@ class FleetLimits:
     max_descent: float | None = None
     separation: float | None = None
     tracking_error: tuple[float, float] | None = None
-    battery: float | None = None
+    battery: float | str | None = None
     reserve: float | None = None
 
     def __post_init__(self) -> None:
@@ -74,10 +76,21 @@ class FleetLimits:
                 require_number(getattr(self, name), name, least=0.0 if name == "separation" else 1e-3, most=1e6)
         if self.tracking_error is not None:
             require_row(self.tracking_error, 2, "tracking_error", least=0.0)
-        if self.battery is not None:
+        if isinstance(self.battery, str):
+            energy_or_minutes(self.battery)
+        elif self.battery is not None:
             require_number(self.battery, "battery", least=1e-3, most=1e6)
         if self.reserve is not None:
             require_number(self.reserve, "reserve", least=0.0, most=1.0)
+
+
+def energy_or_minutes(text: str) -> tuple[float, bool]:
+    """Read what one battery gives: a number of Wh, or of minutes, and whether it is minutes."""
+    match = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(min|Wh)\s*", text)
+    if match is None or not 1e-3 <= float(match[1]) <= 1e6:
+        expected = "minutes of hovering or watt-hours, as in '20 min' or '77 Wh'"
+        raise InputError(f"expected {expected}, found {shown(text)}", field="battery")
+    return float(match[1]), match[2] == "min"
 
 
 def _profile(title: str, source: str, simulated_as: str | None = None, **limits: Any) -> VehicleProfile:
