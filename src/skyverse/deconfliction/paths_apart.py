@@ -23,6 +23,7 @@ from skyverse.model.shapes import Prism
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import kept_ellipsoid
 from skyverse.model.verdict import Action, Verdict
+from skyverse.numerics.norm import off_chord
 from skyverse.numerics.tolerances import MIN_NORM
 from skyverse.problem import Airspace, Problem
 from skyverse.space.world import World
@@ -132,7 +133,7 @@ def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None)
     tall = max(scenario.uavs[uav].ellipsoid[1], scenario.uavs[other].ellipsoid[1])
     ends = _chord_ends(curve, 0, len(curve) - 1, MAX_CLIMB_SHARE * max(tall, PATH_MARGIN))
     return [
-        _prism(scenario, uav, other, curve[a], curve[b], float(_off_chord(curve[a : b + 1]).max()))
+        _prism(scenario, uav, other, curve[a], curve[b], float(off_chord(curve[a : b + 1]).max()))
         for a, b in pairwise(ends)
     ]
 
@@ -140,21 +141,13 @@ def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None)
 def _chord_ends(curve: Floats, first: int, last: int, climb: float) -> list[int]:
     """Return samples between which a curve keeps near its chord and climbs little (Ramer, Douglas and Peucker)."""
     part = curve[first : last + 1]
-    off = _off_chord(part)
+    off = off_chord(part)
     bent, steep = off.max() > PATH_MARGIN / 4, np.ptp(part[:, 2]) > climb
     if last - first < 2 or not (bent or steep):
         return [first, last]
     middle = first + (int(np.argmax(off)) if bent else (last - first) // 2)
     middle = min(max(middle, first + 1), last - 1)
     return [*_chord_ends(curve, first, middle, climb), *_chord_ends(curve, middle, last, climb)[1:]]
-
-
-def _off_chord(points: Floats) -> Floats:
-    """Return how far points, (n, 3), are from the segment between the first and the last of them, (n,) metres."""
-    along = points[-1] - points[0]
-    passed = np.sum((points - points[0]) * along, axis=1)
-    shares = np.clip(passed / max(float(np.sum(along**2)), MIN_NORM), 0.0, 1.0)
-    return np.linalg.norm(points - points[0] - shares[:, None] * along, axis=1)
 
 
 def _prism(scenario: Scenario, uav: int, other: int, a: Floats, b: Floats, off: float) -> Prism:

@@ -11,6 +11,7 @@ from skyverse.model.mission import PlannedFlight
 from skyverse.model.scenario import Bounds
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
+from skyverse.numerics.norm import off_chord
 from skyverse.numerics.tolerances import DRAWN_DEVIATION
 from skyverse.tour_table import NumberedVisit
 
@@ -130,12 +131,9 @@ def few(points: Floats, tolerance: float) -> NDArray[np.bool_]:
         first, last = left.pop()
         if last - first < 2:
             continue
-        between, along = points[first + 1 : last] - points[first], points[last] - points[first]
-        length = float(along @ along)
-        share = np.clip(between @ along / length, 0, 1) if length else np.zeros(len(between))
-        away = np.linalg.norm(between - share[:, None] * along, axis=1)
-        far = int(away.argmax())
-        if away[far] > tolerance:
-            kept[first + 1 + far] = True
-            left += [(first, first + 1 + far), (first + 1 + far, last)]
+        away = off_chord(points[first : last + 1])
+        far = first + int(away.argmax())
+        if away.max() > tolerance:
+            kept[far] = True
+            left += [(first, far), (far, last)]
     return kept

@@ -21,7 +21,7 @@ from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import Seed, seeded
-from skyverse.referee import certify, check
+from skyverse.referee import check, judged
 from skyverse.summary import with_flight_summaries
 
 _SLOWED = "Slowed down with the whole mission, to be flown safely."
@@ -46,7 +46,8 @@ def slowed(mission: Mission, factor: float) -> Mission:
     told = mission.deconfliction
     if told is not None:
         told = replace(told, total_after=told.total_after * factor, makespan_after=told.makespan_after * factor)
-    return judged(replace(mission, trajectories=trajectories, sorties=sorties, deconfliction=told))
+    slow = replace(mission, trajectories=trajectories, sorties=sorties, deconfliction=told)
+    return judged(slow.scenario, with_flight_summaries(slow))
 
 
 def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
@@ -91,7 +92,8 @@ def farther(mission: Mission, more: float, apart: float = 0.0) -> Mission | None
         planned = plan(derived(scenario, **changes))
         assigned = planned.assignment
     results = tuple(None if result is None else _unbounded(result) for result in planned.results)
-    return judged(replace(planned, scenario=scenario, assignment=assigned, results=results))
+    anew = replace(planned, scenario=scenario, assignment=assigned, results=results)
+    return judged(scenario, with_flight_summaries(anew))
 
 
 def _separated(uav: UAV, apart: float) -> UAV:
@@ -104,14 +106,6 @@ def _unbounded(result: Result) -> Result:
     """Return a result without claims of optimality, which do not hold among paths nearer to obstacles."""
     status = Status.COMPLETE if result.status is Status.OPTIMAL else result.status
     return replace(result, status=status, bound=None, straight_bound=False)
-
-
-def judged(mission: Mission) -> Mission:
-    """Return a mission with new summaries of its flights, and new certificates and violations from the referee."""
-    mission = with_flight_summaries(mission)
-    said = certify(mission.scenario, mission)
-    fresh = replace(mission, certificates=said.trajectories, apart=said.apart)
-    return replace(fresh, violations=tuple(check(fresh.scenario, fresh)))
 
 
 SLOWDOWN, SLOWDOWN_OF_MANY = 1.25, 1.5

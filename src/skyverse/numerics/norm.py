@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
+
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner_query, kernel
-from skyverse.numerics.tolerances import UNDERFLOWING_SQUARES
+from skyverse.numerics.tolerances import MIN_NORM, UNDERFLOWING_SQUARES
 
 _SCALE = 2.0**600
 """A power of two, so that scaling by it rounds nothing; it lifts even the smallest subnormal number far enough."""
@@ -38,3 +40,11 @@ def length_of(path: Floats) -> float:
     for i in range(1, len(path)):
         total += distance(path[i - 1], path[i])
     return total
+
+
+def off_chord(points: Floats) -> Floats:
+    """Return how far points, (n, 3), are from the segment between the first and the last of them, (n,) metres."""
+    along = points[-1] - points[0]
+    passed = np.sum((points - points[0]) * along, axis=1)
+    shares = np.clip(passed / max(float(np.sum(along**2)), MIN_NORM), 0.0, 1.0)
+    return np.linalg.norm(points - points[0] - shares[:, None] * along, axis=1)
