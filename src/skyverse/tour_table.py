@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from skyverse.model.flight_table import NO_VALUE, Column, told_left
+from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission, planned_flights
 from skyverse.model.photos import photos_of
 from skyverse.model.scenario import Target
@@ -134,6 +135,23 @@ def sortie_columns(mission: Mission) -> list[Column]:
         ),
     ]
     return columns if any(one.battery for one in sorties) else columns[:-3]
+
+
+def planned_sheet(mission: Mission) -> tuple[tuple[str, ...], ...]:
+    """Return the head and the rows of a table for whoever prepares the flights: homes, when, and batteries."""
+    origin, rows = mission.scenario.frame.origin, []
+    for one in numbered_sorties(mission):
+        x, y, z = one.vehicle.start
+        home = f"x {x:.1f}, y {y:.1f}, z {z:.1f} m" if origin is None else told_home(*to_wgs84(origin, [(x, y, z)])[0])
+        battery = NO_VALUE if one.battery is None else f"battery {one.number}: {_left(one)} at landing"
+        times = f"t = {told_seconds(one.sortie.begin)} to {told_seconds(one.sortie.end)}"
+        rows.append((f"{one.vehicle.name}, sortie {one.number}", home, times, battery))
+    return (("flight", "start", "flies", "battery left"), *rows) if rows else ()
+
+
+def told_home(latitude: float, longitude: float, altitude: float) -> str:
+    """Return a place on the globe as a ground station takes it, with its metres above mean sea level."""
+    return f"{latitude:.6f}, {longitude:.6f}, {altitude:z.1f} m above mean sea level"
 
 
 def _what_is_done(mission: Mission, sorties: list[NumberedSortie]) -> Iterator[Column]:

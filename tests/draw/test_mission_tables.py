@@ -141,16 +141,6 @@ def test_a_page_opens_with_the_flights_and_hides_the_searches_until_asked(tmp_pa
     assert tab.errors == []
 
 
-def test_on_a_phone_the_picture_is_on_the_first_screen_whatever_there_is_to_heed(mission, tmp_path, tab):
-    notes = tuple(f"BEFORE flight {k}, look at all that stands around the place where it begins." for k in range(40))
-    (tmp_path / "page.html").write_text(page(dataclasses.replace(scene(mission), export_notes=notes)))
-    tab.set_viewport_size({"width": 390, "height": 844})
-    opened(tab, tmp_path / "page.html")
-    assert tab.locator("#space").bounding_box()["y"] < 844
-    tab.emulate_media(media="print")
-    assert tab.locator(".verdicts").bounding_box()["height"] > 844
-
-
 def test_an_export_shows_what_to_heed_folds_the_rest_and_fits_a_phone(mission, tmp_path, tab):
     verdicts = (("UAV", *["apart in flight"] * 6), ("uav-1", *["NOT at every instant of the flight"] * 6))
     notes = ("uav-1 lands at home.", "BEFORE each flight, look at home.")

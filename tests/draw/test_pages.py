@@ -8,7 +8,8 @@ import pytest
 
 import skyverse as sky
 from browser import new_tab, opened, until
-from skyverse.draw import banner, footer, number, page, scene, slider_step
+from skyverse.draw import footer, found, number, page, scene, slider_step
+from skyverse.model.go_no_go import go_no_go
 from towns import town
 
 VOID = {"meta", "link", "input", "br", "img"}
@@ -54,7 +55,7 @@ def test_the_page_nests_and_loads_nothing_from_elsewhere(case, request):
     for tag, name, value in reader.attributes:
         assert not name.startswith("on"), (tag, name)
         if name in ("src", "href", "srcset", "data", "action"):
-            assert value == "data:,", (tag, name, value)
+            assert value == "data:," or value.startswith("#"), (tag, name, value)
     data = json.loads(reader.scripts[0])
     assert len(data["tracks"]) == len(request.getfixturevalue(case).scenario.uavs)
     assert "http" not in reader.scripts[2]
@@ -90,22 +91,52 @@ def test_strings_of_the_user_stay_text(troubled):
 
 
 def test_the_verdict_is_green_only_when_nothing_was_found(mission, troubled):
-    good, bad = banner(scene(mission)), banner(scene(troubled))
-    assert "The referee found nothing wrong." in good
+    good, bad = (found(scene(one))["banner"] for one in (proven(mission), troubled))
+    assert "Go: all that was asked is proven." in good
     assert 'class="verdict good"' in good
-    assert 'class="verdict good"' not in bad
     assert 'class="verdict bad"' in bad
-    assert "The referee found 2 things wrong." in bad
-    assert "interrupted" in bad
-    assert "not complete" in bad
+    assert "No go: the referee found 2 things wrong and the run was interrupted." in bad
     assert 'data-time="3.25"' in bad
+    assert 'class="verdict good"' not in bad + found(scene(mission))["banner"]  # there is no telling of the latter
 
 
-def test_uavs_that_come_too_close_are_a_warning(troubled):
-    close = dataclasses.replace(troubled, violations=troubled.violations[:1])
-    told = banner(scene(close))
-    assert "The referee found 1 thing wrong." in told
-    assert 'class="verdict bad"' not in told
+def proven(mission):
+    return dataclasses.replace(mission, apart=sky.Certificate(sky.Verdict.PROVEN, "All is proven."))
+
+
+SEEN = sky.Coverage(0, sky.Verdict.PROVEN, "All is seen.", 9, 1.0, (1.0,), 0.1, 0.1, 0.1, (80.0, 70.0), 8, 0)
+
+
+def surveyed(mission, coverage, **asked):
+    camera = sky.Camera(name="test", sensor=(12.0, 9.0), image=(4000, 3000), focal=10.0, min_interval=1.0)
+    field = {"name": "field", "camera": camera, "gsd": 0.03} | (asked or {"area": [(0, 0), (9, 0), (9, 9)]})
+    uavs = tuple(uav.model_copy(update={"end": "home"}) for uav in mission.scenario.uavs)
+    house = sky.Box(name="a", min=(0, 15, 0), max=(10, 20, 1))
+    more = {"surveys": (sky.Survey(**field),), "uavs": uavs, "obstacles": (house,)}
+    scenario = mission.scenario.model_copy(update=more)
+    return dataclasses.replace(proven(mission), scenario=scenario, coverage=coverage)
+
+
+@pytest.mark.parametrize(
+    ("changed", "verdict", "told"),
+    [
+        (lambda one: one, "refuted", "is not photographed as asked"),
+        (lambda one: dataclasses.replace(one, coverage=()), "undecided", "the photos of field are not proven"),
+        (lambda one: surveyed(one, (SEEN,)), "proven", "Go: all that was asked is proven."),
+        (lambda one: surveyed(one, (SEEN,), pattern="facade", structures=["a"]), "undecided", "Go, but how much"),
+        (lambda one: dataclasses.replace(one, apart=None), "undecided", "has not been judged"),
+        (lambda one: dataclasses.replace(one, apart=None), "refuted", "is not photographed as asked"),
+        (lambda one: dataclasses.replace(one, results=(one.results[0], None)), "refuted", "no way to it"),
+    ],
+)
+def test_one_verdict_is_of_the_flights_and_of_the_photos(mission, changed, verdict, told):
+    refuted = surveyed(mission, (dataclasses.replace(SEEN, verdict=sky.Verdict.REFUTED),))
+    judged = changed(refuted if verdict == "refuted" else surveyed(mission, (SEEN,)))
+    one = go_no_go(judged)
+    assert one.verdict.value == verdict
+    assert told in one.sentence
+    assert one.go == one.sentence.startswith("Go")
+    assert one.sentence in found(scene(judged))["banner"]
 
 
 def test_the_footer_says_what_made_the_answer_and_no_seed_of_a_planner_that_draws_none(mission):
@@ -326,12 +357,12 @@ def test_uavs_move_by_plotlys_own_way_where_its_scene_is_not_as_it_was(tmp_path,
 
 def test_the_page_of_a_mission_that_was_read_says_that_nobody_judged_it(tmp_path):
     sky.write(sky.plan_mission(sky.read("map1"), sky.Taut()), tmp_path / "m.json")
-    said = banner(scene(sky.read_mission(tmp_path / "m.json")))
-    assert "This mission has not been judged." in said
+    said = found(scene(sky.read_mission(tmp_path / "m.json")))["banner"]
+    assert "No go: the mission has not been judged." in said
     assert "found nothing wrong" not in said
 
 
 def test_a_page_says_that_all_is_proven_only_where_it_is():
     mission = sky.plan_mission(sky.read("map1"), sky.Taut())
-    assert "Proven at every instant: clear of obstacles, in bounds" in banner(scene(mission))
-    assert "Proven at every instant" not in banner(scene(dataclasses.replace(mission, apart=None)))
+    assert "Proven at every instant: clear of obstacles, in bounds" in found(scene(mission))["banner"]
+    assert "Proven at every instant" not in found(scene(dataclasses.replace(mission, apart=None)))["banner"]

@@ -11,7 +11,7 @@ import pytest
 
 import skyverse as sky
 from skyverse import Origin, Terrain
-from skyverse.draw import banner
+from skyverse.draw import found
 from skyverse.exports import report
 
 pytestmark = pytest.mark.usefixtures("unjudged")
@@ -45,7 +45,7 @@ def test_the_page_shows_every_home_and_all_that_is_said(tmp_path, monkeypatch):
         said = re.search(r": home, ([-\d.]+), ([-\d.]+), ", own.words)
         assert (float(said[1]), float(said[2])) == pytest.approx(home[:2], abs=2e-6)
     text = (tmp_path / "m.html").read_text("utf-8")
-    words = unescape(banner(scene))
+    words = unescape("".join(found(scene).values()))
     assert notes
     assert all(f"<li>{note}</li>" in words for note in notes)
     assert text.count('"role":"landing"') == 4  # of two UAVs, in space and on the map
@@ -61,7 +61,7 @@ def test_the_name_of_a_uav_is_no_warning(tmp_path, monkeypatch):
     sky.export(made, tmp_path / "m.plan", page=tmp_path / "m.html")
     (scene,) = (replace(one, export_notes=("It flies.",)) for one in drawn)
     assert any("NOTUS" in row for row in scene.export_verdicts)
-    assert 'class="verdict note"' in banner(scene)
+    assert 'class="verdict note"' in "".join(found(scene).values())
 
 
 def test_only_waypoints_have_a_page(tmp_path, refuses):

@@ -9,7 +9,7 @@ import pytest
 
 import skyverse as sky
 from of_maps import of_maps
-from skyverse.draw import banner, scene
+from skyverse.draw import found, scene
 from skyverse.space.mission_cautions import mission_cautions
 
 ORIGIN = sky.Frame(origin=sky.Origin(latitude=46.8, longitude=9.85, altitude=1500))
@@ -91,7 +91,7 @@ def test_pages_exports_and_live_hold_what_plan_tells_and_no_verb_repeats_it(tmp_
     told = [caution.sentence for caution in mission_cautions(mission)]
     assert len(told) == 3
     assert list(scene(mission).cautions) == told
-    assert not [word for word in banner(scene(mission)).split() if word.isidentifier() and "_" in word]
+    assert not [word for word in "".join(found(scene(mission)).values()).split() if word.isidentifier() and "_" in word]
     sky.write(mission, tmp_path / "m.json")
     with pytest.raises(SystemExit):
         main(["check", str(tmp_path / "m.json")])

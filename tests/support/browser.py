@@ -38,3 +38,42 @@ def until(tab, expression, holds=bool):
             pytest.fail(f"{expression} did not come true; it is {found}")
         tab.wait_for_timeout(20)
     return found
+
+
+SIZES = (1400, 900), (390, 844)
+"""Pixels of a screen on a desk, and of a phone."""
+MISFITS = """() => {
+  const wrong = [];
+  const said = (what, { tagName, id, className, textContent }) =>
+    wrong.push(`${what}: ${tagName} ${id || className}: ${textContent.slice(0, 40)}`);
+  for (const one of document.querySelectorAll("body *:not(select, option, input, button, output)")) {
+    if (one.closest(".js-plotly-plot, svg, nav") || !one.checkVisibility()) continue;
+    const { overflowX, overflowY } = getComputedStyle(one);
+    if (overflowY !== "visible" && one.scrollHeight > one.clientHeight + 1) said("hidden below", one);
+    if (overflowX !== "visible" && one.scrollWidth > one.clientWidth + 1) said("hidden beside", one);
+    if (one.matches(".pill") && one.getClientRects().length > 1) said("a broken word", one);
+    if (one.getBoundingClientRect().right > innerWidth + 1) said("too wide", one);
+  }
+  if (document.documentElement.scrollWidth > innerWidth) wrong.push("the page scrolls sideways");
+  return wrong;
+}"""
+FIRST_SCREEN = """() => {
+  const all = (which) => [...document.querySelectorAll(which)].filter((one) => one.childNodes.length);
+  const top = (one) => one.getBoundingClientRect().top, [banner] = all(".banner");
+  return {
+    verdicts: all(".banner .verdict").length,
+    above: all(".tiles, .card, #told").filter((one) => one.checkVisibility() && top(one) < top(banner)).length,
+    picture: Math.min(...all("#surveyed, #space").map(top)) < innerHeight,
+    both: all(".verdict.good").length > 0 && all(".verdict.bad, .pill.bad").length > 0,
+  };
+}"""
+
+
+def fits(tab, page):
+    """Assert that a page says its verdict first, then shows its picture, and cuts nothing, on a desk and a phone."""
+    opened(tab, page)
+    for width, height in SIZES:
+        tab.set_viewport_size({"width": width, "height": height})
+        tab.evaluate("scrollTo(0, 0)")
+        assert tab.evaluate(MISFITS) == [], (width, height)
+        assert tab.evaluate(FIRST_SCREEN) == {"verdicts": 1, "above": 0, "picture": True, "both": False}

@@ -39,7 +39,7 @@ def test_numbers_of_items_are_marked_where_something_is_wrong(tmp_path):
     for traces in (data["map"]["traces"], data["profiles"][0]["traces"]):
         assert numbers(traces, "finding") == ["<b>1</b>", "<b>2</b>", "<b>3</b>"]
         assert sum(one.get("mode") == "markers" and one["meta"]["role"] == "finding" for one in traces) == 1
-    assert "Proven." not in page
+    assert "Go: " not in page
     assert "<b>.waypoints" not in page.partition("<script")[0]
 
 
@@ -64,11 +64,11 @@ def test_stretches_without_a_return_show_beside_legs_that_fail(tmp_path):
 
 def test_the_page_says_what_is_left_out_of_a_proof(tmp_path):
     _, page = drawn(tmp_path, 40, autopilot="dji")
-    assert "Proven, but for returns within 50 m of home." in page
+    assert "Go: proven, but for returns within 50 m of home." in page
 
 
 def test_a_proven_mission_has_no_mark(tmp_path):
     data, page = drawn(tmp_path, 40)
     assert numbers(data["map"]["traces"], "names") == ["1", "2", "3"]
     assert numbers(data["map"]["traces"], "finding") == []
-    assert "Proven." in page
+    assert "Go: proven." in page

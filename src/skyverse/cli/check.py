@@ -84,13 +84,21 @@ def check(
 def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
     """Let the referee judge a mission of skyverse, and print what is wrong and what is proven."""
     import skyverse as sky
+    from skyverse.model.go_no_go import go_no_go
     from skyverse.referee import judge
     from skyverse.space.mission_cautions import mission_cautions
 
     planned = sky.read_mission(mission)
     world, judged_by = judging_scenario(planned, scenario)
     violations, certificates = judge(world, planned)
-    planned = replace(planned, coverage=certificates.coverage)
+    planned = replace(
+        planned,
+        violations=tuple(violations),
+        certificates=certificates.trajectories,
+        apart=certificates.apart,
+        coverage=certificates.coverage,
+    )
+    found = go_no_go(planned)
     if as_json:
         print(json_text([violation_data(v) for v in violations]), end="")
     else:
@@ -112,4 +120,5 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
         print("Where a path is called optimal, it is so as claimed by the planner.", file=aside)
     if not planned.complete:
         print(without_way(planned), file=sys.stderr)
-    return 0 if planned.complete and planned.seen and not violations else FOUND_WRONG
+    print(found.sentence, file=aside)
+    return 0 if found.go else FOUND_WRONG

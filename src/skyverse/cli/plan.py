@@ -292,6 +292,7 @@ def plan_scenario(
 ) -> int:
     """Plan a mission of a scenario that was read from a source; write it, report it, and return the exit code."""
     import skyverse as sky
+    from skyverse.model.go_no_go import go_no_go
     from skyverse.numerics.compiling.kept_code import before_compiling
 
     search, budget, mission = how
@@ -339,4 +340,4 @@ def plan_scenario(
         tell_apart_by_timing(planned)
     if planned.interrupted:
         return INTERRUPTED
-    return 0 if planned.complete and planned.seen and not planned.violations else FOUND_WRONG
+    return 0 if go_no_go(planned).go else FOUND_WRONG

@@ -54,6 +54,7 @@ def report(
         unit_sentence,
         unknown_gaps_sentence,
     )
+    from skyverse.model.go_no_go import go_no_go
     from skyverse.model.quantities import short
     from skyverse.model.timed_shapes import what_is_proven
     from skyverse.space.mission_cautions import mission_cautions, nearest_obstacle
@@ -114,6 +115,7 @@ def report(
     for caution in mission_cautions(mission):
         if not (maps_told and caution.kind == "left out"):
             print(for_command_line(caution.sentence))
+    print(go_no_go(mission).sentence)
     for path in written:
         print(path)
 

@@ -25,9 +25,9 @@ from .map_traces import from_above as from_above
 from .map_traces import spacing as spacing
 from .margin_traces import duct as duct
 from .margin_traces import told as told
-from .mission_page import banner as banner
 from .mission_page import flight_table as flight_table
 from .mission_page import footer as footer
+from .mission_page import found as found
 from .mission_page import mission_tiles as mission_tiles
 from .mission_page import page as page
 from .mission_page import search_table as search_table

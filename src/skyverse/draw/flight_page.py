@@ -11,19 +11,21 @@ from skyverse.draw.margin_traces import told
 from skyverse.draw.plotly_values import Trace, flat, plain, trace
 from skyverse.draw.scenes import SAMPLE_STRIDE, MissionScene, flight_scene
 from skyverse.draw.template import (
-    MAX_SHOWN_FINDINGS,
     MINUS,
     NO_VALUE,
+    Parts,
     card,
     facts_list,
     filled,
-    finding_line,
+    listed_sentences,
     scene_data,
     table,
     tiles,
     uav_row,
+    verdict,
 )
 from skyverse.model.flight_record import Flight, Flown
+from skyverse.model.replanned_flight import ReplannedFlight
 from skyverse.model.short_lines import told_metres
 
 FLIGHT_WORDS = {
@@ -54,7 +56,6 @@ def flight_page(flight: Flight) -> str:
         "title": f"{escape(drawn.scenario.name)}, flown",
         "description": escape(" ".join([drawn.scenario.description, _told(flight)])),
         "tiles": _tiles(flight),
-        "banner": _banner(flight, drawn),
         "space": "Flight",
         "still": "This mission has no trajectories; the paths are shown as planned.",
         "lines": f"Thick lines: as flown; thin lines: as planned. {told(drawn)}",
@@ -62,8 +63,8 @@ def flight_page(flight: Flight) -> str:
         "curves": "Distance of each UAV from its trajectory, over time",
         "numbers": "As flown",
         "table": _table(flight, drawn),
-        "footer": _footer(flight),
-    }
+        "footer": flown_footer(flight),
+    } | flown_verdict(flight, drawn, _below(flight))
     return filled(parts, scene_data(drawn) | {"search": tracking_errors(flight, drawn), "words": FLIGHT_WORDS})
 
 
@@ -89,23 +90,26 @@ def _tiles(flight: Flight) -> str:
     return tiles(shown)
 
 
-def _banner(flight: Flight, drawn: MissionScene) -> str:
-    if flight.stands_in:
-        verdict = card("note", "i", "Another vehicle was flown.", f"<p>{escape(flight.sentence)}</p>")
-    elif flight.safe:
-        verdict = card("good", "✓", "This flight is safe.", f"<p>{escape(flight.sentence.removeprefix('Safe: '))}</p>")
-    else:
-        lines = "".join(finding_line(finding) for finding in drawn.findings[:MAX_SHOWN_FINDINGS])
-        verdict = card("bad", "✕", "This flight is not safe.", f"<ul>{lines}</ul>")
+def flown_verdict(flight: Flight | ReplannedFlight, drawn: MissionScene, told: str, *, proven: bool = True) -> Parts:
+    """Return the parts that say whether a flight was safe, and, if it was, whether what was commanded is `proven`."""
+    if (flight.flight if isinstance(flight, ReplannedFlight) else flight).stands_in:
+        return verdict("note", "Another vehicle was flown.", flight.sentence, told=told)
+    if not flight.safe:
+        return verdict("bad", "This flight is not safe.", "", drawn.findings, told)
+    said = flight.sentence.partition(": ")[2]
+    heading = "This flight is safe." if proven else "This flight is safe, but what was commanded is not all proven."
+    return verdict("good" if proven else "warn", heading, said[:1].upper() + said[1:], told=told)
+
+
+def _below(flight: Flight) -> str:
+    told = ""
     if flight.rounds:
-        lines = "".join(f"<li>{escape(sentence)}</li>" for sentence in flight.rounds)
-        verdict += card("note", "i", "The mission was made easier until it was safe.", f"<ul>{lines}</ul>")
+        told += card("note", "The mission was made easier until it was safe.", listed_sentences(flight.rounds))
     fleet = zip(flight.mission.scenario.uavs, flight.flown, flight.mission.trajectories, strict=True)
     left = [uav.name for uav, flown, trajectory in fleet if flown is None and trajectory is not None]
     if left:
-        names = escape(", ".join(left))
-        verdict += card("note", "i", "Not flown:", f"<p>{names}, as an aeroplane; shown as planned.</p>")
-    return verdict
+        told += card("note", "Not flown:", f"<p>{escape(', '.join(left))}, as an aeroplane; shown as planned.</p>")
+    return told
 
 
 def _table(flight: Flight, drawn: MissionScene) -> str:
@@ -140,15 +144,13 @@ def tracking_errors(flight: Flight, drawn: MissionScene) -> list[Trace]:
     return traces
 
 
-def _footer(flight: Flight) -> str:
+def flown_footer(flight: Flight, more: dict[str, str] | None = None) -> str:
+    """Return what a flight was made with, and what `more` is to be told of that."""
     made = flight.mission.provenance
-    return facts_list(
-        {
-            "Scenario": flight.mission.scenario.name,
-            "Planner": made.planner,
-            "Vehicle": flight.vehicle,
-            "Weather": flight.conditions.told(flight.seed),
-            "skyverse": made.skyverse,
-            "Platform": made.platform,
-        }
-    )
+    facts = {
+        "Scenario": flight.mission.scenario.name,
+        "Planner": made.planner,
+        "Vehicle": flight.vehicle,
+        "Weather": flight.conditions.told(flight.seed),
+    }
+    return facts_list(facts | (more or {}) | {"skyverse": made.skyverse, "Platform": made.platform})

@@ -5,9 +5,18 @@ from html import escape
 
 from skyverse._version import __version__
 from skyverse.draw.margin_traces import told
-from skyverse.draw.mission_page import listed_sentences
 from skyverse.draw.scenes import Scene
-from skyverse.draw.template import MAX_SHOWN_FINDINGS, card, facts_list, filled, finding_line, scene_data, table, tiles
+from skyverse.draw.template import (
+    Parts,
+    card,
+    facts_list,
+    filled,
+    listed_sentences,
+    scene_data,
+    table,
+    tiles,
+    verdict,
+)
 from skyverse.model.caution import stands_out
 from skyverse.model.short_lines import counted
 
@@ -47,14 +56,13 @@ def judged_page(scene: JudgedScene) -> str:
         if len(scene.tracks) == 1
         else "Judged as autopilots fly them.",
         "tiles": tiles((escape(name), escape(value), escape(note)) for name, value, note in scene.figures),
-        "banner": _banner(scene),
         "space": "Flight",
         "ends": "● home.",
         "lines": f"{_LINES} {told(scene)}",
         "numbers": "What was judged",
         "table": table("", heads, body, text_columns=len(heads)),
         "footer": facts_list({"skyverse": __version__}),
-    }
+    } | _found(scene)
     return filled(parts, scene_data(scene) | {"search": [], "words": _WORDS})
 
 
@@ -62,18 +70,14 @@ def _cell(said: str) -> str:
     return f'<td class="text{" doubt" if stands_out(said) else ""}">{escape(said)}</td>'
 
 
-def _banner(scene: JudgedScene) -> str:
-    found = scene.findings
-    if found:
-        lines = "".join(map(finding_line, found[:MAX_SHOWN_FINDINGS]))
-        more = f"<p>… and {len(found) - MAX_SHOWN_FINDINGS:,} more.</p>" if len(found) > MAX_SHOWN_FINDINGS else ""
-        said = f"{counted(len(found), 'thing')} {'is' if len(found) == 1 else 'are'} wrong."
-        verdict = card("bad", "✕", said, f"<ul>{lines}</ul>{more}{_MEND}")
-    else:
-        said = "<p>What the table below names as proven is so at every place between waypoints.</p>"
-        verdict = card("good", "✓", f"{escape(scene.verdict.capitalize())}.", said)
+def _found(scene: JudgedScene) -> Parts:
+    found, told = scene.findings, ""
     if scene.cautions:
-        verdict += card("warn", "!", "What a pilot must heed.", listed_sentences(scene.cautions))
+        told += card("warn", "What a pilot must heed.", listed_sentences(scene.cautions))
     if scene.notes:
-        verdict += card("note", "i", "What the files do not say.", listed_sentences(scene.notes))
-    return verdict
+        told += card("note", "What the files do not say.", listed_sentences(scene.notes))
+    if found:
+        said = f"No go: {counted(len(found), 'thing')} {'is' if len(found) == 1 else 'are'} wrong."
+        return verdict("bad", said, "", found, _MEND + told)
+    tone = "good" if scene.verdict == "proven" else "warn"
+    return verdict(tone, f"Go: {scene.verdict}.", "What is proven is so at every place between waypoints.", (), told)

@@ -1,6 +1,6 @@
 """A mission as one web page that works offline: its flight in 3-D, convergence, numbers, and the verdict."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
 
 from skyverse.draw.battery_traces import of_batteries
@@ -8,22 +8,25 @@ from skyverse.draw.margin_traces import told
 from skyverse.draw.scene_traces import of_search
 from skyverse.draw.scenes import MissionScene
 from skyverse.draw.shape_geometry import below
-from skyverse.draw.survey_page import coverage_cards, survey_card, survey_tiles
+from skyverse.draw.survey_page import survey_card, survey_tiles, survey_title
 from skyverse.draw.template import (
-    MAX_SHOWN_FINDINGS,
     NO_VALUE,
+    TONES,
+    Parts,
     card,
     facts_list,
     filled,
-    finding_line,
+    listed_sentences,
     scene_data,
     table,
     tiles,
     uav_row,
+    verdict,
 )
 from skyverse.draw.track import DrawnTrack
 from skyverse.errors import in_words
 from skyverse.model.caution import stands_out, urgency
+from skyverse.model.flight_table import NO_VALUE as EMPTY
 from skyverse.model.flight_table import (
     Column,
     flight_columns,
@@ -34,6 +37,7 @@ from skyverse.model.flight_table import (
     told_energy,
     unit_sentence,
 )
+from skyverse.model.go_no_go import go_no_go
 from skyverse.model.mission import PlannedFlight, planned_flights
 from skyverse.model.quantities import short
 from skyverse.model.result import NO_STOP, Status
@@ -62,10 +66,9 @@ def page(scene: MissionScene) -> str:
     order = "Numbers: the order of visits. " if scene.mission.visited and scene.mission.sorties else ""
     marks = f"{order}{told(scene)}{_squares(scene)}{_cut(scene)}"
     parts = {
-        "title": escape(scene.scenario.name),
+        "title": escape(f"{scene.scenario.name}{survey_title(scene)}"),
         "description": escape(scene.scenario.description),
         "tiles": mission_tiles(scene),
-        "banner": banner(scene),
         "space": "Flight",
         "still": "This mission has no trajectories; the paths are shown as planned.",
         "lines": f"Thick lines: trajectories; thin lines: the paths as planned. {marks}",
@@ -76,14 +79,26 @@ def page(scene: MissionScene) -> str:
         "numbers": "Flights",
         "table": flight_table(scene),
         "details": details(scene),
+        "sheet": sheet(scene),
         "tours": tours(scene),
         "footer": footer(scene),
-    }
+    } | found(scene)
     if scene.surveys:
         told_ends = {} if scene.scenario.targets else {"ends": "● home."}
         parts |= {"survey": survey_card(scene), **told_ends}
     drawn = scene_data(scene) | {"search": of_search(scene), "battery": of_batteries(scene), "words": _WORDS}
     return filled(parts, drawn)
+
+
+def sheet(scene: MissionScene) -> str:
+    """Return what whoever prepares the flights must know; with the verdict, it is what the page prints."""
+    if not scene.sheet:
+        return ""
+    title = "Before the flight"
+    bar = f'<div class="bar"><h2>{title}</h2><button type="button" id="print">Print the flight sheet</button></div>'
+    told = [column for column in zip(*scene.sheet, strict=True) if {*column[1:]} - {EMPTY}]
+    made = _word_table([*zip(*told, strict=True)])
+    return f'<section class="card sheet" aria-label="{title}">{bar}{made}</section>'
 
 
 def tours(scene: MissionScene) -> str:
@@ -109,12 +124,13 @@ def tours(scene: MissionScene) -> str:
 
 
 def _region(name: str, rows: str) -> str:
-    return f'<div class="scroll" tabindex="0" role="region" aria-label="Table: {name}"><table>{rows}</table></div>'
+    return f'<table aria-label="{name}">{rows}</table>'
 
 
 def details(scene: MissionScene) -> str:
     """Return what costs and gaps are counted in and from, and a table of the searches that opens when asked for."""
-    sentences = (total_cost_sentence(scene), unit_sentence(scene.mission), gaps_sentence(scene.mission))
+    claim = "Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
+    sentences = (total_cost_sentence(scene), unit_sentence(scene.mission), gaps_sentence(scene.mission), claim)
     told = " ".join(filter(None, sentences))
     said = f'<p class="hint">{escape(told)}</p>' if told else ""
     heading = "How the paths were searched for: bounds, terms of the cost and effort"
@@ -137,81 +153,50 @@ def _cut(scene: MissionScene) -> str:
     return f" What is higher than the picture is cut off at its top, z = {top:,.4g} m." if cut else ""
 
 
-def banner(scene: MissionScene) -> str:
-    """Return the referee's verdict and a card that says what the mission lacks."""
-    found = scene.findings
-    if not found and not scene.judged:
-        said = "What a file says of itself is not believed; skyverse show and skyverse check judge it."
-        verdict = card("warn", "?", "This mission has not been judged.", f"<p>{said}</p>")
-    elif not found:
-        verdict = card("good", "✓", "The referee found nothing wrong.", _what_was_judged(scene))
-    else:
-        tone = "bad" if any(finding.severity == "error" for finding in found) else "warn"
-        things = counted(len(found), "thing")
-        lines = "".join(finding_line(finding) for finding in found[:MAX_SHOWN_FINDINGS])
-        rest = len(found) - MAX_SHOWN_FINDINGS
-        more = f"<p>… and {rest:,} more in the mission's file.</p>" if rest > 0 else ""
-        verdict = card(
-            tone, "✕" if tone == "bad" else "!", f"The referee found {things} wrong.", f"<ul>{lines}</ul>{more}"
-        )
-    verdict += coverage_cards(scene)
+def found(scene: MissionScene) -> Parts:
+    """Return the verdict on a mission, and below its picture what a pilot must heed and what the mission lacks."""
+    one, told = go_no_go(scene.mission), ""
     if scene.cautions:
-        verdict += card("warn", "!", "What a pilot must heed.", listed_sentences(scene.cautions))
-    if scene.interrupted:
-        verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
+        told += card("warn", "What a pilot must heed.", listed_sentences(scene.cautions))
     if scene.notes:
-        kind = (
-            ("note", "i", "Some UAVs have no target.")
-            if scene.complete
-            else ("warn", "!", "The mission is not complete.")
-        )
-        verdict += card(*kind, listed_sentences(scene.notes))
+        tone, heading = ("note", "Some UAVs have no target.") if scene.complete else ("warn", "What the mission lacks.")
+        told += card(tone, heading, listed_sentences(scene.notes))
     if scene.export_notes:
         cells = (cell for _, *cells in scene.export_verdicts[1:] for cell in cells)  # neither the heads nor the names
-        doubts = [*scene.export_notes, *cells]
-        warned = any(map(stands_out, doubts))
-        tone, sign = ("warn", "!") if warned else ("note", "i")
+        warned = any(map(stands_out, [*scene.export_notes, *cells]))
         heeded = sorted(filter(stands_out, scene.export_notes), key=urgency)
         proven = [note for note in scene.export_notes if not stands_out(note)]
         all_told = (
             f"<details><summary>All that is proven</summary>{listed_sentences(proven)}</details>" if proven else ""
         )
-        said = f"{_export_table(scene.export_verdicts)}{listed_sentences(heeded) if heeded else ''}{all_told}"
-        verdict += card(tone, sign, "What is exported, and the ways home.", said)
-    return verdict
+        exported = _word_table(scene.export_verdicts) if scene.export_verdicts else ""
+        said = f"{exported}{listed_sentences(heeded) if heeded else ''}{all_told}"
+        told += card("warn" if warned else "note", "What is exported, and the ways home.", said)
+    return verdict(TONES[one.verdict], one.sentence, _what_is_proven(scene), scene.findings, told)
 
 
-def listed_sentences(sentences: Iterable[str]) -> str:
-    """Return sentences as a list in HTML."""
-    return f"<ul>{''.join(f'<li>{escape(in_words(one))}</li>' for one in sentences)}</ul>"
-
-
-def _export_table(lines: Sequence[tuple[str, ...]]) -> str:
-    """Return the table of what matters most of each exported flight; what is not proven stands out."""
-    if not lines:
-        return ""
+def _word_table(lines: Sequence[Sequence[str]]) -> str:
+    """Return a head and rows of words as a table in which what is not proven stands out."""
     head, *rows = lines
-    heads = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
-    body = ""
+    body = []
     for name, *cells in rows:
-        marked = ((' class="doubt"' if stands_out(cell) else "", escape(cell)) for cell in cells)
-        body += (
-            f'<tr><th scope="row">{escape(name)}</th>{"".join(f"<td{kind}>{cell}</td>" for kind, cell in marked)}</tr>'
-        )
-    return f'<div class="exported"><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>'
+        marked = "".join(f'<td class="text{" doubt" * stands_out(cell)}">{escape(cell)}</td>' for cell in cells)
+        body.append(f'<tr><th scope="row">{escape(name)}</th>{marked}</tr>')
+    heads = [(escape(name[0].upper() + name[1:]), "") for name in head]
+    return f"<table>{table('', heads, body, text_columns=len(heads))}</table>"
 
 
-def _what_was_judged(scene: MissionScene) -> str:
-    flights = sum(track.arrival is not None for track in scene.tracks)
-    if flights == 0:
-        return "<p>There are no trajectories; it judged the paths alone.</p>"
-    things = counted(flights, "trajectory", "trajectories")
-    proven = f" Proven at every instant: {what_is_proven(scene.scenario, scene.mission.makespan)}."
-    world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
-    claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
-    named = pads_sentence(scene.scenario, scene.pads)
-    pads = f" {escape(named)}" if scene.proven and named else ""
-    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{pads}{claim}{world}</p>"
+def _what_is_proven(scene: MissionScene) -> str:
+    """Say what the referee proved of the flights, and what of the photos."""
+    if not scene.judged and not scene.findings and not scene.mission.coverage:
+        return "What a file says of itself is not believed; skyverse show and skyverse check judge it."
+    covered = " ".join(f"{scene.scenario.surveys[one.survey].name}: {one.sentence}" for one in scene.mission.coverage)
+    if not scene.proven:
+        return covered
+    if not any(track.arrival is not None for track in scene.tracks):
+        return "There are no trajectories; the paths alone were judged."
+    proven = f"Proven at every instant: {what_is_proven(scene.scenario, scene.mission.makespan)}."
+    return " ".join(filter(None, [proven, pads_sentence(scene.scenario, scene.pads), covered]))
 
 
 def _called_optimal(scene: MissionScene) -> bool:
@@ -265,7 +250,7 @@ def mission_tiles(scene: MissionScene) -> str:
 
 def total_cost_sentence(scene: MissionScene) -> str:
     """Return what all paths cost together, and how far that is from the least at most; nothing where a path lacks."""
-    if not scene.mission.complete:
+    if not scene.mission.complete or not scene.mission.costs:
         return ""
     gap = scene.mission.gap
     above = "" if gap is None else f", at most {told_gap(gap)} above the {scene.bound}"

@@ -6,7 +6,7 @@
   const shown = tracks.map(() => true);
   const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, tube: true, separation: true, movers: true, active: true, ceiling: true, names: data.space.at(-1).mode.includes("text") };
   const config = {
-    responsive: true, displaylogo: false, plotlyServerURL: "",
+    responsive: true, displaylogo: false, plotlyServerURL: "", ...(matchMedia("(max-width: 700px)").matches ? { displayModeBar: false } : {}),
     modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
   };
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
@@ -92,7 +92,7 @@
       const { hard, solid } = data.kinds[trace.meta.kind];
       Object.assign(trace, { color: kindColour(trace.meta.kind), flatshading: true });
       if (solid) Object.assign(trace, { opacity: 1, colorscale: [[0, "#000000"], [1, kindColour(trace.meta.kind)]], lighting: { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 } });
-      else if (hard) Object.assign(trace, { opacity: data.mapped ? 0.25 : 0.17, lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.02, roughness: 1 } });
+      else if (hard) Object.assign(trace, { opacity: trace.name === "fence" ? 0.05 : data.mapped ? 0.25 : 0.17, lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.02, roughness: 1 } });
       else Object.assign(trace, { opacity: 0.2, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
     }
     if (role === "edge") {
@@ -274,6 +274,13 @@
     jump(Number(button.dataset.time));
     $("space").scrollIntoView({ block: "center", behavior: "smooth" });
   });
+
+  // ---- on a narrow screen a row is a block, and each cell has its column's name beside it ----
+  for (const { tHead, tBodies } of document.querySelectorAll("table")) {
+    for (const { cells } of tBodies[0].rows) [...cells].forEach((cell, k) => { cell.dataset.head = tHead.rows[0].cells[k].textContent; });
+  }
+
+  $("print")?.addEventListener("click", () => print());
 
   // ---- what is shown ----
   tracks.forEach((track, uav) => {

@@ -5,18 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from skyverse.draw.flight_page import FLIGHT_WORDS, metres, tracking_errors
+from skyverse.draw.flight_page import FLIGHT_WORDS, flown_footer, flown_verdict, metres, tracking_errors
 from skyverse.draw.margin_traces import told
 from skyverse.draw.plotly_values import NOWHERE, Trace, columns, flat, mesh, plain, trace
 from skyverse.draw.replanned_scene import CommittedWay, ReplannedScene
 from skyverse.draw.shape_geometry import DrawnShape, footprint, outline, surface
 from skyverse.draw.template import (
-    MAX_SHOWN_FINDINGS,
     NO_VALUE,
     card,
-    facts_list,
     filled,
-    finding_line,
     scene_data,
     table,
     tiles,
@@ -48,7 +45,6 @@ def replanned_page(flight: ReplannedFlight) -> str:
         "title": f"{escape(scene.scenario.name)}, replanned in flight",
         "description": escape(" ".join([flight.sensor.sentence, flight.flight.vehicle_sentence])),
         "tiles": _tiles(flight),
-        "banner": _banner(drawn),
         "space": "Flight",
         "still": "Nothing was flown.",
         "lines": "Coloured: flown so far; grey, dotted: as planned. Ahead of a UAV: the way that it is committed to, "
@@ -57,8 +53,18 @@ def replanned_page(flight: ReplannedFlight) -> str:
         "curves": "Distance of each UAV from what was commanded, over time",
         "numbers": "As flown",
         "table": _table(drawn),
-        "footer": _footer(flight),
+        "footer": flown_footer(
+            flight.flight,
+            {
+                "Sensor": flight.sensor.sentence,
+                "Lead": f"{flight.lead:g} s",
+                "Horizon": f"{flight.horizon:.3g} s",
+            },
+        ),
     }
+    proven = flight.certificate is None or flight.certificate.verdict is Verdict.PROVEN
+    below = card("note" if proven else "warn", "What was commanded", f"<p>{escape(flight.proof_sentence)}</p>")
+    parts |= flown_verdict(flight, scene, below, proven=proven)
     data: dict[str, Any] = scene_data(scene)
     traces: list[Trace] = data["space"]
     data["space"] = [*traces[:-MARKS], *replanned_in_space(drawn), *traces[-MARKS:]]
@@ -84,23 +90,6 @@ def _tiles(flight: ReplannedFlight) -> str:
     return tiles(shown)
 
 
-def _banner(drawn: ReplannedScene) -> str:
-    flight = drawn.flight
-    if flight.flight.stands_in:
-        verdict = card("note", "i", "Another vehicle was flown.", f"<p>{escape(flight.sentence)}</p>")
-    elif flight.safe:
-        said = flight.sentence.removeprefix("Safe as flown: ")
-        verdict = card("good", "✓", "Safe as flown.", f"<p>{escape(said[:1].upper() + said[1:])}</p>")
-    else:
-        lines = "".join(finding_line(finding) for finding in drawn.scene.findings[:MAX_SHOWN_FINDINGS])
-        verdict = card("bad", "✕", "This flight is not safe.", f"<ul>{lines}</ul>")
-    found = flight.certificate
-    if found is None:
-        return verdict + card("note", "i", "What was commanded", f"<p>{escape(flight.proof_sentence)}</p>")
-    tone, sign = ("good", "✓") if found.verdict is Verdict.PROVEN else ("warn", "!")
-    return verdict + card(tone, sign, "What was commanded", f"<p>{escape(flight.proof_sentence)}</p>")
-
-
 def _table(drawn: ReplannedScene) -> str:
     flight, rows = drawn.flight, []
     for uav, (track, flown) in enumerate(zip(drawn.scene.tracks, flight.flown, strict=True)):
@@ -118,23 +107,6 @@ def _table(drawn: ReplannedScene) -> str:
         target = NO_VALUE if track.target_name is None else escape(track.target_name)
         rows.append(uav_row(track.name, track.colour, (target,), cells))
     return table(escape(flight.replans_sentence), _HEADS, rows, text_columns=2)
-
-
-def _footer(flight: ReplannedFlight) -> str:
-    made, flown = flight.mission.provenance, flight.flight
-    return facts_list(
-        {
-            "Scenario": flight.truth.name,
-            "Planner": made.planner,
-            "Vehicle": flown.vehicle,
-            "Weather": flown.conditions.told(flown.seed),
-            "Sensor": flight.sensor.sentence,
-            "Lead": f"{flight.lead:g} s",
-            "Horizon": f"{flight.horizon:.3g} s",
-            "skyverse": made.skyverse,
-            "Platform": made.platform,
-        }
-    )
 
 
 PAGE_STRIDE = 2

@@ -24,7 +24,7 @@ from skyverse.model.verdict import Fault, Verdict, Violation
 from skyverse.space.mission_cautions import mission_cautions
 from skyverse.space.pads import FleetPad, fleet_pads
 from skyverse.space.unsafe_points import unsafe_points
-from skyverse.tour_table import NumberedSortie, numbered_sorties, numbered_visits
+from skyverse.tour_table import NumberedSortie, numbered_sorties, numbered_visits, planned_sheet
 
 MAX_PROFILE_POINTS = 10_000
 """The largest number of points of all profiles together."""
@@ -161,7 +161,7 @@ class MissionScene(Scene):
     `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
     the referee proved all of it at every instant. The `cautions` are what a pilot must heed. The `export_notes` are
     what an export says of its waypoints, and the `export_verdicts` are the head and the lines of its table, the columns
-    of a line as words.
+    of a line as words. The `sheet` is such a table of what whoever prepares the flights must know.
     """
 
     mission: Mission
@@ -174,6 +174,7 @@ class MissionScene(Scene):
     cautions: tuple[str, ...] = ()
     export_notes: tuple[str, ...] = ()
     export_verdicts: tuple[tuple[str, ...], ...] = ()
+    sheet: tuple[tuple[str, ...], ...] = ()
     spare_note: ClassVar[str] = " (no UAV flies here)"
 
     @cached_property
@@ -222,6 +223,7 @@ def scene(mission: Mission) -> MissionScene:
         proven=proven,
         pads=tuple(fleet_pads(mission)) if proven else (),
         cautions=tuple(said for said in cautions if not said.endswith(covered)),
+        sheet=planned_sheet(mission),
     )
 
 

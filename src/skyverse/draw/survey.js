@@ -47,7 +47,8 @@
     const prints = { type: "scatter", mode: "lines", x, y, hoverinfo: "skip", line: { color: colour("map-ink"), width: 0.5, simplify: false }, opacity: Math.min(0.5, 60 / Math.sqrt(survey.count || 1) / 10) };
     const heat = survey.maps.filter(({ meta }) => meta.role === shade).map((trace) => ({ ...trace, colorbar: { title: { text: trace.meta.unit, side: "right" }, thickness: 14, len: 1, lenmode: "fraction", ypad: 0, outlinewidth: 0, tickfont: { color: colour("soft") }, tickformat: trace.meta.role === "count" ? ",d" : "" } }));
     const standing = data.map.traces.filter(({ meta }) => meta.role === "kind").map((trace) => ({ ...trace, fill: "none", line: { color: kindColour(data.kinds[trace.meta.kind]), width: 2 } }));
-    return [...heat, prints, ...standing, ...ways, ...survey.outlines];
+    const names = data.map.traces.filter(({ meta, mode }) => meta.role === "names" && mode === "text").map((trace) => ({ ...trace, textfont: { size: 11, color: colour("ink") } }));
+    return [...heat, ...(shade === "sorties" ? [prints] : []), ...standing, ...ways, ...survey.outlines, ...names];
   };
   const draw = async () => {
     const font = { family: getComputedStyle(document.body).fontFamily, color: colour("soft"), size: 12 };
@@ -58,8 +59,8 @@
     await Plotly.react("surveyed", traces(), {
       xaxis: axis("x, east (m)", 0), yaxis: { ...axis("y, north (m)", 1), scaleanchor: "x" }, font, showlegend: false, hovermode: "closest", dragmode: "pan",
       images: data.map.ground ? [{ ...data.map.ground, xref: "x", yref: "y", sizing: "stretch", layer: "below" }] : [],
-      margin: { l: 8, r: 10, t: 10, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("soft"), activecolor: colour("ink") },
-    }, { responsive: true, displaylogo: false, scrollZoom: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] });
+      margin: { l: 8, r: 10, t: 30, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("soft"), activecolor: colour("ink") },
+    }, { responsive: true, displaylogo: false, scrollZoom: true, displayModeBar: matchMedia("(max-width: 700px)").matches ? false : "hover", modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] });
     for (const button of document.querySelectorAll("[data-shade]")) button.setAttribute("aria-pressed", String(button.dataset.shade === shade));
     canvas?.remove();
     $("surveyed").append(canvas = document.createElement("canvas"));

@@ -5,13 +5,11 @@ from html import escape
 
 from skyverse.draw.photo_views import DrawnSurvey
 from skyverse.draw.scenes import MissionScene
-from skyverse.draw.template import MAX_SHOWN_FINDINGS, NO_VALUE, card, table
+from skyverse.draw.template import MAX_SHOWN_FINDINGS, NO_VALUE, TONES, table
 from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.short_lines import counted, told_gsd, told_overlap, told_share
-from skyverse.model.verdict import Verdict
 
-_TONES = {Verdict.PROVEN: ("good", "✓"), Verdict.REFUTED: ("bad", "✕"), Verdict.UNDECIDED: ("warn", "?")}
 _MAP = """
 <section class="card survey" aria-label="Surveys">
   <div class="bar">
@@ -43,7 +41,7 @@ _MAP = """
 _HINT = (
     "A picture, drawn from samples {step}: UAVs are where they are planned to be, and only the ground hides places. "
     "What is proven of every place, with tracking and attitude errors and all that hides it, is in the table. "
-    "Thin lines: what each photo shows, by the rays through its corners. Red hatching: what is not proven to be seen."
+    "Red hatching: what is not proven to be seen. Thin lines beside sorties: what each photo shows."
 )
 
 
@@ -57,6 +55,15 @@ def survey_card(scene: MissionScene) -> str:
     return _MAP.format(heading=heading, hint=hint, facts=_facts(scene), gaps=_gaps(scene))
 
 
+def survey_title(scene: MissionScene) -> str:
+    """Return what a page's title says after the scenario's name; nothing without surveys."""
+    if not scene.surveys:
+        return ""
+    area = sum(asked_ground(one.survey).area for one in scene.surveys if one.survey.of_ground)
+    of = f"of {told_area(area)}" if area else "of structures"
+    return f": survey {of} by {counted(len(scene.tracks), 'UAV')}"
+
+
 def survey_tiles(scene: MissionScene) -> list[tuple[str, str, str]]:
     """Return the tiles with the numbers of photos, and of how much is proven to be seen; none without surveys."""
     if not scene.surveys:
@@ -66,16 +73,6 @@ def survey_tiles(scene: MissionScene) -> list[tuple[str, str, str]]:
     shares = [proof.seen[0] for proof in proofs if proof.seen]
     seen = [("Proven to be seen", told_share(min(shares)), "of what is asked for")] if shares else []
     return [("Photos", f"{photos:,}", f"in {counted(len(scene.sorties), 'sortie')}"), *seen]
-
-
-def coverage_cards(scene: MissionScene) -> str:
-    """Return a card with what the referee says of the photos of each survey that it was asked of."""
-    said = ""
-    for drawn in scene.surveys:
-        if drawn.coverage is not None:
-            heading = f"Survey {escape(drawn.survey.name)}: {drawn.coverage.verdict.value}."
-            said += card(*_TONES[drawn.coverage.verdict], heading, f"<p>{escape(drawn.coverage.sentence)}</p>")
-    return said
 
 
 def _facts(scene: MissionScene) -> str:
@@ -88,7 +85,7 @@ def _facts(scene: MissionScene) -> str:
         for name in names
     )
     made = table("", heads, rows, text_columns=1)
-    return f'<div class="scroll" tabindex="0" role="region" aria-label="Table: surveys"><table>{made}</table></div>'
+    return f'<table aria-label="surveys">{made}</table>'
 
 
 def _told(drawn: DrawnSurvey) -> Iterator[tuple[str, str]]:
@@ -109,8 +106,7 @@ def _told(drawn: DrawnSurvey) -> Iterator[tuple[str, str]]:
 
 
 def _proven(proof: Coverage) -> Iterator[tuple[str, str]]:
-    tone, _ = _TONES[proof.verdict]
-    yield "Proven", f'<span class="pill {tone}">{proof.verdict.value}</span>'
+    yield "Proven", f'<span class="pill {TONES[proof.verdict]}">{proof.verdict.value}</span>'
     for many in sorted({1, 2, 3, 5, len(proof.seen)} & {*range(1, len(proof.seen) + 1)}):
         yield f"Seen by {counted(many, 'photo')} or more", told_share(proof.seen[many - 1])
     yield "Coarsest best photo of any place", told_gsd(proof.gsd)
@@ -128,7 +124,7 @@ def _gaps(scene: MissionScene) -> str:
         return ""
     more = f"<li>… and {len(told) - MAX_SHOWN_FINDINGS:,} more</li>" if len(told) > MAX_SHOWN_FINDINGS else ""
     lines = "".join(f"<li>{escape(one)}</li>" for one in told[:MAX_SHOWN_FINDINGS])
-    return f'<h2>Not proven to be seen</h2><div class="scroll"><ul class="gaps">{lines}{more}</ul></div>'
+    return f'<h2>Not proven to be seen</h2><ul class="gaps">{lines}{more}</ul>'
 
 
 def _gap(name: str, gap: CoverageGap) -> str:

@@ -18,8 +18,10 @@ from skyverse.draw.scene_traces import in_space
 from skyverse.draw.scenes import Scene, SceneFinding
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
 from skyverse.draw.survey_traces import survey_data
+from skyverse.errors import in_words
 from skyverse.model.frame import Origin
 from skyverse.model.short_lines import told_clock
+from skyverse.model.verdict import Verdict
 
 MAX_SHOWN_FINDINGS = 200
 NO_VALUE = "\N{EN DASH}"
@@ -41,7 +43,11 @@ _MAPS = """
   </section>"""
 
 
-def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
+Parts = dict[str, str]
+"""Pieces of HTML by their places in the template."""
+
+
+def filled(parts: Parts, drawn: dict[str, Any]) -> str:
     """Return the page with these parts, in HTML, whose scripts draw the data; what is not given is left empty."""
     from plotly.offline import get_plotlyjs
 
@@ -173,12 +179,39 @@ def uav_row(name: str, colour: str, texts: Iterable[str], cells: Iterable[str]) 
     return f'<tr><th scope="row"><i style="background:{colour}"></i>{escape(name)}</th>{"".join(columns)}</tr>'
 
 
-def card(tone: str, sign: str, heading: str, body: str) -> str:
-    """Return a card above the picture: tone ``good``, ``warn``, ``bad`` or ``note``; heading and body in HTML."""
+TONES = {Verdict.PROVEN: "good", Verdict.REFUTED: "bad", Verdict.UNDECIDED: "warn"}
+"""The tone in which a verdict is told."""
+SIGNS = {"good": "✓", "warn": "!", "bad": "✕", "note": "i"}
+"""The sign of each tone."""
+
+
+def card(tone: str, heading: str, body: str) -> str:
+    """Return a card of a tone of `SIGNS`; heading and body in HTML."""
     return (
-        f'<section class="verdict {tone}"><span class="sign" aria-hidden="true">{sign}</span>'
+        f'<section class="verdict {tone}"><span class="sign" aria-hidden="true">{SIGNS[tone]}</span>'
         f"<div><h2>{heading}</h2>{body}</div></section>"
     )
+
+
+def listed_sentences(sentences: Iterable[str]) -> str:
+    """Return sentences as a list in HTML."""
+    return f"<ul>{''.join(f'<li>{escape(in_words(one))}</li>' for one in sentences)}</ul>"
+
+
+def verdict(tone: str, heading: str, said: str, findings: Sequence[SceneFinding] = (), told: str = "") -> Parts:
+    """Return the parts of a page that say what was found: one banner, and the cards below the picture.
+
+    `heading` and `said` are plain text. Of several `findings` the banner tells the first, and a card all; other cards,
+    in HTML, are `told`.
+    """
+    lines = [finding_line(one) for one in findings[:MAX_SHOWN_FINDINGS]]
+    first = f"<ul>{lines[0]}</ul>" if lines else ""
+    if len(lines) > 1:
+        rest = len(findings) - len(lines)
+        more = f"<p>… and {rest:,} more.</p>" if rest else ""
+        told = card("bad", "All that is wrong.", f"<ul>{''.join(lines)}</ul>{more}") + told
+    below = '<p><a href="#told">More below the picture</a></p>' if told else ""
+    return {"banner": card(tone, escape(heading), f"<p>{escape(said)}</p>{first}{below}"), "told": told}
 
 
 def finding_line(finding: SceneFinding) -> str:

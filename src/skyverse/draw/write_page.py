@@ -12,16 +12,15 @@ from skyverse.atomic import write_text
 from skyverse.draw.mission_page import page
 from skyverse.draw.scenes import Scene, scenario_scene, scene
 from skyverse.draw.template import (
-    MAX_SHOWN_FINDINGS,
-    card,
+    Parts,
     facts_list,
     filled,
-    finding_line,
     number,
     scene_data,
     table,
     tiles,
     uav_row,
+    verdict,
 )
 from skyverse.draw.track import Point
 from skyverse.errors import require_kind
@@ -60,14 +59,13 @@ def scenario_page(drawn: Scene) -> str:
         "title": escape(scenario.name),
         "description": escape(scenario.description),
         "tiles": _tiles(scenario),
-        "banner": _banner(drawn),
         "space": "Space",
         "still": "Nothing is planned yet.",
         "lines": "Rings mark starts and targets that are not safe." if drawn.findings else "",
         "numbers": "Starts and targets",
         "table": _table(drawn),
         "footer": _footer(scenario),
-    }
+    } | _found(drawn)
     return filled(parts, scene_data(drawn) | {"search": [], "words": _WORDS, "planned": False})
 
 
@@ -86,20 +84,19 @@ def _tiles(scenario: Scenario) -> str:
     return tiles(shown)
 
 
-def _banner(drawn: Scene) -> str:
-    """Return a card that says whether all starts and targets are safe, and how each of the others is not."""
+def _found(drawn: Scene) -> Parts:
+    """Return the parts that say whether all starts and targets are safe, and how each of the others is not."""
     found = drawn.findings
     ends = len(drawn.scenario.uavs) + len(drawn.scenario.targets)
     if found:
-        heading = f"{len(found):,} of {ends:,} starts and targets {'is' if len(found) == 1 else 'are'} not safe."
-        lines = "".join(finding_line(finding) for finding in found[:MAX_SHOWN_FINDINGS])
-        return card("bad", "✕", heading, f"<ul>{lines}</ul>")
+        said = f"{len(found):,} of {ends:,} starts and targets {'is' if len(found) == 1 else 'are'} not safe."
+        return verdict("bad", said, "", found)
     if not ends:
-        return card("note", "i", "There are no UAVs and no targets.", "<p>They can be given when it is planned.</p>")
+        return verdict("note", "There are no UAVs and no targets.", "They can be given when it is planned.")
     said = f"They are in bounds and {drawn.scenario.clearance:g} m or more from every obstacle."
     if temporary_zones(drawn.scenario):
         said += " Zones with active times were not looked at: the referee judges flights and stays among them."
-    return card("good", "✓", "All starts and targets are safe.", f"<p>{said}</p>")
+    return verdict("good", "All starts and targets are safe.", said)
 
 
 def _table(drawn: Scene) -> str:

@@ -148,9 +148,9 @@ def export(
         return [path]
     flown = with_zones_always_active(mission, str(path), judged.certificates)
     flown = replace(flown, scenario=with_origin(flown, options.origin, str(path)))
-    contents, files, certificate, told = waypoint_files(flown, path, suffix, options)
+    contents, files, certificate, told, sheet = waypoint_files(flown, path, suffix, options)
     if page is not None:
-        contents[page] = export_page(replace(judged, scenario=placed), certificate, [*notes, *told])
+        contents[page] = export_page(replace(judged, scenario=placed), certificate, [*notes, *told], sheet)
         files.append(page)
     write_files(contents)
     on_certificate(certificate)

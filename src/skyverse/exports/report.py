@@ -20,6 +20,7 @@ from skyverse.exports.verdicts import ExportCertificate, ExportedFleet, verdict_
 from skyverse.exports.way_home import WayHome, layer
 from skyverse.exports.way_home_space import CLEARANCE_SHARE
 from skyverse.model.caution import Caution
+from skyverse.model.flight_table import NO_VALUE
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.power import JOULES_OF_WATT_HOUR
@@ -29,6 +30,7 @@ from skyverse.numerics.tolerances import SAME_PLACE
 from skyverse.space.pads import fleet_pads, pads_sentence
 from skyverse.space.tracking_error import NO_ERROR
 from skyverse.summary import flight_summary
+from skyverse.tour_table import told_home
 
 MAX_TOLD = 6
 """UAVs that one sentence names; of more it says only how many."""
@@ -70,6 +72,14 @@ def cautions(fleet: ExportedFleet, *, planned: bool) -> Iterator[str]:
     later = [f"{fleet.name(plan)} at t = {told_seconds(plan.begin)}" for plan in plans if plan.begin]
     if later:
         yield f"{Caution.BEFORE} later sorties, change the battery, and start them in time: {few(later, MAX_TOLD)}."
+    parts = [f"{fleet.name(plan)} in {len(plan.parts)}" for plan in plans if plan.breaks]
+    if parts:
+        most, title = plans[0].autopilot.max_waypoints, plans[0].autopilot.title
+        yield (
+            f"{Caution.BEFORE} each flight, load all its parts: {few(parts, MAX_TOLD)}, as {title} takes {most} "
+            "waypoints in a file at most. At the end of a part it hovers until you start the next: do so at once, "
+            "without landing; what it takes of the battery to wait is not counted."
+        )
     yield from _low_batteries(fleet)
     if options.end == "rtl":
         yield from not_apart_when_returning(scenario, plans, apart)
@@ -160,12 +170,6 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
     for plan, back in zip(plans, fleet.returns, strict=True):
         corners = plan.route.corners if plan.corners_proven else f"corners {Caution.NOT} proven"
         yield plan.route.sentence(scenario, corners)
-        if plan.breaks:
-            most = plan.autopilot.max_waypoints
-            yield (
-                f"{fleet.name(plan)}: {len(plan.parts)} files of at most {most} waypoints; after each it waits for the "
-                "next."
-            )
         rise = float(plan.waypoints[0][2] - plan.home[2])
         if plan.autopilot.rises is None and np.isfinite(plan.rates.climb) and rise < options.takeoff - SAME_PLACE:
             yield (
@@ -173,7 +177,8 @@ def details(fleet: ExportedFleet) -> Iterator[str]:
                 f"rise by {options.takeoff:g} m."
             )
         yield from _of_photos(fleet, plan)
-        yield from _of_battery(fleet, plan)
+        if battery := told_battery(fleet, plan):
+            yield f"{fleet.name(plan)}: it {battery}."
         yield from _of_way_home(fleet, plan, back)
     if pads := pads_sentence(scenario, fleet_pads(mission)):
         yield pads
@@ -219,15 +224,15 @@ def _low_batteries(fleet: ExportedFleet) -> Iterator[str]:
         )
 
 
-def _of_battery(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
-    """Yield what a flight takes of its battery, where that is known."""
+def told_battery(fleet: ExportedFleet, plan: FlightPlan) -> str:
+    """Return what a flight takes of its battery, and what must be left; nothing where that is not known."""
     taken = flown_summary(fleet, plan)
     if taken.energy_bound is None or taken.left is None:
-        return
+        return ""
     energy, reserve = taken.energy_bound / JOULES_OF_WATT_HOUR, fleet.scenario.uavs[plan.route.uav].reserve
-    yield (
-        f"{fleet.name(plan)}: it takes {energy:.1f} Wh in {told_seconds(taken.time)} and leaves {taken.left:.1%} of "
-        f"its battery; {reserve:.0%} is its reserve."
+    return (
+        f"takes {energy:.1f} Wh in {told_seconds(taken.time)} and leaves {taken.left:.1%} of its battery; "
+        f"{reserve:.0%} is its reserve"
     )
 
 
@@ -293,7 +298,21 @@ def _of_way_home(fleet: ExportedFleet, plan: FlightPlan, back: WayHome | None) -
         )
 
 
-def export_page(mission: Mission, proven: ExportCertificate, notes: Sequence[str]) -> str:
+def flight_sheet(fleet: ExportedFleet, loads: Sequence[Sequence[Path]]) -> tuple[tuple[str, ...], ...]:
+    """Return the head and rows of the table for whoever prepares the flights; `loads` are the files of each."""
+    head = ("flight", "load, in this order", "home", "returns at", "starts", "battery")
+    rows = []
+    for plan, back, files in zip(fleet.plans, fleet.returns, loads, strict=True):
+        above = NO_VALUE if back is None else f"{back.altitude:.4g} m above home"
+        names, starts = ", ".join(file.name for file in files), f"t = {told_seconds(plan.begin)}"
+        home, battery = told_home(*fleet.place(plan.home)), told_battery(fleet, plan) or NO_VALUE
+        rows.append((fleet.name(plan), names, home, above, starts, battery))
+    return (head, *rows)
+
+
+def export_page(
+    mission: Mission, proven: ExportCertificate, notes: Sequence[str], sheet: tuple[tuple[str, ...], ...]
+) -> str:
     """Return the page of an export: a judged mission whose scenario has an origin, what is proven, and what is said."""
     landings = []
     for back in proven.returns:
@@ -308,4 +327,4 @@ def export_page(mission: Mission, proven: ExportCertificate, notes: Sequence[str
         landings.append(LandingPlace(uav, words, (x, y, z), back.level))
     head, rows = verdict_table(proven.flights)
     told = replace(scene(mission), landings=tuple(landings), export_notes=tuple(notes), export_verdicts=(head, *rows))
-    return page(told)
+    return page(replace(told, sheet=sheet))

@@ -10,7 +10,6 @@ import numpy as np
 from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, autopilot_for, require_return_altitude
-from skyverse.exports.expected_photos import SUFFIXES as PHOTO_FILES
 from skyverse.exports.expected_photos import photo_files
 from skyverse.exports.fleet_routes import routes
 from skyverse.exports.flight_plan import FlightPlan, flight_plans, in_turn
@@ -24,6 +23,7 @@ from skyverse.exports.report import (
     OTHER_ENDS,
     cautions,
     details,
+    flight_sheet,
     flown_summary,
     loading,
     not_apart_when_returning,
@@ -59,6 +59,7 @@ class WaypointFiles(NamedTuple):
     files: list[Path]
     certificate: ExportCertificate
     notes: list[str]
+    sheet: tuple[tuple[str, ...], ...]
 
 
 def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOptions) -> WaypointFiles:
@@ -94,12 +95,13 @@ def waypoint_files(mission: Mission, path: Path, suffix: str, options: ExportOpt
     _require_apart(scenario, apart, plans, options, path, planned=planned)
     told = ExportedFleet(mission, plans, returns, apart, options)
     _require_batteries(told, path)
-    contents, rates = _contents(path, suffix, told)
+    contents, loads = _contents(path, suffix, told)
+    rates = [files[-1] if len(files) > len(plan.parts) else None for files, plan in zip(loads, plans, strict=True)]
     settings = [litchi_settings(told)] if suffix == ".litchi.csv" else []
     notes = [*cautions(told, planned=planned), *higher, *settings, *loading(told, rates), *details(told)]
     certificate = ExportCertificate(apart, tuple(returns), flight_verdicts(told))
-    files = [file for file in contents if file not in rates and not file.name.endswith(PHOTO_FILES)]
-    return WaypointFiles(contents, files, certificate, notes)
+    files = [file for own in loads for file in own if file not in rates]
+    return WaypointFiles(contents, files, certificate, notes, flight_sheet(told, loads))
 
 
 def _require_batteries(fleet: ExportedFleet, path: Path) -> None:
@@ -232,18 +234,20 @@ def _require_apart(
         )
 
 
-def _contents(path: Path, suffix: str, fleet: ExportedFleet) -> tuple[Contents, list[Path | None]]:
-    """Return all files of each flight plan, and which of them is its parameter file."""
+def _contents(path: Path, suffix: str, fleet: ExportedFleet) -> tuple[Contents, list[list[Path]]]:
+    """Return all files, and those of each flight plan that are loaded, in their order, parameters last."""
     names = [plan.route.name(fleet.scenario, "-sortie-") for plan in fleet.plans]
-    fence, contents, rates = geofence(fleet.scenario), Contents(), list[Path | None]()
+    fence, contents, loads = geofence(fleet.scenario), Contents(), list[list[Path]]()
     for own, plan, back in zip(file_for_each(path, suffix, names), fleet.plans, fleet.returns, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
-        for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
+        loads.append(list(file_for_each(own, suffix, parts)))
+        for file, part in zip(loads[-1], plan.parts, strict=True):
             item = fleet.options.survey_item
             flight = FlightFile(fleet.scenario, plan, part, fleet.options.altitude, plan.end, back, fence, item)
             contents[file] = FORMATS[suffix](flight)
         contents |= photo_files(fleet.mission, plan, own, suffix)
-        rates.append(parameter_file(own, suffix, plan))
-        if rates[-1] is not None:
-            contents[rates[-1]] = parameters_text(plan, fleet.scenario.uavs[plan.route.uav], back)
-    return contents, rates
+        rates = parameter_file(own, suffix, plan)
+        if rates is not None:
+            contents[rates] = parameters_text(plan, fleet.scenario.uavs[plan.route.uav], back)
+            loads[-1].append(rates)
+    return contents, loads

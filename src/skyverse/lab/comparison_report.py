@@ -15,7 +15,7 @@ from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
 from skyverse.lab.curves import band, expected_run_length, grid, run_lengths, spread
 from skyverse.lab.flight_report import READ, answer_times, flight_table, kept_population_section
-from skyverse.lab.planner_differences import best_mean, difference_section, matrix
+from skyverse.lab.planner_differences import best_mean, difference_section, matrix, winner
 from skyverse.lab.report import (
     Block,
     Cell,
@@ -86,10 +86,12 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
     if not len(rows):
         raise InputError(f"{rows.path}: expected finished runs to compare, found none")
     budgets = rows.labels("budget")
-    blocks = list(_made(rows))
+    blocks: list[Block] = [Text(_run(rows))]
     for number, budget in enumerate(budgets, 1):
         runs = runs_at_budget(rows, budget)
         mark, suffix = (f"-{number}", f", {budget}") if len(budgets) > 1 else ("", "")
+        if said := winner(runs):
+            blocks.insert(number - 1, Text(f"{literal(budget)}: {said}" if suffix else said))
         if runs.flown:
             blocks += kept_population_section(rows, runs)
         blocks += [SectionHeading(f"Effort{suffix}"), *_effort(runs, mark)]
@@ -101,20 +103,20 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
         blocks += [SectionHeading(f"Differences{suffix}"), *difference_section(runs, mark)]
     if not runs.flown:
         blocks += [SectionHeading("Methods"), Text(_methods(rows, blocks))]
-    return Report(title, [*blocks, SectionHeading("How to read this"), Text(READ if runs.flown else _READ)])
+    read = [SectionHeading("How to read this"), Text(READ if runs.flown else _READ)]
+    return Report(title, [*blocks, *read, SectionHeading("Settings"), *_settings(rows)])
 
 
-def _made(rows: Rows) -> Iterator[Block]:
-    told = rows.select(("scenario", "planner", "budget", "seed", "settings", "versions", "verdict"))
-    planners = rows.labels("planner")
+def _run(rows: Rows) -> str:
+    """Return what was run, and what is wrong with the runs."""
+    told = rows.select(("scenario", "planner", "budget", "seed", "verdict"))
     counts = [counted(len(rows), "run"), counted(len(rows.labels("scenario")), "scenario")]
-    counts.append(counted(len(planners), "planner"))
+    counts.append(counted(len(rows.labels("planner")), "planner"))
     budgets = [literal(budget) for budget in rows.labels("budget")]
     lines = [
         f"{', '.join(counts)}. Budget of each UAV: {listed(budgets)}. Seeds: {whole_numbers(told['seed'].tolist())}. "
         "A run is one scenario planned, or flown, once, with all its UAVs."
     ]
-    lines += [f"Made with {literal(version)}." for version in sorted(set(told["versions"].tolist()))]
     if len(rows) < math.prod(len(set(told[name].tolist())) for name in ("scenario", "planner", "budget", "seed")):
         lines.append("> **Not every planner has run everywhere with every seed.**")
     wrong = [verdict for verdict in told["verdict"].tolist() if verdict]
@@ -122,14 +124,20 @@ def _made(rows: Rows) -> Iterator[Block]:
         lines.append(
             f"> **The referee found fault with {counted(len(wrong), 'run')}**, first: {literal(wrong[0][:300])}"
         )
-    yield Text("\n\n".join(lines))
+    return "\n\n".join(lines)
+
+
+def _settings(rows: Rows) -> Iterator[Block]:
+    told, planners = rows.select(("planner", "settings", "versions")), rows.labels("planner")
     settings = ["; ".join(sorted(set(told["settings"][told["planner"] == label].tolist()))) for label in planners]
     yield Table(("planner", "settings"), list(zip(planners, settings, strict=True)))
+    versions = literal("; ".join(sorted(set(told["versions"].tolist()))))
+    yield Text(f"Made with {versions}. What stands in brackets behind a version is a digest of its source.")
 
 
 def _methods(rows: Rows, blocks: Sequence[Block]) -> str:
     """Return the paragraph that a paper says of the runs, and of those statistics that the report has."""
-    told = rows.select(("seed", "versions", "success"))
+    told = rows.select(("seed", "success"))
     tables = [block for block in blocks if isinstance(block, Table)]
     cells = [cell for table in tables for row in table.rows for cell in row if isinstance(cell, Printed)]
     made = {name for cell in cells for name, number in cell.numbers.items() if number is not None}
@@ -141,7 +149,6 @@ def _methods(rows: Rows, blocks: Sequence[Block]) -> str:
         budgets=listed([literal(budget) for budget in rows.labels("budget")]),
         runs=counted(len(rows), "run"),
         failed=f"{len(rows) - int(told['success'].sum()):,}",
-        versions=literal("; ".join(sorted(set(told["versions"].tolist())))),
     )
 
 
@@ -324,7 +331,7 @@ def _split(name: str, panels: Sequence[figures.Panel[T]]) -> Iterator[tuple[str,
 _METHODS = {
     "": """\
 Each of {planners} was run on each of {scenarios} with {seeds}; each UAV's search had a budget of {budgets}. The
-settings stand in the first table; what it does not say of another package's method is that package's default. Of {runs}
+settings stand in the last table; what it does not say of another package's method is that package's default. Of {runs}
 {failed} did not reach their targets; their costs count with the penalty for ending short, or as infinite without any
 path. Success rates have Wilson's confidence intervals, at 95 %. Every result was checked by an independent referee.""",
     "p (Holm)": """ Planners were
@@ -339,8 +346,6 @@ Confidence intervals of means are bootstrapped (BCa, 2,000 resamples), at 95 %."
     "runs within 1 %": """ Run lengths and convergence count
 evaluations of the objective, noted at each improvement; of several UAVs, whose numbers are added up, after each
 iteration.""",
-    "runs": """ Software: {versions}. What stands in brackets behind a version is a digest of its source.
-""",
 }
 """What is said in any case, and where the report has such a number or figure."""
 _READ = """\

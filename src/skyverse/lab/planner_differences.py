@@ -36,6 +36,25 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
         yield f"Too few runs to test whether they differ from it ({runs} of both): {named(planners, few)}."
 
 
+def winner(runs: BudgetRuns) -> str:
+    """Say which planner is better than each other over all scenarios, or that none is; nothing of fewer than two."""
+    found = compare_pairs([runs.costs(planner, runs.scenarios) for planner in runs.contestants], paired=runs.flown)
+    if not found:
+        return ""
+    wins = [0] * len(runs.contestants)
+    for (i, j), one in found.items():
+        if one.p is not None and one.p < SIGNIFICANCE_LEVEL and not one.scenarios_disagree:
+            wins[i if one.chance > 0.5 else j] += 1
+    best = int(np.argmax(wins))
+    reached = runs.all(runs.contestants[best], "success")
+    if wins[best] < len(wins) - 1:
+        return "**No planner is significantly better than each of the others.**"
+    return (
+        f"**Best: {literal(runs.contestants[best])}**, significantly better than each of the others over all scenarios; "
+        f"it reached its targets in {np.count_nonzero(reached):,} of {counted(len(reached), 'run')}."
+    )
+
+
 def matrix(planners: Sequence[str], found: dict[tuple[int, int], PairwiseTest]) -> Table:
     """Return a table of how often each planner is cheaper than each other."""
 

@@ -5,7 +5,7 @@ How far, how steeply and how high a trajectory flies is read off at samples; no 
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -102,6 +102,8 @@ NO_VALUE = "-"
 """What stands in a table where there is no value."""
 SHORTEST_WAIT = 0.005
 """Seconds before departure that are told; less would be told as none."""
+SAME_LENGTH = 1e-3
+"""The share of a length by which a cost that differs is told beside it."""
 EXACT_TERMS = {"fuel", "divergence", "end"}
 """The terms of a cost of which exact search on the lattice finds the optimum."""
 _TERMS = {"altitude": "outside band", "climb": "steepness"}
@@ -155,9 +157,18 @@ def flight_columns(mission: Mission) -> list[Column]:
             tuple(map(_left, flights)),
         ),
     ]
-    return [
-        column for column in columns if column.head not in ("energy", "battery left") or set(column.cells) - {NO_VALUE}
-    ]
+    return [one for one in _told(columns) if one.head != "cost" or not _costs_are_lengths(flights)]
+
+
+def _told(columns: Sequence[Column]) -> list[Column]:
+    """Return the columns that tell anything of anybody."""
+    return [one for one in columns if not one.cells or set(one.cells) - {NO_VALUE}]
+
+
+def _costs_are_lengths(flights: Sequence[PlannedFlight]) -> bool:
+    """Return whether the cost of each path is what is flown, so that one number tells both."""
+    pairs = [(one.result.cost, one.summary.length) for one in flights if one.result is not None and one.summary]
+    return bool(pairs) and all(abs(cost - length) <= SAME_LENGTH * length for cost, length in pairs)
 
 
 def search_columns(mission: Mission) -> list[Column]:
@@ -170,7 +181,7 @@ def search_columns(mission: Mission) -> list[Column]:
     def searched(told: Callable[[Result], str]) -> tuple[str, ...]:
         return tuple(NO_VALUE if one.result is None else told(one.result) for one in flights)
 
-    return [
+    columns = [
         Column("UAV", "", tuple(one.uav.name for one in flights)),
         Column("cost", "The terms together.", searched(lambda one: _plain(one.cost))),
         Column(bound, _BOUND_MEANINGS[bound], searched(lambda one: _plain(one.bound))),
@@ -184,6 +195,7 @@ def search_columns(mission: Mission) -> list[Column]:
         Column("arrives at", "", _instants(flights, lambda one: one.end)),
         Column("flies", "The form of the trajectory.", _of_trajectories(flights, lambda one: one.form)),
     ]
+    return _told(columns)
 
 
 _BOUND_MEANINGS: dict[BoundKind, str] = {
@@ -319,9 +331,9 @@ def planners_sentence(mission: Mission) -> str:
 
 
 def unknown_gaps_sentence(mission: Mission) -> str:
-    """Return why complete paths have no gap in the table; nothing where each has one."""
-    found = [one.result for one in planned_flights(mission) if one.result is not None]
-    if all(result.bound is not None for result in found if result.status.reached):
+    """Return why some complete paths have no gap in the table; nothing where each has one, or none."""
+    found = [one.result for one in planned_flights(mission) if one.result is not None and one.result.status.reached]
+    if len({result.bound is None for result in found}) < 2:
         return ""
     return 'Where the gap is "-", what the best possible path costs at least was not computed.'
 

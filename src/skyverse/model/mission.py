@@ -120,7 +120,7 @@ class Mission(ArrayRecord):
         flown = f"{told_metres(length)} flown, " if length else ""
         return as_lines(
             f"Mission {self.scenario.name!r}: {who}{judged}",
-            "" if self.complete else "not complete: " + self._missing,
+            "" if self.complete else "not complete: " + self.missing,
             f"total cost {self.total_cost_sentence}",
             self._visits if self.sorties else "",
             *(f"coverage of {self.scenario.surveys[one.survey].name}: {one.verdict.value}" for one in self.coverage),
@@ -283,8 +283,8 @@ class Mission(ArrayRecord):
         return f"{' and '.join([visited, *flown] if self.scenario.targets or not flown else flown)} in {many}"
 
     @property
-    def _missing(self) -> str:
-        """What the mission lacks."""
+    def missing(self) -> str:
+        """What a mission lacks that is not complete."""
         if self.interrupted:
             return "the run was interrupted"
         without = sum(

@@ -201,3 +201,8 @@ class Survey(Model):
     def of_ground(self) -> bool:
         """Whether it is the ground that is to be seen."""
         return self.pattern not in OF_STRUCTURES
+
+    @property
+    def overlaps_on_walls(self) -> bool:
+        """Whether photos of walls are to overlap, which no proof tells."""
+        return self.pattern in ("facade", "orbit") and max(self.overlap) > 0

@@ -298,6 +298,7 @@ class _Figures(NamedTuple):
         figures = (shares, worst, mostly, coarsest, (least[0], least[1]), pairs, short)
         told = _sentence(self.area, figures, survey, gaps, where)
         told += "; no photos are neighbours on strips whose overlap could be judged" if alone else ""
+        told += "; how much photos of walls overlap is not judged" if survey.overlaps_on_walls else ""
         if self.lacking > LET_PASS:
             told += f"; {self.lacking:,.3g} m² are not photographed in each direction of the pattern {survey.pattern!r}"
         sentence = f"{told}: {verdict.value}."
