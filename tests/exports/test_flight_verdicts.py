@@ -114,7 +114,7 @@ def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsy
     told = in_words(warning)
     assert told.endswith("; give end 'land' to land below the last waypoints or end 'loiter' to stay there")
     page = unescape((tmp_path / "m.html").read_text("utf-8"))
-    assert page.index("apart in flight") < page.index(f"<li>{told}</li>") < page.index("straight legs proven")
+    assert page.index("Apart in flight") < page.index(f"<li>{told}</li>") < page.index("straight legs proven")
     sky.write(mission, tmp_path / "m.json")
     export(
         str(tmp_path / "m.json"),

@@ -79,6 +79,6 @@ def test_flights_that_fail_count_as_endless_in_tests(rows):
 def test_a_study_without_a_pair_makes_no_judgement(rows, tmp_path):
     add(rows, "alone", "Alone()", [np.inf])
     headings = [block.text for block in comparison_report(rows).blocks if isinstance(block, SectionHeading)]
-    assert headings == ["Effort", "Costs", "hall: patrols", "Differences", "How to read this"]
+    assert headings == ["Effort", "Costs", "hall: patrols", "Differences", "How to read this", "Settings"]
     written = write_report(rows, tmp_path, title="One flight")
     assert {path.name for path in written} >= {"report.md", "report.html", "costs.svg"}

@@ -1,6 +1,7 @@
 """A mission as one web page that works offline: its flight in 3-D, convergence, numbers, and the verdict."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 
 from skyverse.draw.battery_traces import of_batteries
@@ -43,6 +44,7 @@ from skyverse.model.quantities import short
 from skyverse.model.result import NO_STOP, Status
 from skyverse.model.short_lines import counted, told_gap, told_metres, told_seconds
 from skyverse.model.timed_shapes import what_is_proven
+from skyverse.model.verdict import Verdict
 from skyverse.space.mission_cautions import nearest_obstacle
 from skyverse.space.pads import pads_sentence
 from skyverse.tour_table import sortie_columns, visit_columns
@@ -156,14 +158,14 @@ def _cut(scene: MissionScene) -> str:
 def found(scene: MissionScene) -> Parts:
     """Return the verdict on a mission, and below its picture what a pilot must heed and what the mission lacks."""
     one, told = go_no_go(scene.mission), ""
+    doubts = [cell for _, *cells in scene.export_verdicts[1:] for cell in cells]  # neither the heads nor the names
     if scene.cautions:
         told += card("warn", "What a pilot must heed.", listed_sentences(scene.cautions))
     if scene.notes:
         tone, heading = ("note", "Some UAVs have no target.") if scene.complete else ("warn", "What the mission lacks.")
         told += card(tone, heading, listed_sentences(scene.notes))
     if scene.export_notes:
-        cells = (cell for _, *cells in scene.export_verdicts[1:] for cell in cells)  # neither the heads nor the names
-        warned = any(map(stands_out, [*scene.export_notes, *cells]))
+        warned = any(map(stands_out, [*scene.export_notes, *doubts]))
         heeded = sorted(filter(stands_out, scene.export_notes), key=urgency)
         proven = [note for note in scene.export_notes if not stands_out(note)]
         all_told = (
@@ -172,6 +174,8 @@ def found(scene: MissionScene) -> Parts:
         exported = _word_table(scene.export_verdicts) if scene.export_verdicts else ""
         said = f"{exported}{listed_sentences(heeded) if heeded else ''}{all_told}"
         told += card("warn" if warned else "note", "What is exported, and the ways home.", said)
+    if one.verdict is Verdict.PROVEN and any(map(stands_out, doubts)):
+        one = replace(one, verdict=Verdict.UNDECIDED, sentence="Go, but not all of what is exported is proven.")
     return verdict(TONES[one.verdict], one.sentence, _what_is_proven(scene), scene.findings, told)
 
 
@@ -196,7 +200,7 @@ def _what_is_proven(scene: MissionScene) -> str:
     if not any(track.arrival is not None for track in scene.tracks):
         return "There are no trajectories; the paths alone were judged."
     proven = f"Proven at every instant: {what_is_proven(scene.scenario, scene.mission.makespan)}."
-    return " ".join(filter(None, [proven, pads_sentence(scene.scenario, scene.pads), covered]))
+    return " ".join(filter(None, [covered, proven, pads_sentence(scene.scenario, scene.pads)]))
 
 
 def _called_optimal(scene: MissionScene) -> bool:

@@ -229,10 +229,10 @@ def told_battery(fleet: ExportedFleet, plan: FlightPlan) -> str:
     taken = flown_summary(fleet, plan)
     if taken.energy_bound is None or taken.left is None:
         return ""
-    energy, reserve = taken.energy_bound / JOULES_OF_WATT_HOUR, fleet.scenario.uavs[plan.route.uav].reserve
+    energy, uav = taken.energy_bound / JOULES_OF_WATT_HOUR, fleet.scenario.uavs[plan.route.uav]
     return (
-        f"takes {energy:.1f} Wh in {told_seconds(taken.time)} and leaves {taken.left:.1%} of its battery; "
-        f"{reserve:.0%} is its reserve"
+        f"takes {energy:.1f} of {uav.battery:g} Wh in {told_seconds(taken.time)} and leaves {taken.left:.1%} of its "
+        f"battery; {uav.reserve:.0%} must be left"
     )
 
 

@@ -103,8 +103,8 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
         blocks += [SectionHeading(f"Differences{suffix}"), *difference_section(runs, mark)]
     if not runs.flown:
         blocks += [SectionHeading("Methods"), Text(_methods(rows, blocks))]
-    read = [SectionHeading("How to read this"), Text(READ if runs.flown else _READ)]
-    return Report(title, [*blocks, *read, SectionHeading("Settings"), *_settings(rows)])
+    blocks += [SectionHeading("How to read this"), Text(READ if runs.flown else _READ)]
+    return Report(title, [*blocks, SectionHeading("Settings"), *_settings(rows)])
 
 
 def _run(rows: Rows) -> str:

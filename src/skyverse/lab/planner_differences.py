@@ -46,12 +46,12 @@ def winner(runs: BudgetRuns) -> str:
         if one.p is not None and one.p < SIGNIFICANCE_LEVEL and not one.scenarios_disagree:
             wins[i if one.chance > 0.5 else j] += 1
     best = int(np.argmax(wins))
-    reached = runs.all(runs.contestants[best], "success")
     if wins[best] < len(wins) - 1:
         return "**No planner is significantly better than each of the others.**"
+    reached = runs.all(runs.contestants[best], "success")
     return (
-        f"**Best: {literal(runs.contestants[best])}**, significantly better than each of the others over all scenarios; "
-        f"it reached its targets in {np.count_nonzero(reached):,} of {counted(len(reached), 'run')}."
+        f"**Best: {literal(runs.contestants[best])}**, over all scenarios significantly better than every other. "
+        f"It reached its targets in {np.count_nonzero(reached):,} of {counted(len(reached), 'run')}."
     )
 
 
