@@ -2,9 +2,11 @@
 
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import shapely
 
@@ -14,8 +16,20 @@ from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.reading import Choices
 from skyverse.model.caution import Caution
 
-_GDAL_SUFFIXES = (".shp", ".gpkg", ".fgb")
-FEATURE_SUFFIXES = (".geojson", ".json", ".kml", ".kmz", *_GDAL_SUFFIXES, ".osm", ".pbf")
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+    from skyverse.maps.readers.record_to_feature import GeometryRecord
+
+_JSON_SUFFIXES, _OSM_SUFFIXES, _GDAL_SUFFIXES = (".geojson", ".json"), (".osm", ".pbf"), (".shp", ".gpkg", ".fgb")
+_LAYERS = {
+    **dict.fromkeys(_JSON_SUFFIXES, "geojson"),
+    **dict.fromkeys((".kml", ".kmz"), "kml"),
+    **dict.fromkeys(_GDAL_SUFFIXES, "vector_tables"),
+}
+"""By suffix, the reader whose `layers` gives the geometries of such a file; the libraries of others are not loaded."""
+LAYER_SUFFIXES = tuple(_LAYERS)
+FEATURE_SUFFIXES = (*LAYER_SUFFIXES, *_OSM_SUFFIXES)
 
 
 def read_features(path: Path | str, choices: Choices | None = None) -> list[Feature]:
@@ -45,11 +59,10 @@ def read_features(path: Path | str, choices: Choices | None = None) -> list[Feat
             give=[Remedy("voxels", None, "for point clouds")] if suffix in (".las", ".laz") else (),
         )
     require_file(path)
-    require_libraries(str(path), "pyproj", *(("pyogrio",) if suffix in (*_GDAL_SUFFIXES, ".pbf") else ()))
     try:
         with warnings.catch_warnings():  # shapely warns of coordinates that are refused later
             warnings.simplefilter("ignore", RuntimeWarning)
-            found = _reader(suffix)(path, choices)
+            found = _features(path, choices)
     except (shapely.errors.ShapelyError, RecursionError, MemoryError) as error:
         raise InputError(f"{path}: its geometries cannot be used: {error}") from None
     warning = f"{Caution.WARNING}: "
@@ -62,30 +75,33 @@ def read_features(path: Path | str, choices: Choices | None = None) -> list[Feat
     return found
 
 
-def _reader(suffix: str) -> Callable[[Path, Choices], list[Feature]]:
-    """Return the reader of files with a suffix; the libraries of the others are not loaded."""
-    from skyverse.maps.readers import kml, osm
-
-    readers = {
-        **dict.fromkeys((".osm", ".pbf"), osm.buildings),
-        **dict.fromkeys((".kml", ".kmz"), kml.features),
-        **dict.fromkeys((".geojson", ".json"), _json),
-        **dict.fromkeys(_GDAL_SUFFIXES, _tables),
-    }
-    return readers[suffix]
+def _require_readers(path: Path) -> None:
+    by_gdal = path.suffix.lower() in (*_GDAL_SUFFIXES, ".pbf")
+    require_libraries(str(path), "pyproj", *(("pyogrio",) if by_gdal else ()))
 
 
-def _tables(path: Path, choices: Choices) -> list[Feature]:
-    from skyverse.maps.readers import vector_tables
+def read_layers(path: Path, choices: Choices) -> "Iterator[tuple[list[GeometryRecord], CRS]]":
+    """Yield the geometries of each layer of a file, whose suffix is one of `LAYER_SUFFIXES`, and what they count in."""
+    _require_readers(path)
+    yield from import_module(f"{__name__}.{_LAYERS[path.suffix.lower()]}").layers(path, choices)
 
-    return vector_tables.features(path, choices)
 
+def _features(path: Path, choices: Choices) -> list[Feature]:
+    """Read buildings or zones of any format; of JSON, the file itself says whether it is CityJSON."""
+    _require_readers(path)
+    from skyverse.maps.readers import cityjson, geojson, osm
+    from skyverse.maps.readers.record_to_feature import features_of
 
-def _json(path: Path, choices: Choices) -> list[Feature]:
-    """Read GeoJSON, ED-269, ED-318 or CityJSON, as the file itself says."""
-    from skyverse.maps.readers import cityjson, geojson
-
-    document = geojson.load(path)
-    if isinstance(document, dict) and document.get("type") == "CityJSON":
-        return cityjson.buildings(document, path, choices)
-    return geojson.features(document, path, choices)
+    suffix = path.suffix.lower()
+    if suffix in _OSM_SUFFIXES:
+        return osm.buildings(path, choices)
+    if suffix in _JSON_SUFFIXES:
+        document = geojson.load(path)
+        if isinstance(document, dict) and document.get("type") == "CityJSON":
+            return cityjson.buildings(document, path, choices)
+        found = [geojson.records(document, path)]
+    else:
+        found = list(read_layers(path, choices))
+    if not found:
+        raise InputError(f"{path}: expected polygons of zones or buildings, found none")
+    return [feature for records, crs in found for feature in features_of(records, crs, str(path), choices)]

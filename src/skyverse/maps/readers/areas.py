@@ -5,26 +5,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyproj
 import shapely
 from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, path_of, require_file, require_kind
-from skyverse.extras import require_libraries
-from skyverse.maps.georeference.coordinate_systems import WGS84, to_globe
+from skyverse.maps.georeference.coordinate_systems import to_globe
 from skyverse.maps.georeference.feature import SWAPPED
 from skyverse.maps.georeference.reading import Choices
-from skyverse.maps.readers import geojson, kml
+from skyverse.maps.readers import LAYER_SUFFIXES, read_layers
 from skyverse.maps.readers.polygons import in_one_piece, pieces, unwrapped
-from skyverse.maps.readers.record_to_feature import GeometryRecord
 from skyverse.model.frame import MAX_FAR, Origin
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.shapes import Region
 
-GDAL_SUFFIXES = (".shp", ".gpkg", ".fgb")
-AREA_SUFFIXES = (".kml", ".kmz", ".geojson", ".json", *GDAL_SUFFIXES)
 HAIRLINE = 0.1
 """Metres: an outline that is nowhere wider is a mistake, not an area."""
 SHRUNK = 0.01
@@ -94,15 +89,14 @@ def read_shapes(path: str | Path, crs: str | None, *kinds: type[BaseGeometry]) -
     """Return the geometries of a file of some kinds, longitude and latitude in degrees, each with its name."""
     path = path_of(path)
     suffix = path.suffix.lower()
-    if suffix not in AREA_SUFFIXES:
-        known = ", ".join(AREA_SUFFIXES)
+    if suffix not in LAYER_SUFFIXES:
+        known = ", ".join(LAYER_SUFFIXES)
         raise InputError(f"{path}: expected a file of areas or lines ({known}), found {suffix or 'no ending'!r}")
     require_file(path)
-    require_libraries(str(path), "pyproj", *(("pyogrio",) if suffix in GDAL_SUFFIXES else ()))
     found: list[tuple[Any, str]] = []
     others: list[tuple[Any, str]] = []
     try:
-        for records, system in _records(path, crs):
+        for records, system in read_layers(path, Choices(crs=crs)):
             present = [one for one in records if one.geometry is not None and not one.geometry.is_empty]
             flat = shapely.force_2d(np.array([one.geometry for one in present], dtype=object))
             names = [one.where for one in present]
@@ -123,18 +117,6 @@ def read_shapes(path: str | Path, crs: str | None, *kinds: type[BaseGeometry]) -
 
 
 _NOUNS = {"Polygon": "polygon", "LineString": "line", "LinearRing": "line", "Point": "point"}
-
-
-def _records(path: Path, crs: str | None) -> Iterator[tuple[list[GeometryRecord], pyproj.CRS]]:
-    suffix = path.suffix.lower()
-    if suffix in (".kml", ".kmz"):
-        yield kml.records(path), WGS84
-    elif suffix in (".geojson", ".json"):
-        yield geojson.records(geojson.load(path), path)
-    else:
-        from skyverse.maps.readers import vector_tables
-
-        yield from vector_tables.layers(path, Choices(crs=crs))
 
 
 def _simple(geometry: BaseGeometry) -> Iterator[BaseGeometry]:

@@ -15,10 +15,10 @@ from skyverse.documents.json import read_json
 from skyverse.documents.limits import read_bytes
 from skyverse.errors import InputError, shown
 from skyverse.maps.georeference.coordinate_systems import WGS84, named_crs
-from skyverse.maps.georeference.feature import Feature, are_numbers, plain, require_type
+from skyverse.maps.georeference.feature import are_numbers, plain, require_type
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.dimensions import fields_of_standard_circle
-from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
+from skyverse.maps.readers.record_to_feature import GeometryRecord
 
 _WRAPPERS = ("uaszone", "verticallayer", "layer")
 """Plain names of properties whose own fields are those of a zone and of its limits, as national services write them."""
@@ -39,9 +39,9 @@ def load(path: Path) -> Any:
     return read_json(read_bytes(path), path, constants=no_number)
 
 
-def features(document: Any, path: Path, choices: Choices) -> list[Feature]:
-    """Return the zones or buildings of a GeoJSON or ED-269 document."""
-    return features_of(*records(document, path), str(path), choices)
+def layers(path: Path, _: Choices) -> Iterator[tuple[list[GeometryRecord], pyproj.CRS]]:
+    """Yield the features of a GeoJSON or ED-269 file as its only layer."""
+    yield records(load(path), path)
 
 
 def records(document: Any, path: Path) -> tuple[list[GeometryRecord], pyproj.CRS]:

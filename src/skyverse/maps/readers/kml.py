@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import IO, Any
 from xml.etree.ElementTree import Element
 
+import pyproj
 import shapely
 from shapely import GeometryCollection, LineString, Point
 from shapely.geometry.base import BaseGeometry
@@ -14,19 +15,18 @@ from skyverse.documents.kmz import unpacked
 from skyverse.documents.xml import read_tree
 from skyverse.errors import InputError, unreadable
 from skyverse.maps.georeference.coordinate_systems import WGS84
-from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers.geojson import polygon
-from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
+from skyverse.maps.readers.record_to_feature import GeometryRecord
 
 _GEOMETRIES = ("Polygon", "Point", "LineString", "LinearRing")
 _REFUSED_GEOMETRIES = ("Track", "MultiTrack", "Model")
 _ALTITUDE_MODES = ("clampToGround", "relativeToGround", "absolute")
 
 
-def features(path: Path, choices: Choices) -> list[Feature]:
-    """Return the zones or buildings of a KML or KMZ file."""
-    return features_of(records(path), WGS84, str(path), choices)
+def layers(path: Path, _: Choices) -> Iterator[tuple[list[GeometryRecord], pyproj.CRS]]:
+    """Yield the placemarks of a KML or KMZ file as its only layer."""
+    yield records(path), WGS84
 
 
 def records(path: Path) -> list[GeometryRecord]:

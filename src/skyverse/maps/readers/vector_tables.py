@@ -12,20 +12,11 @@ from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError, printable
 from skyverse.maps.georeference.coordinate_systems import named_crs
-from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.reading import GIVE_CRS, Choices
-from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
+from skyverse.maps.readers.record_to_feature import GeometryRecord
 
 _FIRST_BYTES = {".shp": b"\x00\x00\x27\x0a", ".gpkg": b"SQLite format 3\x00", ".fgb": b"fgb\x03fgb"}
 """How files begin; GDAL goes by the content, and would read another format under the same suffix."""
-
-
-def features(path: Path, choices: Choices) -> list[Feature]:
-    """Return the zones or buildings of all layers of a file."""
-    found = list(layers(path, choices))
-    if not found:
-        raise InputError(f"{path}: expected polygons of zones or buildings, found none")
-    return [feature for records, crs in found for feature in features_of(records, crs, str(path), choices)]
 
 
 def layers(path: Path, choices: Choices) -> Iterator[tuple[list[GeometryRecord], pyproj.CRS]]:
