@@ -86,12 +86,12 @@ def scale(*sides: int) -> None:
         with (
             timed(planning, "survey_flights", spent),
             timed(planning, "plan_tours", spent),
-            timed(planning, "_judged", spent),
+            timed(planning, "judged", spent),
         ):
             mission = sky.plan_mission(given, rng=1)
         whole = time.perf_counter() - begun
         verdicts = ", ".join(one.verdict.value for one in mission.coverage)
-        proven, lines = spent.get("_judged", math.nan), spent.get("survey_flights", math.nan)
+        proven, lines = spent.get("judged", math.nan), spent.get("survey_flights", math.nan)
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
         rows.append(
             [

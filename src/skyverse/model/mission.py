@@ -73,7 +73,7 @@ class Mission(ArrayRecord):
     violations
         What the referee found wrong when the mission was planned; empty if nothing. `check` judges anew.
     interrupted
-        Whether the run was interrupted; what was found until then is kept.
+        Whether the run was interrupted; what was found until then is kept, and not judged.
     certificates
         What the referee proved of each UAV's trajectory, in the scenario's order; empty if it was not asked, as of a
         mission that was read from a file: no file holds certificates, and `certify` makes them anew.

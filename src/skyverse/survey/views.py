@@ -226,10 +226,10 @@ class Sights:
             axes = np.array([axes_of(heading, pitch) for heading, pitch in part[:, 3:]])
             seen = _seen(self.look, part[:, :3].copy(), axes, facets.corners, facets.normal)
             view, facet = np.nonzero(seen)
-            rows.append(np.array([view + first, facet]))
+            clear = self.clear(part[view, :3], facets, facet)
+            rows.append(np.array([view[clear] + first, facet[clear]]))
         view, facet = np.concatenate(rows, axis=1)
-        clear = self.clear(views[view, :3], facets, facet)
-        return view[clear], facet[clear]
+        return view, facet
 
     def inside_structures(self, facets: Facets) -> NDArray[np.bool_]:
         """Tell which facets lie inside the survey's structures, (n,): those that its obstacles cover together."""
