@@ -132,6 +132,7 @@ OPTIONS = {
     "a width of strips": ({"width": "30"}, "width"),
     "no drones": ({"drones": "0"}, "drones"),
     "a launch far away": ({"launch": "48.1,11.5"}, "km|launch"),
+    "a fence that is the field itself": ({"fence": "field.kml"}, "--launch: .*give --launch .* inside the fence"),
     "a launch without longitude": ({"launch": "46.8"}, "--launch"),
     "another pattern": ({"pattern": "spiral"}, "spiral"),
     "a facade of an area": ({"pattern": "facade"}, "--buildings and --structure"),
@@ -190,7 +191,8 @@ def test_what_is_malformed_is_refused_in_one_sentence(skyverse, tmp_path, words,
     code, out, err = skyverse("survey", *words, "-o", "out/field.json")
     assert (code, out) == (2, ""), err
     *notes, sentence = err.splitlines()
-    assert not [note for note in notes if not note.startswith(("UAVs may stray", "skyverse: compiling"))]
+    told = ("UAVs may stray", "UAVs stay inside the fence", "skyverse: compiling")
+    assert all(note.startswith(told) for note in notes)
     assert re.search(said, sentence), sentence
     assert not (tmp_path / "out").exists()
 

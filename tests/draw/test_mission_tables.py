@@ -57,7 +57,7 @@ def test_what_students_of_planners_read_is_in_a_table_of_its_own(mission):
 
 def test_what_is_missing_is_told_as_missing(troubled):
     told = cells(flight_columns(troubled))
-    assert told["status"] == ("complete", "no path", "not planned", "no target")
+    assert told["status"] == ("complete", "no path", "not planned", "stays at its start")
     assert told["cost"] == ("27 nodes", "-", "-", "-")
     assert told["flown"] == ("13 m", "-", "-", "-")
     assert told["target"][3] == "-"

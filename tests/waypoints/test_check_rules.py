@@ -290,6 +290,21 @@ def test_two_missions_head_on_come_too_close_and_apart_in_height_do_not(tmp_path
     assert found[0]
 
 
+def test_circles_of_aeroplanes_are_no_circles_of_multirotors_and_heights_are_above_home(tmp_path):
+    text = json.loads(
+        plan([*tour((4 * NORTH, 0, 60))[:2], item(18, 2, 0, 200, 1, 47.0 + 4 * NORTH, 8.0, 60, number=3)])
+    )
+    text["mission"]["vehicleType"] = 1
+    ring = [[47.0 + 3 * NORTH, 7.99], [47.0 + 3 * NORTH, 8.01], [47.0 + 5 * NORTH, 8.01], [47.0 + 5 * NORTH, 7.99]]
+    text["geoFence"] = {"version": 2, "circles": [], "polygons": [{"version": 1, "inclusion": False, "polygon": ring}]}
+    fleet = checked(tmp_path, json.dumps(text), vehicle="mapping")
+    (mission,) = fleet.missions
+    assert not any(one.kind is FindingKind.NO_CIRCLES for one in mission.findings)
+    crossed = [line for line in finding_lines(fleet, 0) if "the fence" in line]
+    assert crossed
+    assert all(" 60.0 m above home" in line for line in crossed), crossed
+
+
 @pytest.mark.parametrize("vehicle", ["camera", "mapping"])
 def test_what_is_not_proven_of_aeroplanes_is_said(tmp_path, vehicle):
     text = json.loads(plan(tour((4 * NORTH, 0, 60), (4 * NORTH, 4 * NORTH, 60))))

@@ -324,7 +324,7 @@ class PlannedFlight:
         """How the search for its path ended, in words."""
         if self.result is not None:
             return self.result.status.value
-        return "no target" if self.target is None else "not planned"
+        return "stays at its start" if self.target is None else "not planned"
 
 
 def planned_flights(mission: Mission) -> tuple[PlannedFlight, ...]:

@@ -198,7 +198,7 @@ def _of_orders(flown: FlownMission) -> Iterator[MissionFinding]:
         yield MissionFinding(Subject.LIMITS, FindingKind.NOT_AEROPLANE)
     if flown.plan.autopilot.name == "px4":
         follow = tuple(dict.fromkeys(visit.order.number for visit in flown.visits if visit.follows))
-        circles = tuple(order.number for order in orders if order.turns)
+        circles = tuple(order.number for order in orders if order.turns and math.isfinite(flown.plan.rates.climb))
         refused = ((follow, FindingKind.NO_TERRAIN_FOLLOWING), (circles, FindingKind.NO_CIRCLES))
         yield from (MissionFinding(Subject.LIMITS, kind, items) for items, kind in refused if items)
 

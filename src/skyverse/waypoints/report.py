@@ -194,7 +194,7 @@ def _above_home(fleet: CheckedFleet, number: int, sea: float) -> str:
     """Return in words how far a height, metres above mean sea level, is above home."""
     origin = fleet.scenario.frame.origin
     assert origin is not None
-    above = sea - origin.altitude - float(fleet.missions[number].flown.plan.home[2])
+    above = sea - origin.altitude - (fleet.scenario.uavs[number].home or 0.0)
     return f"{abs(above):.1f} m {'above' if above >= 0 else 'below'} home"
 
 

@@ -147,3 +147,28 @@ def test_lines_are_read_with_their_bends(tmp_path):
     assert np.allclose(line, [(-100, -100), (100, -100), (100, 100)], atol=1e-3)
     with pytest.raises(sky.InputError, match=r"road.kml: placemark 1: expected a polygon, found a line; give pattern"):
         sky.read_area(path, ALPS)
+
+
+def test_what_of_a_file_is_no_area_is_named_and_a_closed_line_may_be_one(tmp_path, refuses):
+    ring = "8.7,50.8 8.71,50.8 8.71,50.81 8.7,50.8"
+    line = f"<LineString><coordinates>{ring}</coordinates></LineString>"
+    outline = f"<LinearRing><coordinates>{ring}</coordinates></LinearRing>"
+    polygon = f"<Polygon><outerBoundaryIs>{outline}</outerBoundaryIs></Polygon>"
+    point = "<Point><coordinates>8.7,50.8</coordinates></Point>"
+    origin = sky.Origin(latitude=50.8, longitude=8.7, altitude=0.0)
+    for shapes, said in (
+        ((point, polygon, line), "left out, no polygon: placemark 1 (a point) and placemark 3 (a line)"),
+        ((polygon,), None),
+        (
+            (polygon, *[point] * 7),
+            "left out, no polygon: " + ", ".join(f"placemark {k} (a point)" for k in range(2, 7)),
+        ),
+    ):
+        path, told = tmp_path / "a.kml", []
+        path.write_text(f"<kml>{''.join(f'<Placemark>{one}</Placemark>' for one in shapes)}</kml>", encoding="utf-8")
+        assert len(sky.read_area(path, origin, tell=told.append)) == 1
+        assert [one.startswith(f"{path}: {said}") for one in told] == [True] * (said is not None)
+    assert told[0].endswith(" and 2 more")
+    path.write_text(f"<kml><Placemark>{line}</Placemark></kml>", encoding="utf-8")
+    with refuses():
+        sky.read_area(path, origin)

@@ -130,3 +130,23 @@ def test_a_date_that_changes_nothing_is_told(tmp_path, fields, nothing):
         )
     )
     assert any("it changes nothing" in text for text in told) == nothing
+
+
+OFFICE = {"CEILING": 200, "UNIT": "ABC TOWER"}
+
+
+def test_a_field_of_another_unit_s_name_does_not_keep_the_user_from_saying_it(tmp_path, refuses):
+    path = geojson(tmp_path, POLYGON, OFFICE)
+    with refuses():
+        read(path, kind="airspace above the permitted height")
+    (cell,), told = read(path, kind="airspace above the permitted height", unit="ft")
+    assert cell.low == sky.AboveGround(200 * 0.3048)
+    assert "1 with 'UNIT', which holds no unit" in told
+    for known in ("FL", "km", "flight level", "hundreds of feet", "pressure altitude"):
+        with refuses():
+            read(
+                geojson(tmp_path, POLYGON, OFFICE | {"UNIT": known}),
+                unit="ft",
+                altitudes="agl",
+                maximum_altitudes="forbidden",
+            )

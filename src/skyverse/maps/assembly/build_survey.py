@@ -8,8 +8,9 @@ from typing import Any
 from skyverse.errors import InputError, Remedy, require_kind, require_row, require_whole
 from skyverse.maps.assembly.build import build_scenario
 from skyverse.maps.assembly.launch_places import with_launches
-from skyverse.maps.assembly.options import BuildOptions
+from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.readers.areas import corners_of, joined, read_area, read_lines
+from skyverse.maps.readers.polygons import Tell
 from skyverse.model.frame import Origin
 from skyverse.model.scenario import Scenario
 from skyverse.model.survey import Survey
@@ -63,11 +64,19 @@ def build_survey(
     _surveys(files, crs, None, asked)  # what is wrong with them is told before maps are read
     options = replace(options, around=[*options.around, *files, *launch])
     world = build_scenario(options)
-    return with_launches(world, options, _surveys(files, crs, world.frame.origin, asked), launch, uavs)
+
+    def tell(said: str) -> None:
+        options.on_note(Note("", said, heed=True))
+
+    return with_launches(world, options, _surveys(files, crs, world.frame.origin, asked, tell), launch, uavs)
 
 
 def _surveys(
-    files: Sequence[str | Path], crs: str | None, origin: Origin | None, asked: Mapping[str, Any]
+    files: Sequence[str | Path],
+    crs: str | None,
+    origin: Origin | None,
+    asked: Mapping[str, Any],
+    tell: Tell = lambda said: None,
 ) -> list[Survey]:
     """Return the surveys of files, in a frame; without an origin, one about the first file itself."""
     if not files:
@@ -76,5 +85,6 @@ def _surveys(
         east, north = corners_of(files[0], crs)[0].tolist()
         origin = Origin(latitude=north, longitude=east, altitude=0.0)
     if asked.get("pattern") == "corridor":
-        return [Survey(line=line, **asked) for file in files for line in read_lines(file, origin, crs=crs)]
-    return [Survey(area=joined(part for file in files for part in read_area(file, origin, crs=crs)), **asked)]
+        return [Survey(line=line, **asked) for file in files for line in read_lines(file, origin, crs=crs, tell=tell)]
+    parts = (part for file in files for part in read_area(file, origin, crs=crs, tell=tell))
+    return [Survey(area=joined(parts), **asked)]

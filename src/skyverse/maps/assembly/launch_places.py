@@ -87,7 +87,9 @@ def with_launches(
             f"expected places {apart:g} m apart beside what is to be seen, for {counted(uavs, 'UAV')} to start at"
         )
         found = f"found {len(chosen)} that are over known ground, clear of zones and obstacles"
-        raise InputError(f"{expected}, {found}", field="launch")
+        which = "inside the fence, also above what is to be seen" if options.fences else "of a free one"
+        give = [] if places else [Remedy("launch", None, f"(latitude,longitude) {which}")]
+        raise InputError(f"{expected}, {found}", field="launch", give=give)
     steep = [k for k, slope in enumerate(_slopes(around, chosen), 1) if slope > STEEPEST]
     if steep and like.fixed_wing is None:
         said = f"{Caution.WARNING}: the ground at the start of {listed([f'uav-{k}' for k in steep])} is steeper than "

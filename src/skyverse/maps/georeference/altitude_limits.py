@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
-from skyverse.errors import InputError, Remedy, shown
+from skyverse.errors import InputError, Remedy, printable, shown
 from skyverse.maps.georeference.feature import Fields, looked_up, number_of, plain
 from skyverse.maps.georeference.reading import Choices
 from skyverse.model.altitude import FOOT, MAX_WRITTEN, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
@@ -50,6 +50,8 @@ METRES_PER_LIMIT_UNIT = {
     **dict.fromkeys(("ft", "foot", "feet"), FOOT),
 }
 """By a unit's plain name."""
+_WORDS_OF_UNITS = {*METRES_PER_LIMIT_UNIT, "fl", "level", "levels", "km", "nm", "miles", "pressure"}
+"""Words by which several together are a unit, if another than is read, and not the name of an office."""
 _WRITTEN_NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)\s*", re.IGNORECASE)
 _OPENAIP_UNITS = {0: "m", 1: "ft", 6: None}
 _OPENAIP_REFERENCES = {0: "GND", 1: "MSL", 2: "STD"}
@@ -191,7 +193,12 @@ def _of(beside: Iterable[Fields], names: tuple[str, ...]) -> Iterator[tuple[str,
 def _unit_beside(beside: Iterable[Fields], side: str, where: str, choices: Choices) -> float | None:
     """Return the metres in the unit that stands beside one limit, or that the user gives; ``None`` for neither."""
     for field, value in _of(beside, _UNITS_BESIDE[side]):
-        return looked_up(METRES_PER_LIMIT_UNIT, value, f"{where}: {field!r}", "M or FT")
+        words = {plain(word) for word in value.split()} if isinstance(value, str) else set()
+        if len(words) < 2 or words & _WORDS_OF_UNITS:
+            return looked_up(METRES_PER_LIMIT_UNIT, value, f"{where}: {field!r}", "M or FT")
+        if choices.unit is None:
+            raise InputError(f"{where}: {field!r}: expected M or FT, found {shown(value)}", give=GIVE_UNIT)
+        choices.count(f"with {printable(field)!r}, which holds no unit")
     return None if choices.unit is None else METRES_PER_LIMIT_UNIT[choices.unit]
 
 

@@ -15,10 +15,11 @@ from skyverse.maps.georeference.coordinate_systems import to_globe
 from skyverse.maps.georeference.feature import SWAPPED
 from skyverse.maps.georeference.reading import Choices
 from skyverse.maps.readers import LAYER_SUFFIXES, read_layers
-from skyverse.maps.readers.polygons import in_one_piece, pieces, unwrapped
+from skyverse.maps.readers.polygons import Tell, in_one_piece, pieces, unwrapped
 from skyverse.model.frame import MAX_FAR, Origin
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.shapes import Region
+from skyverse.model.short_lines import listed
 
 HAIRLINE = 0.1
 """Metres: an outline that is nowhere wider is a mistake, not an area."""
@@ -26,11 +27,15 @@ SHRUNK = 0.01
 """Metres by which a hole that touches an outline is smaller all around, so that all of the ground beside it is seen."""
 SAME_PLACE = 1e-3
 """Metres: corners that are nearer to each other are one."""
+MOST_NAMED = 5
+"""Things that are left out of a file and named."""
 LONGEST_EDGE = 0.02
 """Degrees; longer edges get corners between, as a straight edge in a file is not quite straight on the map."""
 
 
-def read_area(path: str | Path, origin: Origin, *, crs: str | None = None) -> tuple[Region, ...]:
+def read_area(
+    path: str | Path, origin: Origin, *, crs: str | None = None, tell: Tell = lambda said: None
+) -> tuple[Region, ...]:
     """Read the area of a survey: all polygons of a file, with their holes; those that overlap become one part.
 
     Parameters
@@ -41,6 +46,8 @@ def read_area(path: str | Path, origin: Origin, *, crs: str | None = None) -> tu
         Where the zero of the scenario's frame lies.
     crs
         The coordinate system of a file that does not say it, such as ``"EPSG:2056"``.
+    tell
+        Called with a sentence that names what of the file does not count, if anything.
 
     Returns
     -------
@@ -55,7 +62,7 @@ def read_area(path: str | Path, origin: Origin, *, crs: str | None = None) -> tu
     """
     require_kind(origin, Origin, "origin")
     parts = []
-    for polygon, where in read_shapes(path, crs, Polygon):
+    for polygon, where in read_shapes(path, crs, Polygon, tell=tell):
         whole = in_one_piece(polygon, where, beside=origin.longitude)
         rings = [
             local_places(_with_short_edges(ring, where), origin, where) for ring in (whole.exterior, *whole.interiors)
@@ -70,12 +77,12 @@ def joined(parts: Iterable[Region]) -> tuple[Region, ...]:
 
 
 def read_lines(
-    path: str | Path, origin: Origin, *, crs: str | None = None
+    path: str | Path, origin: Origin, *, crs: str | None = None, tell: Tell = lambda said: None
 ) -> tuple[tuple[tuple[float, float], ...], ...]:
     """Read the lines of a file, each for the `line` of a `Survey`: x, y of its points, metres; see `read_area`."""
     require_kind(origin, Origin, "origin")
     found = []
-    for line, where in read_shapes(path, crs, LineString):
+    for line, where in read_shapes(path, crs, LineString, tell=tell):
         whole = shapely.segmentize(LineString(unwrapped(shapely.get_coordinates(line), where)), LONGEST_EDGE)
         local = LineString(local_places(shapely.get_coordinates(whole), origin, where))
         places = shapely.get_coordinates(shapely.remove_repeated_points(local, SAME_PLACE))
@@ -85,7 +92,9 @@ def read_lines(
     return tuple(found)
 
 
-def read_shapes(path: str | Path, crs: str | None, *kinds: type[BaseGeometry]) -> list[tuple[Any, str]]:
+def read_shapes(
+    path: str | Path, crs: str | None, *kinds: type[BaseGeometry], tell: Tell = lambda said: None
+) -> list[tuple[Any, str]]:
     """Return the geometries of a file of some kinds, longitude and latitude in degrees, each with its name."""
     path = path_of(path)
     suffix = path.suffix.lower()
@@ -106,14 +115,19 @@ def read_shapes(path: str | Path, crs: str | None, *kinds: type[BaseGeometry]) -
                     (found if isinstance(part, kinds) else others).append((part, name))
     except (shapely.errors.ShapelyError, RecursionError, MemoryError) as error:
         raise InputError(f"{path}: its geometries cannot be used: {error}") from None
+    expected = " or ".join(_NOUNS[kind.__name__] for kind in kinds)
+    if found and others:
+        left = [f"{where.rpartition(': ')[2]} (a {_NOUNS[part.geom_type]})" for part, where in others]
+        more = [f"{len(left) - MOST_NAMED} more"] if len(left) > MOST_NAMED else []
+        tell(f"{path}: left out, no {expected}: {listed([*left[:MOST_NAMED], *more])}")
     if found:
         return found
-    expected = " or ".join(_NOUNS[kind.__name__] for kind in kinds)
     if not others:
         raise InputError(f"{path}: expected a {expected}, found nothing")
     part, where = others[0]
     give = [Remedy("pattern", "corridor", "to follow it")] if isinstance(part, LineString) else []
-    raise InputError(f"{where}: expected a {expected}, found a {_NOUNS[part.geom_type]}", give=give)
+    closed = ", which is closed: an area is drawn as a polygon" if getattr(part, "is_ring", False) else ""
+    raise InputError(f"{where}: expected a {expected}, found a {_NOUNS[part.geom_type]}{closed}", give=give)
 
 
 _NOUNS = {"Polygon": "polygon", "LineString": "line", "LinearRing": "line", "Point": "point"}
