@@ -67,6 +67,16 @@ def test_what_is_missing_is_told_as_missing(troubled):
     assert "27" in search_table(drawn)
 
 
+def test_no_column_is_empty_or_says_what_another_says(troubled):
+    mission = sky.plan_mission(sky.read("table-4.9-2"), sky.Taut())
+    unbounded = tuple(dataclasses.replace(one, bound=None) for one in mission.results)
+    for one in (troubled, dataclasses.replace(mission, results=unbounded)):
+        assert all(set(cells) - {"-"} for cells in cells(flight_columns(one)).values())
+    pairs = zip(mission.results, mission.flights, strict=True)
+    lengths = (dataclasses.replace(one, cost=own.length) for one, own in pairs)
+    assert "cost" not in cells(flight_columns(dataclasses.replace(mission, results=tuple(lengths))))
+
+
 def test_pages_and_plan_tell_the_distance_to_the_nearest_obstacle(mission, capsys):
     flown = np.concatenate([one.at(np.linspace(one.start, one.end, 5000)).position for one in mission.trajectories])
     box = sky.Box(min=(6, 0, 0), max=(7, 1, 2))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from browser import opened, until
+from browser import fits, until
 from replanned import BALL, hall
 from skyverse.draw import TICKS, ReplannedScene, replanned_frames, replanned_page, still
 
@@ -146,7 +146,7 @@ def becomes(tab, role, field, expected):
 def test_committed_ways_doubt_and_unknown_obstacles_move_in_a_browser(drawn, tmp_path, tab):
     target = tmp_path / "page.html"
     sky.write_animation(drawn.flight, target)
-    opened(tab, target)
+    fits(tab, target)
     (wall_seen,) = drawn.seen
     slider = tab.get_by_role("slider", name="Time of flight in seconds")
     becomes(tab, "unknown", "visible", wall_seen <= 0.0)

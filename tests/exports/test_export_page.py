@@ -44,11 +44,27 @@ def test_the_page_shows_every_home_and_all_that_is_said(tmp_path, monkeypatch):
         home = json.loads((tmp_path / f"m-uav-{uav + 1}.plan").read_text())["mission"]["plannedHomePosition"]
         said = re.search(r": home, ([-\d.]+), ([-\d.]+), ", own.words)
         assert (float(said[1]), float(said[2])) == pytest.approx(home[:2], abs=2e-6)
+        sheet = dict(zip(scene.sheet[0], scene.sheet[uav + 1], strict=True))
+        assert sheet["load, in this order"].split(", ")[0] == f"m-uav-{uav + 1}.plan"
+        assert [float(word) for word in sheet["home"].split(", ")[:2]] == pytest.approx(home[:2], abs=2e-6)
+        assert sheet["returns at"] == f"{back.altitude:.4g} m above home"
     text = (tmp_path / "m.html").read_text("utf-8")
     words = unescape("".join(found(scene).values()))
     assert notes
     assert all(f"<li>{note}</li>" in words for note in notes)
     assert text.count('"role":"landing"') == 4  # of two UAVs, in space and on the map
+
+
+def test_a_flight_in_parts_says_why_and_what_to_do_between_them(tmp_path, monkeypatch):
+    drawn, notes = [], []
+    page = report.page
+    monkeypatch.setattr(report, "page", lambda scene: drawn.append(scene) or page(scene))
+    corners = [(4.0 * k - 240.0, 20.0 * (k % 2), 30.0) for k in range(120)]
+    made = handmade.mission([handmade.along(corners, 600)], clearance=1.0, origin=ORIGIN)
+    sky.export(made, tmp_path / "m.wpml.kmz", page=tmp_path / "m.html", on_note=notes.append)
+    (said,) = [note for note in notes if "parts" in note]
+    assert said.startswith("BEFORE each flight, load all its parts: uav-1 in 2, as DJI takes 99 waypoints in a file")
+    assert drawn[0].sheet[1][1] == "m-part-1-of-2.wpml.kmz, m-part-2-of-2.wpml.kmz"
 
 
 def test_the_name_of_a_uav_is_no_warning(tmp_path, monkeypatch):

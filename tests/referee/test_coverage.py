@@ -117,4 +117,8 @@ def test_a_wall_that_only_coarse_photos_could_show_is_hidden_by_what_is_before_i
     photos = Photos(places, none, none, none, none, none.astype(int), none.astype(int) - 1)
     found = judge_coverage(given, 0, photos, [TrackingError()])
     assert found.verdict.value == "refuted"
+    assert "overlap is not judged" not in found.sentence
+    asked = given.model_copy(update={"surveys": (given.surveys[0].model_copy(update={"overlap": (80, 70)}),)})
+    said = judge_coverage(asked, 0, photos, [TrackingError()]).sentence
+    assert "; how much photos of walls overlap is not judged" in said
     assert {gap.why[: len(why)] for gap in found.gaps} == {why}
