@@ -43,8 +43,8 @@ class AnyCourse:
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration at an instant, also one at which it flew before, (3, 3)."""
-        past = (one for one in reversed(self.flown) if one.start <= t < self.motion.start)
-        return state_at(next(past, self.motion), t)
+        past = reversed(self.flown if t < self.motion.start else ())
+        return state_at(next((one for one in past if one.start <= t), self.motion), t)
 
 
 @dataclass(frozen=True)
