@@ -65,11 +65,11 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
     uavs = mission.scenario.uavs
     ends = [f.times[-1] for f in flown if f is not None] + [mission.makespan]
     times = np.arange(np.ceil(max(ends) * COMMAND_RATE) + 1) / COMMAND_RATE
-    planned = [_planned(mission, uav, times) for uav in range(len(uavs))]
+    planned = [planned_places(mission, uav, times) for uav in range(len(uavs))]
     actual = [p if f is None else _held(f, times) for p, f in zip(planned, flown, strict=True)]
     found, wrong = [], []
     for i, j in itertools.combinations(range(len(uavs)), 2):
-        level, upright = _separation(mission, i, j)
+        level, upright = separation_of(mission, i, j)
         if level == 0:
             continue
         meant = _nearness(planned[i] - planned[j], level, upright)
@@ -104,19 +104,23 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
 def planned_close(mission: Mission, i: int, j: int) -> bool:
     """Return whether the planned trajectories of two UAVs already come closer than required."""
     times = np.arange(np.ceil(mission.makespan * COMMAND_RATE) + 1) / COMMAND_RATE
-    meant = _nearness(_planned(mission, i, times) - _planned(mission, j, times), *_separation(mission, i, j))
+    apart = planned_places(mission, i, times) - planned_places(mission, j, times)
+    meant = _nearness(apart, *separation_of(mission, i, j))
     return bool(np.any(meant < _asked(mission, i, j, meant) - 10 * NEARNESS_ROUNDING))
 
 
-def _separation(mission: Mission, i: int, j: int) -> tuple[float, float]:
+def separation_of(mission: Mission, i: int, j: int) -> tuple[float, float]:
+    """Return the horizontal and the vertical semi-axis, metres, that count between two UAVs."""
     level, upright = np.maximum(mission.scenario.uavs[i].ellipsoid, mission.scenario.uavs[j].ellipsoid)
     return float(level), float(upright)
 
 
-def _planned(mission: Mission, uav: int, times: Floats) -> Floats:
+def planned_places(mission: Mission, uav: int, times: Floats) -> Floats:
+    """Return where a UAV is to be at instants (m,), (m, 3) metres; one without a trajectory stays at its start."""
+    """Return where a UAV is to be at instants (m,), (m, 3) metres; one without a trajectory stays at its start."""
     trajectory = mission.trajectories[uav]
     if trajectory is None:
-        return np.tile(mission.scenario.uavs[uav].start, (len(times), 1)).astype(np.float64)
+        return np.broadcast_to(np.array(mission.scenario.uavs[uav].start, dtype=np.float64), (len(times), 3))
     return trajectory.at(times).position
 
 
@@ -136,7 +140,7 @@ def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
     first, last = (clear[0], clear[-1] + 1) if len(clear) else (len(meant), 0)
 
     def given(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-        return float(_nearness(np.subtract([one], [other]), *_separation(mission, i, j))[0]) - NEARNESS_ROUNDING
+        return float(_nearness(np.subtract([one], [other]), *separation_of(mission, i, j))[0]) - NEARNESS_ROUNDING
 
     asked[:first] = np.minimum(asked[:first], given(uavs[i].start, uavs[j].start))
     if mission.trajectories[i] is not None and mission.trajectories[j] is not None:

@@ -19,6 +19,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.flight.commands import COMMAND_RATE, Commands, commands_to
+from skyverse.flight.judge import planned_places, separation_of
 from skyverse.flight.simulator import Samples, simulate
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle, told_airspeeds
@@ -110,18 +111,14 @@ def prepare(mission: Mission, vehicle: Vehicle, conditions: Conditions) -> Fleet
     told = tuple(commands_to(mission, uav, vehicle) if flies else None for uav, flies in enumerate(flown))
     end = max([float(c.times[-1]) for c in told if c is not None] + [mission.makespan])
     times = np.arange(np.ceil(end * COMMAND_RATE) + 1) / COMMAND_RATE
-    still = []
-    for uav, flies in enumerate(flown):
-        trajectory = mission.trajectories[uav]
-        start = np.array([scenario.uavs[uav].start], dtype=np.float64)
-        still.append(None if flies else start if trajectory is None else trajectory.at(times).position)
+    still = tuple(None if flies else planned_places(mission, uav, times) for uav, flies in enumerate(flown))
     pairs = []
     for i, j in itertools.combinations(range(len(flown)), 2):
-        level, upright = np.maximum(scenario.uavs[i].ellipsoid, scenario.uavs[j].ellipsoid).tolist()
+        level, upright = separation_of(mission, i, j)
         if level > 0 and (flown[i] or flown[j]):
             pairs.append((i, j, level, upright))
     world = World(derived(scenario, terrain=None))
-    return Fleet(mission, vehicle, conditions, told, world, tuple(still), tuple(pairs))
+    return Fleet(mission, vehicle, conditions, told, world, still, tuple(pairs))
 
 
 def fly_run(fleet: Fleet, seed: int) -> SimulatedRun:
