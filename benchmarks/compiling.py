@@ -2,12 +2,15 @@
 
 ``python benchmarks/compiling.py dearest`` prints the kernels with most lines of LLVM IR and the seconds that they take;
 ``cold`` compiles everything from nothing, as ``skyverse cache --compile`` does, and prints seconds; ``list`` runs the
-golden missions and writes the list of kernels that are compiled side by side (``numerics/compiling/kernels.json``);
+golden missions and some verbs, and writes the list of kernels that are compiled side by side
+(``numerics/compiling/kernels.json``);
 ``check`` runs them and says what they need that is not listed, or is listed and not needed.
 """
 
 import argparse
 import importlib
+import io
+import json
 import os
 import resource
 import subprocess
@@ -16,13 +19,15 @@ import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager, redirect_stdout, suppress
+from pathlib import Path
 from typing import Any
 
 import llvmlite
 import numba
 
 MISSION = "fleet table-4.8, MVO"
+LIST = Path(__file__).parents[1] / "src" / "skyverse" / "numerics" / "compiling" / "kernels.json"
 
 
 @contextmanager
@@ -52,14 +57,39 @@ def workload_of(case: str) -> str:
     if case == MISSION:
         return "mission"
     first = case.split()[0].rstrip(",")
+    if case.startswith("export as"):
+        return "fleets"
     if first == "fleet":
         return case.rpartition(", ")[2] if case.endswith(("minimum-jerk", "stop-and-go")) else "fleets"
-    return {"export": "fleets"}.get(first, first)
+    return first
 
 
-def record() -> dict[str, set[tuple[str, Any]]]:
-    """Run all golden missions, and return the kernels that each workload calls, and those that they call."""
+def verbs() -> dict[str, Callable[[], Any]]:
+    """Return what verbs do with a mission that is there, by their names."""
     import golden
+    import skyverse as sky
+    from skyverse.cli import main
+
+    mission, folder = golden.over_jacksboro(), tempfile.mkdtemp()
+    at = mission.trajectory(0).at([2.0]).position[0] + 3.0
+    seen = sky.Sighting(name="ball", shape=sky.Sphere(centre=(0, 0, 0), radius=1.0), position=at, top_speed=2.0)
+    sky.write(mission, f"{folder}/m.json")
+
+    def run(*words: str) -> None:
+        with suppress(SystemExit), redirect_stdout(io.StringIO()), chdir(folder):
+            main(words)
+
+    return {
+        "export": lambda: run("export", "m.json", "m.plan", "--altitude", "home"),
+        "check": lambda: run("check", "m-uav-1.plan"),
+        "repair": lambda: run("repair", "m-uav-1.plan", "-o", "fixed.plan"),
+        "fly": lambda: run("fly", "m.json", "--runs", "2"),
+        "live": lambda: sky.Replanner(mission).observe(1.0, movers=[seen]),
+    }
+
+
+def record(cases: dict[str, Callable[[], Any]]) -> dict[str, set[tuple[str, Any]]]:
+    """Run golden missions and verbs, and return the kernels that each workload calls, and those that they call."""
     from skyverse.numerics.compiling.digest import callees_of, name_of
 
     needed: dict[str, set[tuple[str, Any]]] = defaultdict(set)
@@ -72,7 +102,7 @@ def record() -> dict[str, set[tuple[str, Any]]]:
             for callee in kernels[name].overloads[types].library.callees:
                 add(workload, *callee)
 
-    for case, work in golden.cases().items():
+    for case, work in cases.items():
         called: set[tuple[str, Any]] = set()
 
         def report(kernel: Any, types: Any, called: set[tuple[str, Any]] = called) -> None:
@@ -90,11 +120,12 @@ def record() -> dict[str, set[tuple[str, Any]]]:
 
 
 def listing() -> Any:
-    """Return the list of kernels that the golden missions need."""
+    """Return the list of kernels that golden missions and verbs need."""
+    import golden
     from skyverse.numerics.compiling.listing import ListedKernel, Listing
     from skyverse.numerics.compiling.signatures import text_of
 
-    needed = record()
+    needed = record(golden.cases() | verbs())
     order: dict[tuple[str, Any], int] = {}
     rows: list[ListedKernel] = []
 
@@ -112,6 +143,25 @@ def listing() -> Any:
         visit(*key)
     workloads = {name: tuple(sorted(order[key] for key in needed[name])) for name in sorted(needed)}
     return Listing(tuple(rows), workloads)
+
+
+def write_listing(listing: Any, file: Path = LIST) -> None:
+    """Write a list, one kernel a line."""
+    types = sorted({text for kernel in listing.kernels for text in kernel.types}, key=lambda text: (len(text), text))
+    at = {text: i for i, text in enumerate(types)}
+    rows = [
+        {"kernel": k.name, "types": [at[t] for t in k.types], "calls": list(k.calls), "ir_lines": k.ir_lines}
+        for k in listing.kernels
+    ]
+    parts = [
+        f' "{name}": {opening}\n  ' + ",\n  ".join(lines) + f"\n {closing}"
+        for name, lines, opening, closing in (
+            ("types", [json.dumps(text) for text in types], "[", "]"),
+            ("kernels", [json.dumps(row) for row in rows], "[", "]"),
+            ("workloads", [f"{json.dumps(k)}: {json.dumps(list(v))}" for k, v in listing.workloads.items()], "{", "}"),
+        )
+    ]
+    file.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
 
 
 def check() -> int:
@@ -188,8 +238,6 @@ def main() -> int:
     elif options.verb == "check":
         return check()
     else:
-        from skyverse.numerics.compiling.listing import write_listing
-
         write_listing(listing())
     return 0
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -95,10 +96,12 @@ def _rank(zone: Zone) -> int:
     return 0 if isinstance(zone, Cylinder) else 1 if isinstance(zone, Prism) else 2
 
 
-_UNPRICED = Rates(
-    *(0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, False, 0.0, 0.0),
-    *(make_solids([])[0], np.zeros(0), np.zeros((0, 4)), np.zeros(0, np.int64), make_ground(None)),
-)
+@cache
+def _unpriced() -> Rates:
+    return Rates(
+        *(0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, False, 0.0, 0.0),
+        *(make_solids([])[0], np.zeros(0), np.zeros((0, 4)), np.zeros(0, np.int64), make_ground(None)),
+    )
 
 
 def soft_terms(scenario: Scenario) -> tuple[str, ...]:
@@ -143,7 +146,9 @@ def make_pricing(objective: Objective, step: Floats, rates: Rates | None = None)
     by_nodes = objective.unit == "nodes"
     steps = np.array([objective.fuel * (1.0 if by_nodes else length) for length in lengths])
     steps[0] = 0.0
-    return Pricing(steps, objective.fuel if by_nodes else 0.0, objective.divergence, objective.end, rates or _UNPRICED)
+    return Pricing(
+        steps, objective.fuel if by_nodes else 0.0, objective.divergence, objective.end, rates or _unpriced()
+    )
 
 
 @inner_query

@@ -5,6 +5,7 @@ import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Literal
 from unicodedata import category
@@ -30,8 +31,10 @@ from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.scenarios import scenarios
 from skyverse.cli.streams import plain_streams
 from skyverse.cli.survey import survey
+from skyverse.cli.watch import compile_with_bar
 from skyverse.errors import InputError, shown
 from skyverse.extras import told_imports
+from skyverse.numerics.compiling import before_compiling
 
 WHAT_IT_DOES = "Plan, prove and export 3-D missions for fleets of UAVs."
 FIRST_STEPS = f"""{WHAT_IT_DOES}
@@ -116,6 +119,7 @@ def _run(given: Sequence[str]) -> int | None:
     odd = next((word for word in given if any(category(sign) == "Cc" for sign in word)), None)
     if odd is not None:  # a newline among them would tell lines of its own wherever the word is told
         return _failed(f"expected words and names of files without control characters, found {shown(odd, 200)}")
+    before_compiling(partial(compile_with_bar, given[:1]))  # what the list of kernels has under the name of the verb
     try:
         with told_imports():
             return app(given, exit_on_error=False, print_error=False, result_action="return_value")

@@ -293,7 +293,7 @@ def plan_scenario(
     """Plan a mission of a scenario that was read from a source; write it, report it, and return the exit code."""
     import skyverse as sky
     from skyverse.model.go_no_go import go_no_go
-    from skyverse.numerics.compiling.kept_code import before_compiling
+    from skyverse.numerics.compiling import before_compiling
 
     search, budget, mission = how
     refuse_unsafe(scenario, asked)

@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,7 +21,9 @@ from skyverse.cli.plan import (
     WindOptions,
     plan_scenario,
 )
+from skyverse.cli.watch import compile_with_bar
 from skyverse.errors import InputError
+from skyverse.numerics.compiling import before_compiling
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note
@@ -143,6 +146,7 @@ def survey(
     if (seen.pattern in ("facade", "viewpoints", "orbit")) == bool(files):
         expected = "--buildings and --structure, without a file of an area" if files else "a file of an area or a line"
         raise InputError(f"--pattern {seen.pattern}: expected {expected}, found {'one' if files else 'none'}")
+    before_compiling(partial(compile_with_bar, ["mission", "survey", "Cheapest"]))
     source = files[0] if files else "survey"
     if written.output is not None:
         refuse_output(written.output, *files, *map_files(given))

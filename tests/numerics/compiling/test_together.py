@@ -1,5 +1,6 @@
 """Kernels compiled side by side, from the list of those that are needed."""
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from skyverse.numerics.compiling.listing import read_listing, write_listing
+from skyverse.numerics.compiling.listing import read_listing
 from skyverse.numerics.kernel import PLAIN_PYTHON
 
 BENCHMARK = Path(__file__).parents[3] / "benchmarks" / "compiling.py"
@@ -58,8 +59,11 @@ def is_whole(kind):
 def test_a_list_is_read_back_as_it_was_written(tmp_path, monkeypatch):
     import skyverse.numerics.compiling.listing as module
 
+    spec = importlib.util.spec_from_file_location("compiling_benchmark", BENCHMARK)
+    benchmark = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(benchmark)
     listing = read_listing()
-    write_listing(listing, tmp_path / "kernels.json")
+    benchmark.write_listing(listing, tmp_path / "kernels.json")
     monkeypatch.setattr(module, "FILE", tmp_path / "kernels.json")
     assert read_listing.__wrapped__() == listing
 
@@ -78,3 +82,14 @@ def test_two_processes_share_the_work_and_tell_how_far_it_is(tmp_path):
 def test_all_that_the_golden_missions_need_is_listed():
     run = subprocess.run([sys.executable, BENCHMARK, "check"], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
+
+
+@needs_compiler
+def test_no_kernel_is_called_while_modules_are_imported():
+    """What is compiled before the first kernel imports modules itself, which must not be half imported by then."""
+    code = "import pkgutil, importlib, skyverse\nfrom skyverse.numerics.compiling import kept_code\n"
+    code += "kept_code.KeptCode.load_overload = lambda kernel, *_: print(kernel._kernel)\n"
+    code += "for module in pkgutil.walk_packages(skyverse.__path__, 'skyverse.'):\n"
+    code += "    module.name.endswith('__main__') or importlib.import_module(module.name)"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == ""

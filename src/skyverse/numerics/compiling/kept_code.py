@@ -16,6 +16,7 @@ from numba.core import config
 from numba.core.event import trigger_event
 from numba.core.runtime.nrt import rtsys
 
+from skyverse.numerics.compiling import to_prepare
 from skyverse.numerics.compiling.digest import digest_now, digest_of, name_of
 from skyverse.numerics.compiling.numba_target import processor
 from skyverse.numerics.compiling.signatures import text_of
@@ -68,9 +69,9 @@ class KeptCode:
         if not self._enabled:
             return None
         rtsys.initialize(target_context)  # all that kept code needs: numba refreshes the rest before it compiles
-        if _prepare and not is_kept(self._kernel, sig):
+        if to_prepare and not is_kept(self._kernel, sig):
             with trigger_event("numba:compile", data={"dispatcher": self._kernel}):  # for those who measure time
-                _prepare.pop()()
+                to_prepare.pop()()
         for store, name in self.places(sig):
             body = store.load(name)
             if body is None:
@@ -107,14 +108,6 @@ class KeptCode:
 def is_kept(kernel: Any, arguments: Any) -> bool:
     """Tell whether a kernel's machine code for arguments of these types is in a store."""
     return any(store.holds(name) for store, name in kernel._cache.places(arguments))
-
-
-def before_compiling(prepare: Callable[[], None] | None) -> None:
-    """Call a function once, when a kernel is needed whose machine code was not kept, before it is compiled."""
-    _prepare[:] = [prepare] if prepare else []
-
-
-_prepare: list[Callable[[], None]] = []
 
 
 @cache

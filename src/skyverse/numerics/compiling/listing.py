@@ -59,22 +59,3 @@ def read_listing() -> Listing:
         for row in data["kernels"]
     )
     return Listing(tuple(kernels), {name: tuple(needed) for name, needed in data["workloads"].items()})
-
-
-def write_listing(listing: Listing, file: Path = FILE) -> None:
-    """Write a list, one kernel a line."""
-    types = sorted({text for kernel in listing.kernels for text in kernel.types}, key=lambda text: (len(text), text))
-    at = {text: i for i, text in enumerate(types)}
-    rows = [
-        {"kernel": k.name, "types": [at[t] for t in k.types], "calls": list(k.calls), "ir_lines": k.ir_lines}
-        for k in listing.kernels
-    ]
-    parts = [
-        f' "{name}": {opening}\n  ' + ",\n  ".join(lines) + f"\n {closing}"
-        for name, lines, opening, closing in (
-            ("types", [json.dumps(text) for text in types], "[", "]"),
-            ("kernels", [json.dumps(row) for row in rows], "[", "]"),
-            ("workloads", [f"{json.dumps(k)}: {json.dumps(list(v))}" for k, v in listing.workloads.items()], "{", "}"),
-        )
-    ]
-    file.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
