@@ -92,8 +92,8 @@ def test_a_page_holds_all_photos_and_what_is_proven():
     assert survey["photos"]["count"] == len(photos) == 21
     assert numbers(survey["photos"]["position"]).reshape(-1, 3) == pytest.approx(photos.position, abs=1e-3)
     assert numbers(survey["photos"]["corners"]).size == 12 * 21
-    gap = "50 m² about x 17, y 13 m: behind &lt;b&gt;a&lt;/b&gt; wall"
-    shares = ("98.76 %", "1.91 cm", "2.23 cm", "71.2 %", "3 of 20", "1.235 ha")
+    gap = "50 m² about (16.7, 13.3): behind &lt;b&gt;a&lt;/b&gt; wall"
+    shares = ("98.76 %", "1.91 cm", "2.23 cm", "71.2 %", "3 of 20", "1.23 ha")
     for told in ("Survey &lt;field&gt;: 98.7 % is seen.", *shares, gap):
         assert told in text, told
     assert "<b>a</b>" not in text

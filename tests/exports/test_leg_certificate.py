@@ -1,5 +1,6 @@
 """What is exported is proven by the referee, whatever the search for waypoints took for clear."""
 
+import re
 from dataclasses import replace
 
 import handmade_exports as handmade
@@ -171,13 +172,13 @@ def test_no_leg_is_proven_between_a_grown_shape_and_bounds_that_are_too_near():
 def test_what_cannot_be_exported_is_told_with_the_leg_and_the_place():
     wall = ((30, -200, -50), (31, 200, 150))
     flight = handmade.along([(0, 0, 50), (60, 0, 50)], 20)
-    with pytest.raises(sky.InputError, match=r"leg \d from \(\d+\.\d\d, .*obstacle 0 there, position"):
+    with pytest.raises(sky.InputError, match=r"leg \d from 52\.\d+, 4\.\d+ \(.*obstacle 0 at 52\.\d+, 4"):
         sky.routes(handmade.mission([flight], boxes=[wall], origin=ORIGIN), takeoff=0)
     hill = np.zeros((13, 13))
     hill[6, 6] = 47.0
     terrain = Terrain(origin=(-300, -300), step=(50, 50), heights=hill, clearance=10.0)
     over = handmade.mission([handmade.along([(-100, 0, 50), (100, 0, 50)], 20)], terrain=terrain, origin=ORIGIN)
-    with pytest.raises(sky.InputError, match=r"it may be .* m above ground, .*, at \(-?0\.00, 0\.00, 50\.00\)"):
+    with pytest.raises(sky.InputError, match=r"it may be .* m above ground, .*, at 52\.000000, 4\.370000 \(0, 0, 50\)"):
         sky.routes(over, altitude="agl", takeoff=0)
 
 
@@ -195,4 +196,4 @@ def test_what_the_referee_cannot_decide_is_told_with_the_place(monkeypatch):
     proof = certificate(mission)
     fault = Segments(np.array([[-40.0, 60, 15]]), np.array([[40.0, 60, 15.257]]), 0.02)
     said = proof.space.sentence(fault)
-    assert said.endswith("could not be decided between (-40.00, 60.00, 15.00) and (40.00, 60.00, 15.26)")
+    assert re.search(r"be decided between 52\.\d+, 4\.\d+ \(-40, 60, 15\) and 52\.\d+, 4\.\d+ \(40, 60, 15\.3\)$", said)

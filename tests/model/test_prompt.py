@@ -11,7 +11,9 @@ import skyverse
 import skyverse as sky
 from skyverse.files import BUILTIN_NAMES
 from skyverse.model.caution import Caution, stands_out
-from skyverse.model.short_lines import told_instant, told_seconds
+from skyverse.model.geodesy import told_place
+from skyverse.model.short_lines import told_area, told_instant, told_seconds
+from skyverse.model.verdict import with_global_places
 
 MAX_LINES, MAX_LINE = 6, 110
 
@@ -188,3 +190,35 @@ def strings(file):
 def test_no_file_writes_a_caution_of_its_own():
     word = re.compile(rf"\b({'|'.join(Caution)})\b")
     assert {file for file in SOURCE.rglob("*.py") if any(map(word.search, strings(file)))} == {ITS_OWN, *SQL}
+
+
+@pytest.mark.parametrize(
+    ("area", "said"),
+    [
+        (0.0, "0 m²"),
+        (430.4, "430 m²"),
+        (9_876.0, "9,880 m²"),
+        (19_812.0, "1.98 ha"),
+        (1_234_567.0, "123 ha"),
+        (12_345_678.0, "12.3 km²"),
+        (3.2e9, "3,200 km²"),
+    ],
+)
+def test_areas_are_told_in_units_that_fit_and_never_in_powers_of_ten(area, said):
+    assert told_area(area) == said
+
+
+def test_places_are_told_by_latitude_and_longitude_where_there_is_an_origin():
+    origin = sky.Origin(latitude=46.81, longitude=9.85, altitude=1500.0)
+    (place,) = sky.to_wgs84(origin, [(-87.1, 212.9, 0.0)])
+    said = f"{place[0]:.6f}, {place[1]:.6f} (-87.1, 212.9)"
+    assert told_place(origin, (-87.1, 212.9)) == said
+    assert told_place(None, (-87.1, 212.9, 3.04)) == "(-87.1, 212.9, 3)"
+    assert told_place(origin, (float("nan"), 0.0)) == "(nan, 0)"
+    frame, fault = sky.Frame(origin=origin), sky.Fault.TRAJECTORY_BOUNDS
+    given = sky.Violation(fault, (0,), "uav-1 is out of bounds.", 1.0, (-87.1, 212.9, 3.0))
+    bare = sky.Violation(fault, (0,), "uav-1 was not planned.")
+    told = with_global_places(frame, [given, bare])
+    assert told[0].message == f"uav-1 is out of bounds; that is at {place[0]:.6f}, {place[1]:.6f}."
+    assert told[1] == bare
+    assert with_global_places(sky.Frame(), [given]) == [given]

@@ -16,7 +16,7 @@ from skyverse.cli.outputs import refuse_output
 from skyverse.cli.plan import BudgetOptions, FleetOptions, MissionOutput, PlannerOptions, plan_scenario
 from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
-from skyverse.model.short_lines import counted, listed, told_gsd, told_overlap, told_share
+from skyverse.model.short_lines import counted, listed, told_area, told_gsd, told_overlap, told_share
 
 if TYPE_CHECKING:
     from skyverse.model.coverage import Coverage, CoverageGap
@@ -140,10 +140,6 @@ def _tell(world: "Scenario", found: "Sequence[Coverage]") -> None:
 
 def _row(world: "Scenario", gap: "CoverageGap") -> list[str]:
     """Return where a gap is, by its middle, how large it is, and why."""
-    import skyverse as sky
+    from skyverse.model.geodesy import told_place
 
-    x, y, *z = (sum(axis) / len(gap.outline) for axis in zip(*gap.outline, strict=True))
-    origin = world.frame.origin
-    assert origin is not None
-    ((latitude, longitude, _),) = sky.to_wgs84(origin, [(x, y, z[0] if z else 0.0)]).tolist()
-    return [f"{latitude:.6f}, {longitude:.6f}", f"{gap.area:,.3g} m²", gap.why]
+    return [told_place(world.frame.origin, gap.middle), told_area(gap.area), gap.why]

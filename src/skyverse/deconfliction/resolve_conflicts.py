@@ -12,9 +12,10 @@ from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.find_conflicts import ellipsoid_holds, find_conflicts
 from skyverse.deconfliction.prioritized_planning import cost_of, place_flights
 from skyverse.interrupt import interrupted
+from skyverse.model.geodesy import told_place
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result
-from skyverse.model.short_lines import listed, told_point
+from skyverse.model.short_lines import listed
 from skyverse.model.timed_shapes import is_closed_at_times, told_zone
 from skyverse.model.verdict import Action, ActionKind, Conflict, Deconfliction
 from skyverse.problem import Airspace, Problem
@@ -155,7 +156,7 @@ def _way_taken(pool: CandidatePool, resolution: Resolution, uav: int) -> Iterato
         yield "detour", " and ".join(turns)
     if slow:
         yield "slow down", f"keeps the speed {'limit' if len(slow) == 1 else 'limits'} of {listed(slow)}"
-    waits = [f"{seconds:.2f} s at {told_point(place)}" for seconds, place in candidate.hovers]
+    waits = [f"{seconds:.2f} s at {told_place(scenario.frame.origin, place)}" for seconds, place in candidate.hovers]
     if waits:
         yield "wait", f"waits {', then '.join(waits)} to let others pass"
 

@@ -8,7 +8,9 @@ from skyverse.draw.scenes import MissionScene
 from skyverse.draw.template import MAX_SHOWN_FINDINGS, NO_VALUE, TONES, table
 from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
-from skyverse.model.short_lines import counted, told_gsd, told_overlap, told_share
+from skyverse.model.frame import Origin
+from skyverse.model.geodesy import told_place
+from skyverse.model.short_lines import counted, told_area, told_gsd, told_overlap, told_share
 
 _MAP = """
 <section class="card survey" aria-label="Surveys">
@@ -119,7 +121,8 @@ def _proven(proof: Coverage) -> Iterator[tuple[str, str]]:
 
 def _gaps(scene: MissionScene) -> str:
     """Return what is not proven to be seen, and what nobody flies to see, with why."""
-    told = [_gap(drawn.survey.name, one) for drawn in scene.surveys for one in drawn.gaps]
+    origin = scene.scenario.frame.origin
+    told = [_gap(origin, drawn.survey.name, one) for drawn in scene.surveys for one in drawn.gaps]
     if not told:
         return ""
     more = f"<li>… and {len(told) - MAX_SHOWN_FINDINGS:,} more</li>" if len(told) > MAX_SHOWN_FINDINGS else ""
@@ -127,13 +130,6 @@ def _gaps(scene: MissionScene) -> str:
     return f'<h2>Not proven to be seen</h2><ul class="gaps">{lines}{more}</ul>'
 
 
-def _gap(name: str, gap: CoverageGap) -> str:
-    middle = [sum(values) / len(gap.outline) for values in zip(*gap.outline, strict=True)]
-    place = ", ".join(f"{axis} {value:,.0f}" for axis, value in zip("xyz", middle, strict=False))
+def _gap(origin: Origin | None, name: str, gap: CoverageGap) -> str:
     size = f"{told_area(gap.area)} " if gap.area else ""
-    return f"{name}: {size}about {place} m: {gap.why}"
-
-
-def told_area(area: float) -> str:
-    """Return an area in square metres, or hectares where it is large."""
-    return f"{area / 1e4:,.4g} ha" if area >= 1e4 else f"{area:,.3g} m²"
+    return f"{name}: {size}about {told_place(origin, gap.middle)}: {gap.why}"

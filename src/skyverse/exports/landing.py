@@ -9,7 +9,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.flight_plan import FlightPlan, attainable_speed
 from skyverse.exports.global_positions import home, origin_of
-from skyverse.model.geodesy import to_wgs84
+from skyverse.model.geodesy import to_wgs84, told_globe
 from skyverse.model.pad import ground_height
 from skyverse.model.polygon import are_inside
 from skyverse.model.quantities import derived
@@ -136,7 +136,7 @@ def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
         why = why or descents.why_not_clear(uav, top, place)
         if why is not None:
             latitude, longitude, _ = to_wgs84(origin_of(scenario), place[None])[0].tolist()
-            where = f"it cannot land below its last waypoint, at {latitude:.5f}, {longitude:.5f}"
+            where = f"it cannot land below its last waypoint, at {told_globe(latitude, longitude)}"
             refused.append(f"{plan.route.name(scenario)}: {where}, as {why}")
     if refused:
         more = f"; and {counted(len(refused) - MAX_TOLD, 'more UAV')}" if len(refused) > MAX_TOLD else ""

@@ -24,11 +24,6 @@ def towards(way: Floats, radius: float) -> Floats:
     return way * min(radius / length, 1.0) if length else way
 
 
-def place_text(place: Floats) -> str:
-    """Write a place, (3,) metres, to the centimetre."""
-    return f"({', '.join(f'{value:.2f}' for value in place)})"
-
-
 NEAR_POLE = math.radians(89.4)
 """The latitude, radians, up to which ArduPilot scales longitudes as they are."""
 MARGIN = 1.1

@@ -10,9 +10,9 @@ from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.leg_geometry import (
     ground_allowance,
     growth_of,
-    place_text,
     steepest,
 )
+from skyverse.model.geodesy import told_on_globe, told_place
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
@@ -87,12 +87,12 @@ class Breach(NamedTuple):
     allowed: float = 0.0
     lower: float = 0.0
 
-    def sentence(self) -> str:
+    def sentence(self, scenario: Scenario) -> str:
         """Return it in words that follow "it"."""
         height = self.allowed + (self.off if self.rule is LegRule.CEILING else -self.off)
         why = f", as the ground that its autopilot knows may be {self.lower:.3g} m lower (not with amsl)"
         said = self.rule.value.format(off=self.off, height=height, allowed=self.allowed)
-        return f"{said}{why if self.lower else ''}, at {place_text(self.place)}"
+        return f"{said}{why if self.lower else ''}, at {told_place(scenario.frame.origin, self.place)}"
 
 
 class Checked(NamedTuple):
@@ -193,13 +193,14 @@ class LegSpace(ProvenSpace):
     def sentence(self, fault: Breach | Segments) -> str:
         """Return a fault in words, with the place."""
         if isinstance(fault, Breach):
-            return f"it {fault.sentence()}"
-        world = self.referee(fault)
+            return f"it {fault.sentence(self.given)}"
+        world, origin = self.referee(fault), self.given.frame.origin
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:
-            ends = " and ".join(place_text(end) for end in (fault.starts[0], fault.ends[0]))
+            ends = " and ".join(told_place(origin, end) for end in (fault.starts[0], fault.ends[0]))
             return f"whether it keeps the clearance could not be decided between {ends}"
-        return incursion.sentence(world.scenario, named("it", world.error), "there").rstrip(".")
+        where = f"at {told_on_globe(origin, incursion.position)}"
+        return incursion.sentence(world.scenario, named("it", world.error), where).rstrip(".")
 
 
 def first_unproven(world: RefereeWorld, starts: Floats, ends: Floats) -> int | None:

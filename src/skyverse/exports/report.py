@@ -21,7 +21,7 @@ from skyverse.exports.way_home import WayHome, layer
 from skyverse.exports.way_home_space import CLEARANCE_SHARE
 from skyverse.model.caution import Caution
 from skyverse.model.flight_table import NO_VALUE
-from skyverse.model.geodesy import to_wgs84
+from skyverse.model.geodesy import to_wgs84, told_globe
 from skyverse.model.mission import FlightSummary, Mission
 from skyverse.model.power import JOULES_OF_WATT_HOUR
 from skyverse.model.scenario import Scenario
@@ -249,7 +249,7 @@ def _of_photos(fleet: ExportedFleet, plan: FlightPlan) -> Iterator[str]:
     parts += [f"{alone} taken standing"] if alone else []
     yield (
         f"{name}: {photos} in {told_seconds(float(plan.arrivals[-1]) - plan.begin)}, {', '.join(parts)}; launch it "
-        f"within {LAUNCH:g} m of {latitude:.6f}, {longitude:.6f} and {LAUNCH:g} m of {ground:z.1f} m above mean sea "
+        f"within {LAUNCH:g} m of {told_globe(latitude, longitude)} and {LAUNCH:g} m of {ground:z.1f} m above mean sea "
         "level."
     )
     late = max((look_late(plan, run) * (run.count - 1) for run in spans), default=0.0)
@@ -280,7 +280,7 @@ def _of_way_home(fleet: ExportedFleet, plan: FlightPlan, back: WayHome | None) -
         return
     latitude, longitude, ground = fleet.place(plan.home)
     yield (
-        f"{name}: it returns at {back.altitude:.4g} m above home, which is at {latitude:.6f}, {longitude:.6f}, "
+        f"{name}: it returns at {back.altitude:.4g} m above home, which is at {told_globe(latitude, longitude)}, "
         f"{ground:z.1f} m above mean sea level, or as high as it is if that is higher."
     )
     if not back.nowhere:
@@ -294,7 +294,7 @@ def _of_way_home(fleet: ExportedFleet, plan: FlightPlan, back: WayHome | None) -
         latitude, longitude, sea = fleet.place(gap.place)
         yield (
             f"{name}: no way home is proven from t = {told_seconds(gap.begin)} to {told_seconds(gap.end)}: {gap.why}, "
-            f"from {latitude:.5f}, {longitude:.5f}, {sea:z.0f} m above mean sea level."
+            f"from {told_globe(latitude, longitude)}, {sea:z.0f} m above mean sea level."
         )
 
 
@@ -321,8 +321,8 @@ def export_page(
         uav, (x, y, z) = back.plan.route.uav, back.plan.home.tolist()
         latitude, longitude, ground = to_wgs84(origin_of(mission.scenario), back.plan.home[None])[0].tolist()
         words = (
-            f"{mission.scenario.uavs[uav].name}: home, {latitude:.6f}, {longitude:.6f}, {ground:z.1f} m above mean sea "
-            f"level; it returns there {back.altitude:.4g} m above it, or higher"
+            f"{mission.scenario.uavs[uav].name}: home, {told_globe(latitude, longitude)}, {ground:z.1f} m above mean "
+            f"sea level; it returns there {back.altitude:.4g} m above it, or higher"
         )
         landings.append(LandingPlace(uav, words, (x, y, z), back.level))
     head, rows = verdict_table(proven.flights)

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.leg_geometry import place_text
 from skyverse.exports.leg_space import Breach, Segments
 from skyverse.exports.legs import LegChecker
+from skyverse.model.frame import Origin
+from skyverse.model.geodesy import told_place
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, STRAIGHT_ON
 
 MAX_WAYPOINTS = 700
@@ -105,7 +106,7 @@ class WaypointPlacement:
                 self._thin()
                 return self.nodes
             where, fault = found
-            obstruction = Obstruction(_named(points, where), fault)
+            obstruction = Obstruction(_named(self.legs.scenario.frame.origin, points, where), fault)
             self.blocked = self._beside(where, len(points))
             if len(self.nodes) > 2 * MAX_WAYPOINTS or not self._repair(where):
                 break
@@ -221,12 +222,12 @@ class WaypointPlacement:
                 k += 1
 
 
-def _named(points: Floats, where: int) -> str:
-    """Name a leg or corner of a polyline, as `LegChecker.trouble` counts them, and its place to the centimetre."""
+def _named(origin: Origin | None, points: Floats, where: int) -> str:
+    """Name a leg or corner of a polyline, as `LegChecker.trouble` counts them, and its place."""
     k = where % len(points)
     if where >= len(points):
-        return f"the corner at the end of leg {k}, {place_text(points[k])}"
-    return f"leg {k + 1} from {place_text(points[k])} to {place_text(points[k + 1])}"
+        return f"the corner at the end of leg {k}, {told_place(origin, points[k])}"
+    return f"leg {k + 1} from {told_place(origin, points[k])} to {told_place(origin, points[k + 1])}"
 
 
 def distances_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:

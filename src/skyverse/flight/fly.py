@@ -30,6 +30,7 @@ from skyverse.model.conditions import Conditions, simulated_vehicle
 from skyverse.model.flight_record import Flight, FlightRuns, Flown, TrackingErrors
 from skyverse.model.mission import Mission
 from skyverse.model.quantities import derived
+from skyverse.model.verdict import with_global_places
 from skyverse.numerics.cores import cores
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
@@ -192,8 +193,9 @@ def _fly_once(
             speeds = told_airspeeds(kind, planned, conditions.wind)
             violations += strayed(scenario, one, margin, planned.end, speeds)
     drawn = seed if conditions.random else None
-    flight = Flight(mission, conditions, drawn, float(margin), tuple(flown), tuple(near), (*violations, *wrong))
-    return replace(flight, violations=(*flight.violations, *missed(scenario, flight.visits)))
+    flight = Flight(mission, conditions, drawn, float(margin), tuple(flown), tuple(near), ())
+    violations += [*wrong, *missed(scenario, flight.visits)]
+    return replace(flight, violations=tuple(with_global_places(scenario.frame, violations)))
 
 
 def _simulated(

@@ -34,7 +34,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Sortie
 from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Fault, Violation
+from skyverse.model.verdict import Fault, Violation, with_global_places
 from skyverse.model.wrong_values import complaint
 from skyverse.planners.base import Seed, seeded
 from skyverse.referee import certify
@@ -318,9 +318,10 @@ def fly_replanned(
         float(margin),
         flown,
         tuple(found),
-        tuple(wrong),
+        (),
     )
-    flight = replace(flight, violations=(*wrong, *missed(real, flight.visits)))
+    wrong = with_global_places(scenario.frame, [*wrong, *missed(real, flight.visits)])
+    flight = replace(flight, violations=tuple(wrong))
     return ReplannedFlight(mission, sensor, flight, steps, fleet.arrivals, near, replanner.lead, replanner.horizon)
 
 

@@ -22,13 +22,14 @@ from skyverse.live.search import Choice
 from skyverse.live.stops import flown_sorties
 from skyverse.live.surroundings import Moving, Span, Surroundings, all_moving, with_others
 from skyverse.live.tracks import Sighting, Tracks, checked_sightings
+from skyverse.model.geodesy import told_place
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import MAX_INSTANT
 from skyverse.model.result import Effort
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
-from skyverse.model.short_lines import told_metres, told_point
+from skyverse.model.short_lines import told_metres
 from skyverse.model.sortie import Sortie
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
@@ -254,7 +255,7 @@ class Replanner:
             raise InputError(f"{said}; it flies on only from a state in which it was seen to fly", field=field)
         found = pilot.led_to(scenario, target, now, now + self.lead)
         if found is None:
-            place = told_point(pilot.turning_place(now + self.lead))
+            place = told_place(scenario.frame.origin, pilot.turning_place(now + self.lead))
             raise InputError(f"no path leads there from {place}, where {name} {pilot.turns}", field=field)
         return found
 
@@ -413,7 +414,8 @@ def _sentence(pilot: Pilot, choice: Choice, around: Surroundings) -> str:
         return f"{name} {pilot.way_out}, clear of everything until t = {around.span.until:.6g} s."
     if choice.contact.mover < 0:
         return f"{name} has no way out that is proven clear of what stands still, and slow enough in zones."
-    at, whom = told_point(pilot.state(choice.contact.instant)[0]), around.moving.names[choice.contact.mover]
+    whom = around.moving.names[choice.contact.mover]
+    at = told_place(around.world.scenario.frame.origin, pilot.state(choice.contact.instant)[0])
     told = f"{whom} may come too near at t = {choice.contact.instant:.6g} s, at {at}"
     if choice.contact.instant <= around.span.join:  # whatever it flies then
         return f"{name} has no way out: {told}, before another motion can begin."

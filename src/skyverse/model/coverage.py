@@ -28,6 +28,11 @@ class CoverageGap:
     area: Real
     why: str
 
+    @property
+    def middle(self) -> tuple[float, ...]:
+        """The mean of its corners, metres."""
+        return tuple(sum(values) / len(self.outline) for values in zip(*self.outline, strict=True))
+
 
 @dataclass(frozen=True)
 class Coverage:

@@ -11,6 +11,7 @@ with an accuracy of a few nanometers", Journal of Geodesy 85 (2011), 475-485, eq
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +20,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_kind
 from skyverse.model.arrays import arcsinh, arctan2, exp, power, rows_of
 from skyverse.model.frame import Origin
+from skyverse.model.short_lines import told_point
 
 SEMI_MAJOR_AXIS = 6378137.0
 """WGS84's radius at the equator, metres."""
@@ -78,6 +80,23 @@ def to_wgs84(origin: Origin, points: ArrayLike) -> Floats:
     longitude = origin.longitude + np.degrees(arctan2(aside, level))
     longitude = np.where(np.abs(longitude) <= 180, longitude, (longitude + 180) % 360 - 180)
     return np.column_stack([np.clip(np.degrees(latitude), -90, 90), longitude, rows[:, 2] + origin.altitude])
+
+
+def told_globe(latitude: float, longitude: float) -> str:
+    """Return a latitude and a longitude, degrees, to about 0.1 m: ``46.812345, 9.851234``."""
+    return f"{latitude:.6f}, {longitude:.6f}"
+
+
+def told_on_globe(origin: Origin | None, point: Sequence[float] | Floats) -> str:
+    """Return the latitude and longitude of a point, (2,) or (3,) metres; ``""`` where nobody can tell them."""
+    if origin is None or not np.abs(point[:2]).max() <= MAX_METRES:
+        return ""
+    return told_globe(*to_wgs84(origin, [(*point[:2], 0.0)])[0, :2].tolist())
+
+
+def told_place(origin: Origin | None, point: Sequence[float] | Floats) -> str:
+    """Return a point in words, metres beside latitude and longitude: ``46.812345, 9.851234 (-87.1, 212.9)``."""
+    return f"{told_on_globe(origin, point)} {told_point(np.round(point, 1))}".lstrip()
 
 
 def _on_map(latitude: Floats, longitude: Floats) -> tuple[Floats, Floats]:

@@ -29,6 +29,12 @@ def told_point(point: Iterable[float]) -> str:
     return f"({', '.join(f'{round(float(value), 3) + 0.0:.10g}' for value in point)})"
 
 
+def told_area(area: float) -> str:
+    """Return an area, given in square metres, in three digits: ``430 m²``, ``1.98 ha``, ``12.3 km²``."""
+    unit, metres = ("km²", 1e6) if area >= 1e7 else ("ha", 1e4) if area >= 1e4 else ("m²", 1.0)
+    return f"{float(f'{area / metres:.3g}'):,.6g} {unit}"
+
+
 def told_gsd(gsd: float) -> str:
     """Return a ground sample distance, given in metres, in centimetres, rounded up; ``none`` where there is none."""
     return f"{math.ceil(round(1e4 * gsd, 6)) / 100:.4g} cm" if math.isfinite(gsd) else "none"

@@ -1,9 +1,12 @@
 """What is said of an answer: violations, certificates, conflicts between UAVs, and how they were resolved."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Literal
 
+from skyverse.model.frame import Frame
+from skyverse.model.geodesy import told_on_globe
 from skyverse.model.quantities import Flag, Real, Whole
 
 
@@ -69,6 +72,17 @@ class Violation:
     message: str
     time: Real | None = None
     position: tuple[Real, Real, Real] | None = None
+
+
+def with_global_places(frame: Frame, violations: Iterable[Violation]) -> list[Violation]:
+    """Return violations whose sentences tell latitude and longitude, too, where a frame has an origin."""
+
+    def told(one: Violation) -> Violation:
+        place = one.position and told_on_globe(frame.origin, one.position)
+        said = one.message.removesuffix(".")
+        return replace(one, message=one.message.replace(said, f"{said}; that is at {place}")) if place else one
+
+    return [told(one) for one in violations]
 
 
 class Verdict(Enum):

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from skyverse._typing import Bools, Floats
 from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
+from skyverse.model.frame import Origin
+from skyverse.model.geodesy import told_place
 from skyverse.model.pad import ground_height
 from skyverse.model.photos import Photos
 from skyverse.model.scenario import Scenario
-from skyverse.model.short_lines import counted, listed, told_gsd, told_overlap
+from skyverse.model.short_lines import counted, listed, told_area, told_gsd, told_overlap
 from skyverse.model.survey import Survey
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Verdict
@@ -97,7 +99,7 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     lacking = _lacking(survey, photos, grid, needed) if needed > 1 else 0.0
     overlaps = neighbours(scenario, survey, photos, grid_of(scenario, survey, area) if stands.any() else grid)
     figures = _Figures(float(shapely.area(asked)), seen, survey.camera.pixel, viewers, overlaps, lacking)
-    return figures.judged(survey, number, len(photos), gaps, certain)
+    return figures.judged(scenario, number, len(photos), gaps, certain)
 
 
 def _directions(survey: Survey) -> int:
@@ -176,7 +178,7 @@ def _structures(scenario: Scenario, number: int, photos: Photos, errors: Sequenc
         gaps.append(CoverageGap(number, part.outline, float(part.area.sum()), why))
     seen = Seen(*(np.concatenate(column) for column in zip(*rows, strict=True)))
     figures = _Figures(area, seen, survey.camera.pixel, viewers, ())
-    return figures.judged(survey, number, len(photos), tuple(sorted(gaps, key=lambda gap: -gap.area)), certain)
+    return figures.judged(scenario, number, len(photos), tuple(sorted(gaps, key=lambda gap: -gap.area)), certain)
 
 
 def _sunk(scenario: Scenario, cells: FacetCells) -> Bools:
@@ -261,9 +263,10 @@ class _Figures(NamedTuple):
     lacking: float = 0.0
 
     def judged(
-        self, survey: Survey, number: int, photos: int, gaps: tuple[CoverageGap, ...], certain: bool
+        self, scenario: Scenario, number: int, photos: int, gaps: tuple[CoverageGap, ...], certain: bool
     ) -> Coverage:
         """Return what is proven of a survey."""
+        survey, origin = scenario.surveys[number], scenario.frame.origin
         share = [
             float(self.seen.area[self.seen.views >= k].sum() / max(self.area, LET_PASS))
             for k in range(1, MOST_COUNTED + 1)
@@ -282,8 +285,8 @@ class _Figures(NamedTuple):
                 least[k] = float(found.share[worst_pair])
                 below = int((found.share < survey.overlap[k] - SHORT).sum())
                 if below:
-                    x, y = found.centre[worst_pair].mean(axis=0).tolist()
-                    where += f"{' and' if where else ', the least'} about ({x:.1f}, {y:.1f})"
+                    middle = told_place(origin, found.centre[worst_pair].mean(axis=0))
+                    where += f"{' and' if where else ', the least'} about {middle}"
                 short += below
         coarsest, asked = self.pixel * self.viewers.deepest, (survey.gsd or math.inf) * (1 + LIMIT_LET_PASS)
         coarse, unsure = (
@@ -296,19 +299,27 @@ class _Figures(NamedTuple):
         alone = len(self.overlaps) > 0 and photos > 1 and not pairs and max(survey.overlap) > 0
         verdict = Verdict.REFUTED if refuted else Verdict.UNDECIDED if open_ or alone or unsure else Verdict.PROVEN
         figures = (shares, worst, mostly, coarsest, (least[0], least[1]), pairs, short)
-        told = _sentence(self.area, figures, survey, gaps, where)
+        told = _sentence(self.area, figures, survey, gaps, where, origin)
         told += "; no photos are neighbours on strips whose overlap could be judged" if alone else ""
         told += "; how much photos of walls overlap is not judged" if survey.overlaps_on_walls else ""
         if self.lacking > LET_PASS:
-            told += f"; {self.lacking:,.3g} m² are not photographed in each direction of the pattern {survey.pattern!r}"
+            told += (
+                f"; {told_area(self.lacking)} are not photographed in each direction of the pattern {survey.pattern!r}"
+            )
         sentence = f"{told}: {verdict.value}."
         return Coverage(number, verdict, sentence, photos, self.area, *figures, gaps)
 
 
-def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple[CoverageGap, ...], where: str) -> str:
+def _sentence(
+    area: float,
+    figures: tuple[Any, ...],
+    survey: Survey,
+    gaps: tuple[CoverageGap, ...],
+    where: str,
+    origin: Origin | None,
+) -> str:
     shares, worst, _, coarsest, (along, between), pairs, short = figures
     whole = not gaps
-    size = f"{area / 1e4:,.3g} ha" if area >= 1e3 else f"{area:,.3g} m²"
     percent = "100" if whole else f"{min(100 * shares[0], 99.99):.4g}"
     often = sum(one >= MOST_SHARE for one in shares)
     times = f", by at least {counted(often, 'photo')} on {100 * MOST_SHARE:g} %" if often > 1 else ""
@@ -322,9 +333,5 @@ def _sentence(area: float, figures: tuple[Any, ...], survey: Survey, gaps: tuple
     ]
     told = f"; photos share at least {' and '.join(shared)}" if shared else ""
     wrong = f", {short:,} of {counted(pairs, 'pair')} less than asked{where}" if short else ""
-    gap = (
-        f"; {gaps[0].area:,.3g} m² about ({gaps[0].outline[0][0]:.1f}, {gaps[0].outline[0][1]:.1f}): {gaps[0].why}"
-        if gaps
-        else ""
-    )
-    return f"{percent} % of {size} is seen{times}{fine}{told}{wrong}{gap}"
+    gap = f"; {told_area(gaps[0].area)} about {told_place(origin, gaps[0].middle)}: {gaps[0].why}" if gaps else ""
+    return f"{percent} % of {told_area(area)} is seen{times}{fine}{told}{wrong}{gap}"

@@ -20,7 +20,7 @@ from skyverse.model.take_off import take_off
 from skyverse.model.timed_shapes import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
-from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
+from skyverse.model.verdict import Certificate, Fault, Verdict, Violation, with_global_places
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.energy import judge_battery
@@ -126,25 +126,26 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     in_time = judge_movers(scenario, curves, unknown)
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
-        violations[uav] += in_time[uav].violations
+        violations[uav] = with_global_places(scenario.frame, [*violations[uav], *in_time[uav].violations])
         if isinstance(entry(mission.trajectories, uav), Trajectory):
             pads = pads_of(worlds.of(uav), uav, tours[uav])
             sentence = _proven_sentence(scenario, digest, uav, curves, pads) + _landings(scenario, mission, uav)
             cuts = halvings[uav] + in_time[uav].halvings
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, [tour.end for tour in tours], curves, unknown)
+    close = with_global_places(scenario.frame, separation.violations)
     sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"
     if any(uav.tracking_error != EXACT for uav in scenario.uavs):
         sentence += ", in every flight of theirs within their tracking errors"
     sentence += "."
     if any(_landings(scenario, mission, uav) for uav in range(count)):
         sentence += " Landings between sorties, straight below starts, are not judged."
-    apart = _certificate(digest, separation.violations, sentence, separation.halvings)
+    apart = _certificate(digest, close, sentence, separation.halvings)
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
         apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.", scenario=digest)
     coverage = judge_surveys(scenario, mission)
-    return JudgedFleet(Certificates(tuple(certificates), apart, coverage), violations, separation.violations)
+    return JudgedFleet(Certificates(tuple(certificates), apart, coverage), violations, close)
 
 
 def _proven_sentence(
@@ -272,7 +273,8 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                 if result.status is Status.NOT_PLANNED and not mission.interrupted:
                     message = f"{scenario.uavs[uav].name} was not planned, but the mission was not interrupted."
                     violations.append(Violation(Fault.STATUS, (uav,), message))
-                violations += judge_result(worlds.of(uav), uav, tour, result, isinstance(trajectory, Trajectory))
+                found = judge_result(worlds.of(uav), uav, tour, result, isinstance(trajectory, Trajectory))
+                violations += with_global_places(scenario.frame, found)
             violations += fleet.trajectories[uav]
         violations += fleet.apart
         return violations, fleet.certificates
@@ -310,4 +312,5 @@ def check_result(scenario: Scenario, uav: int | str, target: int | str, result: 
     worlds = RefereeWorlds(scenario)
     uav, target = index_of(scenario.uavs, uav, "uav"), index_of(scenario.targets, target, "target")
     with np.errstate(all="ignore"):
-        return list(judge_result(worlds.of(uav), uav, tour_to(scenario, uav, target), result, None))
+        found = judge_result(worlds.of(uav), uav, tour_to(scenario, uav, target), result, None)
+        return with_global_places(scenario.frame, found)

@@ -13,12 +13,13 @@ from skyverse._typing import Floats
 from skyverse.errors import Remedy, Sentence
 from skyverse.model.caution import Caution, MissionCaution, warning_of
 from skyverse.model.flight_table import FlightMeasures, measure_flight, places_along
+from skyverse.model.geodesy import told_place
 from skyverse.model.mission import Mission, PlannedFlight, planned_flights
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent, roof_z
 from skyverse.model.shapes import NO_FLY_ZONE, AnyShape, Voxels
-from skyverse.model.short_lines import listed
+from skyverse.model.short_lines import listed, told_area
 from skyverse.model.take_off import take_off
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Verdict
@@ -70,9 +71,10 @@ def _not_seen(mission: Mission) -> Iterator[MissionCaution]:
             yield MissionCaution("not seen", f"{Caution.WARNING}: {name}: {one.sentence}", (name,))
             gaps = [gap for gap in mission.unseen if gap.survey == one.survey]
             for why in dict.fromkeys(gap.why for gap in gaps):
-                area = sum(gap.area for gap in gaps if gap.why == why)
-                x, y = max((gap for gap in gaps if gap.why == why), key=lambda gap: gap.area).outline[0][:2]
-                where = f"{f'about {area:,.3g} m² of {name}' if area else name}, such as about ({x:.1f}, {y:.1f})"
+                some = [gap for gap in gaps if gap.why == why]
+                area = sum(gap.area for gap in some)
+                place = told_place(mission.scenario.frame.origin, max(some, key=lambda gap: gap.area).middle)
+                where = f"{f'about {told_area(area)} of {name}' if area else name}, such as about {place}"
                 yield MissionCaution("not seen", f"{Caution.WARNING}: {where}: {why}", (name,))
 
 

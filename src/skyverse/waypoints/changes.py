@@ -9,7 +9,7 @@ import numpy as np
 
 from skyverse.model.altitude import AboveGround, AboveHome, GlobalPlace
 from skyverse.model.frame import Origin
-from skyverse.model.geodesy import to_local
+from skyverse.model.geodesy import to_local, told_globe
 from skyverse.model.short_lines import counted, told_metres
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
 
@@ -78,7 +78,7 @@ def _moved(old: GlobalPlace, new: GlobalPlace) -> str:
     """Say how far a place was moved, and from where and which height to which."""
     low, high = old[2], new[2]
     aside, up = 0.0 if math.isnan(old[0]) else math.hypot(*_local([old, new])[1, :2]), high.metres - low.metres
-    begin, end = (f"{latitude:.6f}, {longitude:.6f}" for latitude, longitude, _ in (old, new))
+    begin, end = (told_globe(latitude, longitude) for latitude, longitude, _ in (old, new))
     told = [f"{told_metres(aside)} aside from {begin} to {end}"] if aside > LEAST_ASIDE else []
     told += [f"{told_metres(abs(up))} {'up' if up > 0 else 'down'}"] if up else []
     counted_from = {AboveHome: "home", AboveGround: "ground"}.get(type(low), "the sea")

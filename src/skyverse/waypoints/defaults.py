@@ -7,6 +7,7 @@ from typing import NamedTuple
 from skyverse.errors import InputError
 from skyverse.exports.autopilots import AUTOPILOTS, Autopilot, AutopilotName
 from skyverse.model.flight_settings import FlightSettings
+from skyverse.model.geodesy import told_globe
 from skyverse.model.waypoints import Waypoints
 
 MAX_VISITS = 20_000
@@ -79,7 +80,7 @@ def settled(waypoints: Waypoints, settings: FlightSettings, max_speed: float) ->
     defaults, assumed = DEFAULTS[autopilot.name], [] if name else [f"it is flown by {autopilot.title}"]
     if settings.home is None and waypoints.home is None:
         north, east = home_of(waypoints, settings)
-        assumed.append(f"home is taken to be at its first place, {north:.6f}, {east:.6f}")
+        assumed.append(f"home is taken to be at its first place, {told_globe(north, east)}")
     if defaults.cone:
         assumed.append(f"it returns on one level, without a cone ({defaults.cone} 0)")
     speeds = (settings.speed, waypoints.speed, min(defaults.speed, max_speed))

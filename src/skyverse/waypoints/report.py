@@ -9,6 +9,7 @@ from skyverse.exports.separation import Apart
 from skyverse.exports.way_home import UNPROVEN_NEAR_HOME
 from skyverse.model.caution import Caution
 from skyverse.model.flight_table import told_energy, told_left
+from skyverse.model.geodesy import told_globe
 from skyverse.model.short_lines import counted, listed, told_clock, told_metres
 from skyverse.waypoints.check import CheckedMission, Height
 from skyverse.waypoints.findings import FindingKind, MissionFinding, Subject
@@ -163,7 +164,7 @@ def subject_and_words(fleet: CheckedFleet, number: int, finding: MissionFinding)
     said = _said(fleet.missions[number], finding)
     if finding.place is not None:
         latitude, longitude, sea = finding.place
-        said += f"; at {latitude:.5f}, {longitude:.5f}, {_above_home(fleet, number, sea)}"
+        said += f"; at {told_globe(latitude, longitude)}, {_above_home(fleet, number, sea)}"
     if finding.clear_at is not None:
         said += f"; clear from {_above_home(fleet, number, finding.clear_at)} ({finding.clear_at:.1f} m amsl)"
     return f"{subject} {items}".rstrip(), said
