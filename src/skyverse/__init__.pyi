@@ -39,6 +39,7 @@ from .maps.georeference.reading import Reading as Reading
 from .maps.readers.areas import read_area as read_area
 from .maps.readers.areas import read_lines as read_lines
 from .maps.readers.photos import read_photos as read_photos
+from .maps.readers.points import read_points as read_points
 from .maps.readers.track import read_track as read_track
 from .mission.assignment import assign as assign
 from .mission.assignment import straight_line as straight_line

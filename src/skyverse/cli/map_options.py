@@ -90,7 +90,7 @@ _TEXTS = {name: _TextOption(list[Path], settings=_several) for name in FILES} | 
     ),
     "target": _TextOption(
         list[str],
-        "`46.806,9.845,60 m agl`; repeat --target for more",
+        "`46.806,9.845,60 m agl`, or a file of points, `towers.kml` or `towers.csv,60 m agl`; repeat --target for more",
         lambda texts: places_of("--target", "target", texts),
     ),
     "area": _TextOption(

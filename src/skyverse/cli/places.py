@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_libraries
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ def ends_of(
     """Read starts or targets, by name if they have one: points of the local frame, or places where it has an origin."""
     return [
         (name.strip() or None if equals else None, _end_of(option, rest if equals else text, scenario))
-        for text in texts
-        for name, equals, rest in [text.partition("=")]
+        for text in written_places(option, texts)
+        for name, equals, rest in [text.rpartition("=")]
     ]
 
 
@@ -127,12 +127,45 @@ def places_of(option: str, kind: str, texts: Sequence[str]) -> "dict[str, Global
     """Read places by name, as in ``alpha=46.81,9.85,60 m agl``; those without a name are numbered."""
     places: dict[str, GlobalPlace] = {}
     for number, text in enumerate(texts, 1):
-        name, equals, rest = text.partition("=")
+        name, equals, rest = text.rpartition("=")
         key = name.strip() if equals else f"{kind}-{number}"
         if key in places:
             raise InputError(f"{option}: expected names that differ, found {key!r} twice")
         places[key] = _place_of(option, rest if equals else text)
     return places
+
+
+def points_of(option: str, text: str, altitude: str | None = None) -> "dict[str, GlobalPlace] | None":
+    """Read the points of a file, such as ``towers.kml`` or ``towers.gpx,60 m agl``; ``None`` for what is no file.
+
+    `altitude` is that of all of them where only latitude and longitude count.
+    """
+    from skyverse.maps.readers import AREA_SUFFIXES
+
+    before, _, said = text.rpartition(",")
+    path, given = (text, None) if text.lower().endswith(AREA_SUFFIXES) else (before, said)
+    if not path.lower().endswith(AREA_SUFFIXES):
+        return None
+    require_libraries(f"{option}: {path}", "pyproj")
+    from skyverse.maps.readers.points import read_points
+
+    try:
+        return read_points(path, altitude=altitude or given)
+    except InputError as error:
+        more = f"; write '{path},60 m agl' for the altitude of all, or '{path},amsl' for what its own count from"
+        raise InputError(f"{option}: {error.sentence.text}{more if error.sentence.give else ''}") from None
+
+
+def written_places(option: str, texts: Sequence[str]) -> list[str]:
+    """Return places each in its own words, ``tower 3=46.81,9.85,60 m agl``, also those of files."""
+    written = []
+    for text in texts:
+        found = points_of(option, text)
+        if found is None:
+            written.append(text)
+        else:
+            written += [f"{name}={latitude!r},{longitude!r},{up}" for name, (latitude, longitude, up) in found.items()]
+    return written
 
 
 def _place_of(option: str, text: str) -> "GlobalPlace":

@@ -22,6 +22,7 @@ from skyverse.cli.map_options import (
 from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import OUTPUT, AsJson
 from skyverse.cli.outputs import refuse_output
+from skyverse.cli.places import written_places
 from skyverse.cli.report import json_text
 from skyverse.errors import InputError
 from skyverse.model.built_with import Words
@@ -84,6 +85,7 @@ def build(
         own = inspect.signature(build).parameters["mission"]
         given = given_again(again, kept, {one.name: one for one in (own, *options_of(MAPS))}) | given
         mission = given.pop("mission", None) if mission is None else mission
+    given |= {end: written_places(f"--{end}", given[end]) for end in ("uav", "target") if end in given}
     words = kept_words(given if mission is None else given | {"mission": mission})
     refuse_output(output, *map_files(given), *([] if mission is None else [mission]))
     notes: list[Note] = []

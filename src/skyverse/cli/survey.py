@@ -11,7 +11,7 @@ from cyclopts import Group, Parameter
 from skyverse.cli.map_options import MAPS, build_options, map_files, must_be_heeded, taking, told, watched
 from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, GivenMission
 from skyverse.cli.outputs import refuse_output
-from skyverse.cli.places import numbers_of
+from skyverse.cli.places import numbers_of, points_of
 from skyverse.cli.plan import (
     SEARCH,
     BudgetOptions,
@@ -54,8 +54,8 @@ class AskedOptions:
         What one battery gives: minutes of hovering from full to empty, as in "20 min", or "77 Wh"; the vehicle's own
         when left out.
     launch
-        Where UAVs start and land, as in 46.81,9.85; repeat for more. Others start beside it, or, where none is given,
-        beside the area, nearest to its middle.
+        Where UAVs start and land, as in 46.81,9.85, or a file of points; repeat for more. Others start beside it, or,
+        where none is given, beside the area, nearest to its middle.
     """
 
     camera: str
@@ -150,7 +150,10 @@ def survey(
     source = files[0] if files else "survey"
     if written.output is not None:
         refuse_output(written.output, *files, *map_files(given))
-    places = [numbers_of("--launch", "latitude,longitude, as in 46.81,9.85", text, 2) for text in asked.launch or ()]
+    form, places = "latitude,longitude, as in 46.81,9.85", list[tuple[float, float]]()
+    for text in asked.launch or ():
+        found = points_of("--launch", text, "0 m agl")
+        places += [numbers_of("--launch", form, text, 2)] if found is None else [one[:2] for one in found.values()]
     notes: list[Note] = []
     with watched(notes) as on_note:
         options = replace(

@@ -18,6 +18,10 @@ class _Metres:
     def __post_init__(self) -> None:
         require_number(self.metres, "metres", "metres")
 
+    def __str__(self) -> str:
+        """Return it as `parse_altitude` reads it."""
+        return f"{self.metres:.12g} m {next(word for word, kind in REFERENCES.items() if kind is type(self))}"
+
 
 class AboveSea(_Metres):
     """Metres above mean sea level."""
@@ -35,12 +39,8 @@ Altitude = AboveSea | AboveHome | AboveGround
 GlobalPlace = tuple[float, float, Altitude]
 """Latitude, longitude, degrees; altitude."""
 
-_FRAMES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
-    "amsl": AboveSea,
-    "msl": AboveSea,
-    "home": AboveHome,
-    "agl": AboveGround,
-}
+REFERENCES: dict[str, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
+"""What altitudes are counted from, as it is written."""
 MAX_WRITTEN = 60
 """Characters at most of a text that is read as an altitude; matching a pattern to endless blanks would take hours."""
 _WRITTEN = re.compile(
@@ -80,4 +80,4 @@ def parse_altitude(text: str, unit: float | None = None) -> Altitude:
     metres = float(number) * unit
     if not -MAX_BELOW <= metres <= MAX_ABOVE:
         raise InputError(f"expected an altitude from -{MAX_BELOW:,} to {MAX_ABOVE:,} m, found {text.strip()!r:.40}")
-    return _FRAMES[frame.lower()](metres)
+    return (REFERENCES | {"msl": AboveSea})[frame.lower()](metres)

@@ -9,13 +9,14 @@ from typing import NamedTuple
 from skyverse.atomic import whole_file
 from skyverse.documents.limits import read_bytes
 from skyverse.errors import InputError, path_of, require_choice, require_file, require_kind
+from skyverse.model.altitude import REFERENCES
 from skyverse.model.frame import require_geoid
 from skyverse.model.waypoints import Waypoints
 from skyverse.orders.dji_files import kmz_content, read_kmz
 from skyverse.orders.litchi_files import litchi_content, read_litchi
 from skyverse.orders.map_routes import read_route, route_content
 from skyverse.orders.mavlink_files import plan_content, read_plan, read_wpl, wpl_content
-from skyverse.orders.places import REFERENCES, Given
+from skyverse.orders.places import Given
 
 
 class _Format(NamedTuple):

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from skyverse.documents.limits import text_of
 from skyverse.errors import InputError, Remedy, parse_number, shown
-from skyverse.model.altitude import FOOT, AboveGround, AboveHome, Altitude, GlobalPlace
+from skyverse.model.altitude import FOOT, REFERENCES, AboveGround, AboveHome, Altitude, GlobalPlace
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.orders.places import REFERENCES, Given, parse_place, steps, written
+from skyverse.orders.places import Given, parse_place, steps, written
 
 UNITS = {"": 1.0, "m": 1.0, "ft": FOOT, "deg": 1.0, "m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
 ALTITUDE_MODES: dict[str, type[Altitude]] = {"0": AboveHome, "1": AboveGround, **REFERENCES}

@@ -5,9 +5,9 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from skyverse.errors import InputError, Remedy, shown
-from skyverse.model.altitude import AboveGround, AboveSea, Altitude
+from skyverse.model.altitude import REFERENCES, AboveGround, AboveSea, Altitude
 from skyverse.model.waypoints import Order, OrderKind, Waypoints
-from skyverse.orders.places import REFERENCES, Given, Step, parse_place, steps, written
+from skyverse.orders.places import Given, Step, parse_place, steps, written
 from skyverse.orders.xml_places import arrange, each, local_name, root_of, set_text, text, written_root
 
 ALTITUDE_MODES = {"absolute": AboveSea, "relativeToGround": AboveGround, "clampToGround": None}

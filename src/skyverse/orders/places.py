@@ -4,10 +4,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from skyverse.errors import InputError, parse_number
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, GlobalPlace
+from skyverse.model.altitude import Altitude, GlobalPlace
 from skyverse.model.waypoints import OrderKind, Waypoints
-
-REFERENCES: dict[str, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
 
 
 class Given(NamedTuple):

@@ -59,7 +59,7 @@ def area_of(regions):
 
 @settings(max_examples=40, deadline=None)
 @given(
-    st.lists(st.floats(30, 400), min_size=3, max_size=12),
+    st.lists(st.floats(30, 240), min_size=3, max_size=12),  # edges so short that they get no corners between
     st.floats(-77, 77),
     st.sampled_from([-179.9995, -60.0, 0.0, 9.85, 179.9995]),
 )

@@ -30,6 +30,9 @@ _LAYERS = {
 """By suffix, the reader whose `layers` gives the geometries of such a file; the libraries of others are not loaded."""
 LAYER_SUFFIXES = tuple(_LAYERS)
 FEATURE_SUFFIXES = (*LAYER_SUFFIXES, *_OSM_SUFFIXES)
+_POINTS = dict.fromkeys((".csv", ".gpx"), "point_files")
+AREA_SUFFIXES = (*LAYER_SUFFIXES, *_POINTS)
+"""Of files that areas, lines or points are read from."""
 
 
 def read_features(path: Path | str, choices: Choices | None = None) -> list[Feature]:
@@ -81,9 +84,9 @@ def _require_readers(path: Path) -> None:
 
 
 def read_layers(path: Path, choices: Choices) -> "Iterator[tuple[list[GeometryRecord], CRS]]":
-    """Yield the geometries of each layer of a file, whose suffix is one of `LAYER_SUFFIXES`, and what they count in."""
+    """Yield the geometries of each layer of a file, whose suffix is one of `AREA_SUFFIXES`, and what they count in."""
     _require_readers(path)
-    yield from import_module(f"{__name__}.{_LAYERS[path.suffix.lower()]}").layers(path, choices)
+    yield from import_module(f"{__name__}.{(_LAYERS | _POINTS)[path.suffix.lower()]}").layers(path, choices)
 
 
 def _features(path: Path, choices: Choices) -> list[Feature]:

@@ -14,8 +14,9 @@ from skyverse.errors import InputError, Remedy, path_of, require_file, require_k
 from skyverse.maps.georeference.coordinate_systems import to_globe
 from skyverse.maps.georeference.feature import SWAPPED
 from skyverse.maps.georeference.reading import Choices
-from skyverse.maps.readers import LAYER_SUFFIXES, read_layers
+from skyverse.maps.readers import AREA_SUFFIXES, read_layers
 from skyverse.maps.readers.polygons import Tell, in_one_piece, pieces, unwrapped
+from skyverse.maps.readers.record_to_feature import GeometryRecord
 from skyverse.model.frame import MAX_FAR, Origin
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.shapes import Region
@@ -96,35 +97,41 @@ def read_shapes(
     path: str | Path, crs: str | None, *kinds: type[BaseGeometry], tell: Tell = lambda said: None
 ) -> list[tuple[Any, str]]:
     """Return the geometries of a file of some kinds, longitude and latitude in degrees, each with its name."""
+    return [(shapely.force_2d(shape), record.where) for shape, record in read_records(path, crs, *kinds, tell=tell)]
+
+
+def read_records(
+    path: str | Path, crs: str | None, *kinds: type[BaseGeometry], tell: Tell = lambda said: None
+) -> list[tuple[Any, GeometryRecord]]:
+    """Return the geometries of `read_shapes`, with the z that the file has, each with the record that it stands in."""
     path = path_of(path)
     suffix = path.suffix.lower()
-    if suffix not in LAYER_SUFFIXES:
-        known = ", ".join(LAYER_SUFFIXES)
-        raise InputError(f"{path}: expected a file of areas or lines ({known}), found {suffix or 'no ending'!r}")
+    if suffix not in AREA_SUFFIXES:
+        known = f"({', '.join(AREA_SUFFIXES)})"
+        raise InputError(f"{path}: expected a file of areas, lines or points {known}, found {suffix or 'no ending'!r}")
     require_file(path)
-    found: list[tuple[Any, str]] = []
-    others: list[tuple[Any, str]] = []
+    found: list[tuple[Any, GeometryRecord]] = []
+    others: list[tuple[Any, GeometryRecord]] = []
     try:
         for records, system in read_layers(path, Choices(crs=crs)):
             present = [one for one in records if one.geometry is not None and not one.geometry.is_empty]
-            flat = shapely.force_2d(np.array([one.geometry for one in present], dtype=object))
-            names = [one.where for one in present]
-            moved = to_globe(flat, system, str(path), names.__getitem__, lambda doubt: None)
-            for name, geometry in zip(names, moved, strict=True):
+            shapes, names = np.array([one.geometry for one in present], dtype=object), [one.where for one in present]
+            moved = to_globe(shapes, system, str(path), names.__getitem__, lambda doubt: None)
+            for record, geometry in zip(present, moved, strict=True):
                 for part in _simple(geometry):
-                    (found if isinstance(part, kinds) else others).append((part, name))
+                    (found if isinstance(part, kinds) else others).append((part, record))
     except (shapely.errors.ShapelyError, RecursionError, MemoryError) as error:
         raise InputError(f"{path}: its geometries cannot be used: {error}") from None
     expected = " or ".join(_NOUNS[kind.__name__] for kind in kinds)
     if found and others:
-        left = [f"{where.rpartition(': ')[2]} (a {_NOUNS[part.geom_type]})" for part, where in others]
+        left = [f"{one.where.rpartition(': ')[2]} (a {_NOUNS[part.geom_type]})" for part, one in others]
         more = [f"{len(left) - MOST_NAMED} more"] if len(left) > MOST_NAMED else []
         tell(f"{path}: left out, no {expected}: {listed([*left[:MOST_NAMED], *more])}")
     if found:
         return found
     if not others:
         raise InputError(f"{path}: expected a {expected}, found nothing")
-    part, where = others[0]
+    part, where = others[0][0], others[0][1].where
     give = [Remedy("pattern", "corridor", "to follow it")] if isinstance(part, LineString) else []
     closed = ", which is closed: an area is drawn as a polygon" if getattr(part, "is_ring", False) else ""
     raise InputError(f"{where}: expected a {expected}, found a {_NOUNS[part.geom_type]}{closed}", give=give)
