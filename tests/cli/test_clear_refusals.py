@@ -46,13 +46,11 @@ def test_a_ceiling_below_the_ground_is_refused(refused, tmp_path, text):
 
 def test_targets_without_uavs_are_warned_of(skyverse, tmp_path):
     words = ["scenario", "build", "--ground", "0 m amsl", "--target", "46.8,9.8,60 m agl", "-o", "m.yaml"]
-    warning = (
-        "WARNING: 1 target for no UAVs, each of which flies to one at most; give --uav latitude,longitude,altitude"
-    )
+    warning = "WARNING: 1 target, and no UAV that flies there; give --uav latitude,longitude,altitude"
     code, out, _ = skyverse(*words)
     assert code == 0
     assert warning in [line.strip() for line in out.splitlines()]
     assert not sky.read(tmp_path / "m.yaml").uavs
-    code, out, _ = skyverse(*words, "--uav", "46.801,9.801,60 m agl")
+    code, out, _ = skyverse(*words, "46.801,9.8,60 m agl", "--uav", "46.801,9.801,60 m agl")
     assert code == 0
     assert "WARNING" not in out

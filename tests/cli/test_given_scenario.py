@@ -128,7 +128,7 @@ def test_plan_answers_another_target_without_a_new_scenario(skyverse):
     mission, said = sky.read_mission("m.json"), json.loads(out)
     assert code == 0
     assert len(mission.scenario.targets) == 1
-    assert said["closed ways"] == []
+    assert said["closed_ways"] == []
     assert said["uavs"][0]["target"] == "target-1"
 
 
@@ -139,7 +139,28 @@ def test_where_nobody_flies_nothing_is_said_to_be_proven_apart(skyverse):
     code, out, _ = skyverse("plan", "shut.yaml", "--planner", "taut", "--no-page", "--json")
     said = json.loads(out)
     assert (code, said["apart"]) == (1, None)
-    (first, second) = said["closed ways"]
+    (first, second) = said["closed_ways"]
     assert (first["uav"], second["uav"]) == ("a", "b")
     assert first["by"][0] == "the obstacle obstacles[0]"
     assert set(first["options"]) <= {"scenario build --ceiling", "scenario build --margin"}
+
+
+def test_targets_of_a_file_keep_their_names_and_places(tmp_path, refuses):
+    from skyverse.cli.places import written_places
+
+    (tmp_path / "towers.csv").write_text("name,lat,lon,amsl_m\ntower 3,46.81,9.85,60\n=b,46.811,9.85,70\n")
+    origin = sky.Origin(latitude=46.81, longitude=9.85, altitude=0.0)
+    bounds = sky.Bounds(min=(-500.0, -500.0, 0.0), max=(500.0, 500.0, 200.0))
+    changes = {"bounds": bounds, "frame": sky.Frame(origin=origin), "lattice": sky.Lattice(step=(10, 10, 10))}
+    flat = sky.read("map1").model_copy(update=changes)
+    asked = with_ends("flat", flat, None, [f"{tmp_path}/towers.csv", "0,-50,20"])
+    assert [target.name for target in asked.targets[:3]] == ["tower 3", "=b", "target-3"]
+    due = sky.to_local(origin, [(46.81, 9.85, 60.0), (46.811, 9.85, 70.0)])
+    assert np.array([target.position for target in asked.targets[:2]]) == pytest.approx(due)
+    raised = with_ends("flat", flat, None, [f"{tmp_path}/towers.csv,90 m amsl"])
+    assert {target.position[2] for target in raised.targets} == {90.0}
+    assert written_places("--target", [f"{tmp_path}/towers.csv"])[0] == "tower 3=46.81,9.85,60 m amsl"
+    with refuses():
+        with_ends("map1", sky.read("map1"), None, [f"{tmp_path}/towers.csv"])
+    with refuses():
+        with_ends("flat", flat, None, [f"{tmp_path}/none.gpx"])

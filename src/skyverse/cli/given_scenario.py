@@ -111,6 +111,14 @@ def limited(scenario: "Scenario", limits: "FleetLimits") -> "Scenario":
     return scenario.model_copy(update={"uavs": tuple(with_limits(uav, limits) for uav in scenario.uavs)})
 
 
+def from_the_ground(scenario: "Scenario") -> "Scenario":
+    """Return a scenario whose UAVs that stand on the ground start above it, and say on standard error how high."""
+    from skyverse.space.ground_starts import risen, standing
+
+    uavs = standing(scenario)
+    return risen(scenario, uavs, lambda said: print(f"{said}.", file=sys.stderr)) if uavs else scenario
+
+
 def refuse_unsafe(source: str, scenario: "Scenario") -> None:
     """Refuse a scenario before anything is planned, and name every start and target of it that is not safe."""
     from skyverse.space.unsafe_points import unsafe_points

@@ -7,6 +7,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import (
+    from_the_ground,
     limited,
     refuse_unsafe,
     tell_unknown,
@@ -162,7 +163,8 @@ class ScenarioOptions:
         UAVs in place of the scenario's, with their limits: where each starts, as x,y,z in metres or, in a scenario with
         an origin, as `46.81,9.85,60 m agl`; with a name as in `alpha=46.81,9.85,60 m agl`. Repeat for more.
     target
-        Targets in place of the scenario's, written in the same ways; repeat for more.
+        Targets in place of the scenario's, written in the same ways, or the points of a file, as `towers.kml` or, with
+        the altitude of all, `towers.csv,60 m agl` (KML, GPX, GeoJSON, CSV and others); repeat for more.
     end
         Where all UAVs end: at their last target, or at home, where they start.
     stay
@@ -277,7 +279,7 @@ def plan(
     asked = with_lattice(
         limited(asked, FleetLimits(**vars(limits) | {"tracking_error": error})), otherwise.lattice_step
     )
-    asked = wind.of(asked)
+    asked = wind.of(from_the_ground(asked))
     tell_unknown(asked, otherwise.unknown)
     return plan_scenario(asked, scenario, (search, budget, mission), written, maps_told=bool(asked.built_with))
 

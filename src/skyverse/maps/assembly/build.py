@@ -42,7 +42,7 @@ from skyverse.maps.georeference.feature import Rectangle
 from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.aerial_point_cloud import AerialCloud
 from skyverse.maps.readers.raster import open_raster
-from skyverse.model.altitude import AboveSea, GlobalPlace
+from skyverse.model.altitude import AboveGround, AboveSea, GlobalPlace
 from skyverse.model.caution import NO_UNIT, Caution, stands_out
 from skyverse.model.frame import Frame, Origin
 from skyverse.model.quantities import derived
@@ -96,12 +96,16 @@ def build_scenario(options: BuildOptions) -> Scenario:
     ends = _ends(options, site, starts, goals)
     contents = _contents(options, site, ends, files, clouds)
     built = _assembled(options, site, ends, contents, told)
+    on_ground = [k for k, place in enumerate(starts.values()) if _is_on_ground(place)]
+    if on_ground and not (ends.bad or contents.bad):
+        from skyverse.space.ground_starts import risen  # it compiles kernels, which nothing else here needs
+
+        built = risen(built, on_ground, lambda said: options.on_note(Note("", said)))
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     given = dict(zip((point for _, point in ends.all), altitudes, strict=True))
     refuse_bad_points([*ends.bad, *contents.bad], built, given)
-    if len(goals) > len(starts):
-        many = f"{counted(len(goals), 'target')} for {counted(len(starts), 'UAV')}"
-        said = f"{Caution.WARNING}: {many}, each of which flies to one at most"
+    if goals and not starts:
+        said = f"{Caution.WARNING}: {counted(len(goals), 'target')}, and no UAV that flies there"
         options.on_note(Note("", Sentence(said, give=[Remedy("uavs")])))
     return built
 
@@ -337,10 +341,19 @@ def _ends(
     options: BuildOptions, site: _Site, starts: Mapping[str, GlobalPlace], goals: Mapping[str, GlobalPlace]
 ) -> _Ends:
     """Bring starts and targets into the local frame."""
-    starting, ending = (local_points(some, starts, site.origin, site.ground, site.homes) for some in (starts, goals))
     clearance = options.ground_clearance
+    flown = {
+        name: (*place[:2], AboveGround(clearance)) if _is_on_ground(place) else place for name, place in starts.items()
+    }
+    starting = local_points(flown, starts, site.origin, site.ground, site.homes)
+    ending = local_points(goals, starts, site.origin, site.ground, site.homes)
     bad = [*low_points(starting, site.ground, clearance, site.homes), *low_points(ending, site.ground, clearance)]
     return _Ends(starting, ending, bad)
+
+
+def _is_on_ground(place: GlobalPlace) -> bool:
+    """Tell whether a place is on the ground, from which a UAV rises to its start."""
+    return not isinstance(place[2], AboveSea) and place[2].metres == 0.0
 
 
 def _contents(

@@ -18,12 +18,12 @@ from skyverse.maps.georeference.reading import Raster
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_local, to_wgs84
-from skyverse.model.quantities import derived
-from skyverse.model.scenario import Bounds, Scenario, with_fitting_lattice
+from skyverse.model.scenario import Scenario, with_fitting_lattice
 from skyverse.model.shapes import Prism
 from skyverse.model.short_lines import counted, listed
 from skyverse.model.survey import Survey
 from skyverse.model.uav import UAV, kept_ellipsoid, with_limits
+from skyverse.space.ground_starts import can_rise, lowest_starts
 from skyverse.space.tracking_error import STEEPEST, landing_slope
 from skyverse.space.world import World
 
@@ -33,8 +33,6 @@ LEAST_APART = 5.0
 """Metres between the places of two UAVs at least, so that people can walk between them."""
 SEPARATIONS = 3.0
 """And as many separations: as far as UAVs that come home at the same time from all sides pass each other."""
-ABOVE = 1.0
-"""Metres that starts are higher than their clearance from the ground and their tracking error make them."""
 NEAR = 100.0
 """Metres from the place nearest to the middle within which level places are looked for."""
 TRIED = 4000
@@ -95,7 +93,7 @@ def with_launches(
         said = f"{Caution.WARNING}: the ground at the start of {listed([f'uav-{k}' for k in steep])} is steeper than "
         said += f"{STEEPEST:g} degrees, and no level place was found near"
         options.on_note(Note("", Sentence(said, give=[Remedy("launch", None, "(latitude,longitude) of level ones")])))
-    starts = _starts(around, chosen)
+    starts = lowest_starts(around, chosen)
     homes = _homes(options, to_wgs84(origin, starts)) - origin.altitude
     fleet = [
         like.model_copy(update={"name": f"uav-{k}", "start": tuple(at), "home": None if math.isnan(home) else home})
@@ -104,20 +102,9 @@ def with_launches(
     return with_fitting_lattice(Scenario.model_validate(dict(world) | {"uavs": fleet, "surveys": tuple(surveys)}))
 
 
-def _starts(around: World, places: Floats) -> Floats:
-    """Return the lowest starts (n, 3) above places (n, 2) from which UAVs may stray, and a little more."""
-    return np.array([(x, y, around.least_height((x, y, 0.0)) + ABOVE) for x, y in places.tolist()])
-
-
 def _can_start(around: World, places: Floats) -> NDArray[np.bool_]:
     """Tell for each of (n, 2) places whether a UAV may stray from its start there and on its way up from the ground."""
-    scenario = around.scenario
-    deep = Bounds(min=(*scenario.bounds.min[:2], -1e6), max=scenario.bounds.max)
-    bare = derived(scenario, terrain=None, max_height=None, bounds=deep)
-    starts = _starts(around, places)
-    below = np.column_stack([places, scenario.terrain.height(places) if scenario.terrain is not None else starts[:, 2]])
-    way = World(bare, around.error).segments_free(below, starts)
-    return np.asarray(way & around.free(starts))
+    return np.asarray(can_rise(around, places) & around.free(lowest_starts(around, places)))
 
 
 def _slopes(around: World, places: Floats) -> Floats:
