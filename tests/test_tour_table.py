@@ -6,8 +6,9 @@ import pytest
 
 import skyverse as sky
 from rounds import rounds
-from skyverse.model.flight_table import flight_columns
+from skyverse.model.flight_table import battery_sentence, flight_columns, idle_sentence
 from skyverse.referee.energy import energy_bounds, turning_back
+from skyverse.summary import with_flight_summaries
 from skyverse.tour_table import numbered_sorties, numbered_visits, sortie_columns, told_spare, visit_columns
 
 
@@ -65,3 +66,44 @@ def test_a_mission_without_tours_has_no_visits_and_one_sortie_for_each_flight():
     assert list(numbered_visits(mission)) == []
     assert [one.uav for one in numbered_sorties(mission)] == [0, 1]
     assert "margin" not in cells(sortie_columns(mission))
+
+
+def fleet(criterion, targets=3):
+    """Two UAVs side by side before a row of targets."""
+    bounds = sky.Bounds(min=(-50, -50, 0), max=(150, 50, 40))
+    uavs = [sky.UAV(name=name, start=(0.0, y, 5.0)) for name, y in (("alpha", -10.0), ("beta", 10.0))]
+    places = [sky.Target(name=f"tower {k}", position=(30.0 + 5.0 * k, 0.0, 10.0)) for k in range(targets)]
+    lattice = sky.Lattice(step=(5, 5, 5))
+    open_air = sky.Scenario(
+        name="open", bounds=bounds, clearance=1.0, lattice=lattice, uavs=uavs, targets=places, objective=METRES
+    )
+    return sky.plan_mission(open_air, rng=1, options=sky.MissionOptions(criterion=criterion))
+
+
+METRES = sky.Objective(unit="metres")
+
+
+def test_a_uav_without_work_is_told_with_the_option_that_gives_it_some():
+    mission = fleet("min-sum")
+    said = idle_sentence(mission)
+    idle = [uav.name for k, uav in enumerate(mission.scenario.uavs) if not mission.sorties_of(k)]
+    assert len(idle) == 1
+    assert said.startswith(f"{idle[0]} has no target, ")
+    assert said.endswith("give criterion='min-max' for the last UAV to be done as soon as possible")
+    both = fleet("min-max")
+    assert all(both.sorties_of(k) for k in range(2))
+    assert both.makespan < mission.makespan
+    assert idle_sentence(both) == idle_sentence(fleet("min-sum", targets=1)) == ""
+
+
+def test_a_battery_has_one_figure_in_all_tables_and_is_explained_once():
+    mission = with_flight_summaries(rounds())
+    flights, sorties = cells(flight_columns(mission)), list(numbered_sorties(mission))
+    for uav, summary in enumerate(mission.flights):
+        own = min(one.battery.left[-1] for one in sorties if one.uav == uav)
+        assert own == pytest.approx(summary.left, abs=1e-7)
+    (alone,) = [one for one in sorties if len(mission.sorties[one.uav]) == 1]
+    told = cells(sortie_columns(mission))["battery left"][sorties.index(alone)]
+    assert flights["battery left"][alone.uav] == told
+    assert "90 % count" in battery_sentence(mission)
+    assert battery_sentence(fleet("min-sum")) == ""

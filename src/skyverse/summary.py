@@ -74,10 +74,8 @@ def flight_summary(
         motion = trajectory.at(instants)
         return np.column_stack([np.linalg.norm(motion.velocity, axis=1), *_powers(any_power, motion, wind)])
 
-    spans = spans or [(trajectory.start, trajectory.end)]
-    knots = trajectory.knots
-    within = [np.r_[begin, knots[(knots > begin) & (knots < end)], end] for begin, end in spans if begin < end]
-    columns = np.array([_integrals(rates, edges) for edges in within or [knots]])
+    within = [_edges(trajectory, span) for span in spans if span[0] < span[1]]
+    columns = np.array([_integrals(rates, edges) for edges in within or [trajectory.knots]])
     length, *_ = sums = columns.sum(axis=0)
     energy, bound = (None, None) if power is None else (float(sums[1]), float(sums[-1] + np.sum(ground)))
     most = float((columns[:, -1] + ground[: len(columns)]).max())
@@ -90,6 +88,12 @@ def flight_summary(
         energy_bound=bound,
         left=None if spent is None else float(TRUSTED_SHARE - spent),
     )
+
+
+def _edges(trajectory: Trajectory, span: tuple[float, float]) -> Floats:
+    """Return both ends of a span of time, and the knots of a trajectory between them, seconds."""
+    knots = trajectory.knots
+    return np.r_[span[0], knots[(knots > span[0]) & (knots < span[1])], span[1]]
 
 
 def _powers(power: Power, motion: Motion, wind: Wind | None, way: Floats | None = None) -> list[Floats]:
@@ -145,10 +149,12 @@ def battery_course(scenario: Scenario, number: int, trajectory: Trajectory, sort
     if uav.fixed_wing is None:
         seconds = 2.0 * np.linalg.norm(motion.velocity, axis=1) / uav.max_acceleration
         back = back + seconds * np.maximum(on, home) * (1.0 + uav.max_acceleration / GRAVITY) ** 1.5 / joules
-    first, last = (tuple(place) for place in motion.position[[0, -1]].tolist())
+    first = tuple(motion.position[0].tolist())
     back = back + landing(scenario, number, first).joules / joules
     left = TRUSTED_SHARE - take_off(scenario, number, first).joules / joules - used
-    left[-1] -= landing(scenario, number, last).joules / joules
+    span = sortie.begin, sortie.end
+    spent = _integrals(lambda at: _powers(power, trajectory.at(at), wind)[-1][:, None], _edges(trajectory, span))
+    left[-1] = TRUSTED_SHARE - (float(spent[0]) + _on_and_off(scenario, number, trajectory, span)) / joules
     fits = left - back >= uav.reserve
     until = len(fits) if fits.all() else int(np.argmin(fits))
     return BatteryCourse(instants, left, back, float(instants[until - 1]) if until else None)

@@ -1,6 +1,7 @@
 """What is printed of a mission."""
 
 import dataclasses
+import inspect
 import json
 import re
 from collections import Counter
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from rich.cells import cell_len
 
 import skyverse as sky
-from skyverse.cli.report import report, table
+from skyverse.cli.report import json_text, report, table
 from skyverse.model.flight_table import (
     flight_columns,
     gaps_sentence,
@@ -140,3 +141,12 @@ def test_paths_led_around_others_by_another_planner_are_counted():
     assert planners_sentence(dataclasses.replace(mixed, deconfliction=None)) == "planned by AStar and Taut"
     led = dataclasses.replace(mixed, deconfliction=Deconfliction((), (), (action,), 1.0, 1.0, 1.0, 1.0))
     assert planners_sentence(led) == "planned by AStar; 1 path led around others by Taut"
+
+
+def test_keys_of_json_are_snake_case_for_all_verbs():
+    said = {"departs at": 1, "milliseconds 99 %": {"to movers": [{"least gap": None}]}, "$defs": {"a-b": 0}}
+    assert json.loads(json_text(said)) == {
+        "departs_at": 1, "milliseconds_99": {"to_movers": [{"least_gap": None}]}, "$defs": {"a-b": 0}
+    }  # fmt: skip
+    verbs = Path(inspect.getfile(json_text)).parent.glob("*.py")
+    assert [verb.name for verb in verbs if "json.dumps" in verb.read_text(encoding="utf-8")] == ["report.py"]

@@ -240,3 +240,10 @@ def test_signs_that_latex_reads_otherwise_are_escaped():
     assert r"a \& b & 50 \% \\" in tex
     assert r"x\_1 $\pm$ $\infty$ & $-$5 \\" in tex
     assert r"\#\textasciitilde{}\textasciicircum{}\textbackslash{}\{\}\$ & $<$2$>$ \\" in tex
+
+
+def test_no_table_of_a_paper_lacks_a_caption(tmp_path):
+    blocks = (Table(("a",), [[1]]), SectionHeading("Means & ranks"), Table(("a",), [[1]]), Table(("a",), [[1]], "Own."))
+    written = write_report_files(Report("Study", blocks), tmp_path, formats=("tex",), figures=())
+    firsts = [path.read_text(encoding="utf-8").splitlines()[0] for path in written if path.suffix == ".tex"]
+    assert firsts == ["% Runs", "% Means & ranks", "% Own."]

@@ -120,3 +120,14 @@ def test_a_file_that_another_process_begins_at_the_same_instant_is_waited_for(tm
     with Rows(tmp_path / "rows.sqlite") as rows:
         assert len(rows) == 0
     timer.join()
+
+
+def test_notebooks_and_the_prompt_tell_what_rows_hold(rows):
+    assert repr(rows).startswith("Rows: no runs in ")
+    rows.add(ROW, "a")
+    rows.add(replace(ROW, seed=ROW.seed + 1, planner="<mine>"), "b")
+    assert repr(rows).startswith("Rows: 2 runs in ")
+    assert "2 planners: " in repr(rows)
+    shown = rows._repr_html_()
+    assert shown.count("<tr>") == 3
+    assert "&lt;mine&gt;" in shown

@@ -1,6 +1,7 @@
 """What a verb found, as tables for people and as JSON for programs."""
 
 import json
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -20,8 +21,14 @@ if TYPE_CHECKING:
 
 
 def json_text(data: Any) -> str:
-    """Return data as a JSON document."""
-    return json.dumps(data, indent=2) + "\n"
+    """Return data as a JSON document, in which no key has a blank: ``departs_at`` for what tables call "departs_at"."""
+
+    def named(part: Any) -> Any:
+        if isinstance(part, dict):
+            return {re.sub(r"\W+", "_", key).strip("_") if " " in key else key: named(part[key]) for key in part}
+        return [named(one) for one in part] if isinstance(part, list | tuple) else part
+
+    return json.dumps(named(data), indent=2) + "\n"
 
 
 def violation_data(violation: "Violation") -> dict[str, Any]:
@@ -45,8 +52,10 @@ def report(
     """
     from skyverse.mission.closed_ways import closed_ways
     from skyverse.model.flight_table import (
+        battery_sentence,
         flight_columns,
         gaps_sentence,
+        idle_sentence,
         measure_flight,
         planners_sentence,
         search_columns,
@@ -88,8 +97,9 @@ def report(
     near = nearest_obstacle(mission)
     if near is not None:
         print(f"nearest obstacle: about {near:.2f} m")
-    for told in filter(None, (unit_sentence(mission), gaps_sentence(mission), unknown_gaps_sentence(mission))):
-        print(told)
+    for said in (unit_sentence, gaps_sentence, unknown_gaps_sentence, battery_sentence, idle_sentence):
+        if told := said(mission):
+            print(for_command_line(told))
     _report_conflicts(mission)
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
         if trajectory is not None and trajectory.note:
@@ -159,7 +169,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
         "uavs": _uav_data(mission),
         "unvisited": [{"target": targets[one.target].name, "why": one.why} for one in mission.unvisited],
         "violations": [violation_data(v) for v in mission.violations],
-        "closed ways": [] if mission.interrupted else [_closed_way_data(closed) for closed in closed_ways(mission)],
+        "closed_ways": [] if mission.interrupted else [_closed_way_data(closed) for closed in closed_ways(mission)],
         "cautions": [asdict(one) | {"sentence": for_command_line(one.sentence)} for one in mission_cautions(mission)],
     }
 
@@ -190,9 +200,9 @@ def _uav_data(mission: "Mission") -> list[dict[str, Any]]:
                 bound: result.bound,
                 "gap": result.gap,
                 "departs at": None if trajectory is None else trajectory.start,
-                "arrives at": None if trajectory is None else trajectory.end,
+                "arrives_at": None if trajectory is None else trajectory.end,
                 "flies": None if trajectory is None else trajectory.form,
-                "generated paths": result.effort.generated_paths,
+                "generated_paths": result.effort.generated_paths,
                 "flight": None if one.summary is None else asdict(one.summary),
                 **({"sorties": _sorties_data(mission, number)} if mission.sorties else {}),
                 **(result.terms if result.terms.keys() - EXACT_TERMS else {}),
@@ -210,7 +220,7 @@ def _sorties_data(mission: "Mission", uav: int) -> list[dict[str, Any]]:
         if one.uav == uav:
             visits = [asdict(visit) | {"target": targets[visit.target].name} for visit in one.sortie.visits]
             until = None if one.battery is None else one.battery.no_return
-            spare = {"spare_wh": one.spare, "turning back until": until}
+            spare = {"spare_wh": one.spare, "turning_back_until": until}
             sorties.append({"begin": one.sortie.begin, "end": one.sortie.end, "visits": visits, **spare})
     return sorties
 

@@ -159,14 +159,14 @@ class StudyWatch:
     @contextmanager
     def bar(self) -> Iterator["OnRun"]:
         """Yield what must be called at the beginning and after each run."""
-        with count_bar("preparing", "runs") as draw:
+        with count_bar("comparing", "runs") as draw:
 
             def on_run(done: int, total: int) -> None:
                 if self._total == 0 and done:
                     print(f"skyverse: {done} of {total} runs were done before", file=sys.stderr)
                 if self._total == 0 and done < total and self._workloads:
                     compile_with_bar(self._workloads)
-                if self._total and draw is not None:
+                if draw is not None:
                     draw(done, total)
                 self._done, self._total = done, total
 

@@ -30,8 +30,10 @@ from skyverse.model.caution import stands_out, urgency
 from skyverse.model.flight_table import NO_VALUE as EMPTY
 from skyverse.model.flight_table import (
     Column,
+    battery_sentence,
     flight_columns,
     gaps_sentence,
+    idle_sentence,
     measure_flight,
     search_columns,
     told_costs,
@@ -132,7 +134,8 @@ def _region(name: str, rows: str) -> str:
 def details(scene: MissionScene) -> str:
     """Return what costs and gaps are counted in and from, and a table of the searches that opens when asked for."""
     claim = "Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
-    sentences = (total_cost_sentence(scene), unit_sentence(scene.mission), gaps_sentence(scene.mission), claim)
+    beside = (unit_sentence, gaps_sentence, battery_sentence, idle_sentence)
+    sentences = (total_cost_sentence(scene), *(in_words(of(scene.mission)) for of in beside), claim)
     told = " ".join(filter(None, sentences))
     said = f'<p class="hint">{escape(told)}</p>' if told else ""
     heading = "How the paths were searched for: bounds, terms of the cost and effort"

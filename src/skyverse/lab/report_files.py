@@ -4,6 +4,7 @@ import base64
 import csv
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from html import escape
 from importlib.resources import files
 from io import StringIO
@@ -98,10 +99,12 @@ def _named_tables(report: Report) -> Iterator[tuple[str, Table]]:
     heading, number = "", 0
     for block in report.blocks:
         if isinstance(block, SectionHeading):
-            heading = re.sub(r"\W+", "-", one_line(block.text).lower()).strip("-")[:40]
+            heading = one_line(block.text)
         elif isinstance(block, Table):
             number += 1
-            yield f"{number:02}-{heading or 'runs'}", block
+            captioned = block if block.caption else replace(block, caption=heading or "Runs")
+            name = re.sub(r"\W+", "-", heading.lower()).strip("-")[:40]
+            yield f"{number:02}-{name or 'runs'}", captioned
 
 
 def _csv(table: Table) -> str:

@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import astuple, fields
+from html import escape
 from pathlib import Path
 from typing import Any, Self
 from zlib import compress, decompress
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from skyverse.errors import InputError
 from skyverse.lab.row import COLUMN_TYPES, LABELS, Row, export_rows
 from skyverse.model.result import History
+from skyverse.model.short_lines import as_lines, counted
 
 MAX_WAIT_S = 60.0  # for another process that writes the same file
 _APPLICATION = 0x736B7976  # "skyv"
@@ -120,6 +122,21 @@ class Rows:
     def __len__(self) -> int:
         (count,) = self._file.execute("SELECT count(*) FROM runs").fetchone()
         return int(count)
+
+    def __repr__(self) -> str:
+        labels = ((kind, self.labels(kind)) for kind in LABELS)
+        known = [f"{counted(len(some), kind)}: {', '.join(some)}" for kind, some in labels if some]
+        return as_lines(f"Rows: {counted(len(self), 'run')} in {self.path}", *known)
+
+    def _repr_html_(self) -> str:
+        """Return what notebooks show: a line for each planner on each scenario under each budget."""
+        heads = (*LABELS, "runs", "success", "mean cost", "seconds")
+        columns = ", ".join(f"runs.{kind}" for kind in LABELS)
+        statement = f"SELECT {columns}, count(*), avg(success), avg(cost), avg(seconds) FROM runs {_JOINS} "
+        found = self._file.execute(f"{statement} GROUP BY {columns} ORDER BY {_ORDER}")
+        lines = [heads, *((*row[:4], *(f"{value:.4g}" for value in row[4:])) for row in found)]
+        cells = ("".join(f"<td>{escape(str(cell))}</td>" for cell in line) for line in lines)
+        return f"<table>{''.join(f'<tr>{line}</tr>' for line in cells)}</table>"
 
     def __iter__(self) -> Iterator[Row]:
         with closing(self._find(tuple(_FIELDS), {})) as found:

@@ -12,12 +12,13 @@ from typing import Literal
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.errors import Remedy, Sentence
 from skyverse.model.arrays import arctan2
 from skyverse.model.mission import Mission, PlannedFlight, planned_flights
 from skyverse.model.power import JOULES_OF_WATT_HOUR, TRUSTED_SHARE
 from skyverse.model.result import Result
 from skyverse.model.shapes import Terrain
-from skyverse.model.short_lines import SMALLEST_GAP, counted, told_gap, told_metres, told_seconds
+from skyverse.model.short_lines import SMALLEST_GAP, counted, listed, told_gap, told_metres, told_seconds, told_share
 from skyverse.model.timed_shapes import temporary_zones
 from skyverse.model.trajectory import Trajectory
 
@@ -225,6 +226,31 @@ def gaps_sentence(mission: Mission) -> str:
     many = "every UAV" if straight == len(found) else f"{straight} of {len(found)} UAVs"
     line = f", for {many} that of the straight line" if straight else ""
     return f"Gaps are counted from a cost that no path beats{line}; the best possible path may cost more."
+
+
+def battery_sentence(mission: Mission) -> str:
+    """Return why no battery is told to be full; nothing where nobody has one."""
+    if not any(one.summary is not None and one.summary.left is not None for one in planned_flights(mission)):
+        return ""
+    counts = f"Of a full battery {told_share(TRUSTED_SHARE)} count, as the model of its power may be off by the rest"
+    return f"{counts}; take-offs, landings and gusts at their worst are taken off."
+
+
+def idle_sentence(mission: Mission) -> str:
+    """Return how UAVs get work that have none while others make tours; nothing where that cannot be."""
+    targets, visits = mission.scenario.targets, list[set[int]]()
+    for uav in range(len(mission.scenario.uavs)):
+        visits.append({visit.target for sortie in mission.sorties_of(uav) for visit in sortie.visits})
+    shared = {target for own in visits if len(own) > 1 for target in own}
+    idle = [
+        uav.name
+        for uav, own in zip(mission.scenario.uavs, visits, strict=True)
+        if not own and any(uav.name in (targets[k].uavs or uav.name) for k in shared)
+    ]
+    if not idle or "criterion='min-sum'" not in mission.provenance.planner:
+        return ""
+    said = f"{listed(idle)} {'has' if len(idle) == 1 else 'have'} no target, as the sum of all costs is the least so"
+    return Sentence(said, give=[Remedy("criterion", "min-max", "for the last UAV to be done as soon as possible")])
 
 
 def unit_sentence(mission: Mission) -> str:
