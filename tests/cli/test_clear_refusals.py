@@ -51,6 +51,6 @@ def test_targets_without_uavs_are_warned_of(skyverse, tmp_path):
     assert code == 0
     assert warning in [line.strip() for line in out.splitlines()]
     assert not sky.read(tmp_path / "m.yaml").uavs
-    code, out, _ = skyverse(*words, "46.801,9.8,60 m agl", "--uav", "46.801,9.801,60 m agl")
+    code, out, _ = skyverse(*words, "--target", "46.801,9.8,60 m agl", "--uav", "46.801,9.801,60 m agl")
     assert code == 0
     assert "WARNING" not in out

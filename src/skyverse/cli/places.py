@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from skyverse.errors import InputError, require_libraries
+from skyverse.errors import InputError
+from skyverse.extras import require_libraries
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
