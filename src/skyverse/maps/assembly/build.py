@@ -10,19 +10,10 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, require_kind
-from skyverse.maps.assembly import frame
+from skyverse.maps.assembly import frame, inputs
 from skyverse.maps.assembly.bad_points import BadPoint, Point, refuse_bad_points
 from skyverse.maps.assembly.fences import fence_around
 from skyverse.maps.assembly.frame import Area, require_size
-from skyverse.maps.assembly.inputs import (
-    FeatureFile,
-    licence_of,
-    licensed,
-    open_clouds,
-    read_feature_files,
-    told_of,
-    voxels_of,
-)
 from skyverse.maps.assembly.obstacles import BEYOND, BURIED, local_features, prisms, simplified, within_bounds
 from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.assembly.places import (
@@ -88,7 +79,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
     told: list[Note] = []
     options = replace(options, on_note=_kept_too(options.on_note, told))
     starts, goals = named_places(options.uavs, "uav"), named_places(options.targets, "target")
-    files, clouds = read_feature_files(options), open_clouds(options)
+    files, clouds = inputs.read_feature_files(options), inputs.open_clouds(options)
     around = [file for file in files if file.gives == FENCE] or files
     outlines = [feature.outline for file in around for feature in file.features]
     outlines += [] if options.fences else [one.outline for one in clouds]
@@ -357,13 +348,13 @@ def _is_on_ground(place: GlobalPlace) -> bool:
 
 
 def _contents(
-    options: BuildOptions, site: _Site, ends: _Ends, files: list[FeatureFile], clouds: list[AerialCloud]
+    options: BuildOptions, site: _Site, ends: _Ends, files: list[inputs.FeatureFile], clouds: list[AerialCloud]
 ) -> _Contents:
     """Bring buildings, zones and voxels into the local frame, within bounds that hold what UAVs could reach."""
     reach, most = 2 * options.clearance + 10.0, options.max_height
     fences, files = ([file for file in files if (file.gives == FENCE) is kind] for kind in (True, False))
     local = [local_features(file.features, site.origin, site.region, site.ground, reach) for file in files]
-    solids = [voxels_of(cloud, site.origin, site.region, reach, site.ground, options) for cloud in clouds]
+    solids = [inputs.voxels_of(cloud, site.origin, site.region, reach, site.ground, options) for cloud in clouds]
     points = [point for _, point in ends.all]
     floor, highest = frame.heights(site.ground, local, [one for some in solids for one in some], points)
     top = frame.ceiling(options.ceiling or most, options.band, site.origin, site.ground, floor, highest)
@@ -380,7 +371,7 @@ def _contents(
     for file, features in zip(files, local, strict=True):
         made, counts = prisms(simplified(within_bounds(features, floor, top, reach), options.tolerance))
         options.on_note(Note(file.path, _summary(len(file.features), len(made), counts)))
-        with told_of(file.path, options.on_note) as tell:
+        with inputs.told_of(file.path, options.on_note) as tell:
             for said in features.heeded:
                 tell(said)
         if file.features and not made:
@@ -407,7 +398,7 @@ def _contents(
         obstacles += fence.prisms
     for file in (*files, *fences):
         path = Path(file.path)
-        sources.append((path, Source(file=path.name, gives=file.gives, licence=licence_of(path))))
+        sources.append((path, Source(file=path.name, gives=file.gives, licence=inputs.licence_of(path))))
     return _Contents(bounds, tuple(obstacles), tuple(soft), sources, bad)
 
 
@@ -433,7 +424,9 @@ def _assembled(options: BuildOptions, site: _Site, ends: _Ends, contents: _Conte
         ),
         targets=tuple(Target(name=target, position=point) for target, point in ends.targets.items()),
         frame=Frame(origin=site.origin),
-        sources=tuple(licensed([_with_cautions(*one, told) for one in contents.sources], options.licences or {})),
+        sources=tuple(
+            inputs.licensed([_with_cautions(*one, told) for one in contents.sources], options.licences or {})
+        ),
     )
     if options.lattice_step is not None:
         return built

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -75,26 +75,12 @@ class Feature:
 T = TypeVar("T")
 
 
-LIMIT_WORDS = ("alt", "height", "limit", "upper", "lower", "ceiling", "floor")
-RADIUS_WORDS = ("radius", "buffer", "distance", "width", "diameter")
-TIME_WORDS = (
-    "start",
-    "begin",
-    "end",
-    "from",
-    "until",
-    "till",
-    "valid",
-    "activ",
-    "hours",
-    "schedule",
-    "period",
-    "expir",
-)
-"""Parts of plain names of fields that look as if they held a limit, a radius or a time."""
-NUMBER = re.compile(r"\s*[-+]?\.?\d")
-TIME = re.compile(r".*(\d{1,2}:\d\d|\d{4}-?\d\d-?\d\d|\b\d{4}-\d{4}\b)", re.DOTALL)
-"""How what they hold looks, written."""
+_NUMBER = r"\s*[-+]?\.?\d"
+_TIME = r"(?s:.*)(\d{1,2}:\d\d|\d{4}-?\d\d-?\d\d|\b\d{4}-\d{4}\b)"
+LIMITS = "alt|height|limit|upper|lower|ceiling|floor", _NUMBER
+RADII = "radius|buffer|distance|width|diameter", _NUMBER
+TIMES = "start|begin|end|from|until|till|valid|activ|hours|schedule|period|expir", _TIME
+"""What stands in plain names of fields that look like a limit, a radius or a time, and how such a value is written."""
 
 
 class Fields:
@@ -120,8 +106,8 @@ class Fields:
         self._asked.update(names)
         return (field for name in names for field in self._fields.get(name, ()))
 
-    def unread(self, words: Iterable[str], like: re.Pattern[str] = NUMBER) -> dict[str, Any]:
-        """Return the fields that nobody asked for, with any of these words in their plain names, and such a value.
+    def unread(self, looks: tuple[str, str]) -> dict[str, Any]:
+        """Return the fields that nobody asked for which look like `LIMITS`, `RADII` or `TIMES`.
 
         A field within a field is named as in ``volume.upper``.
         """
@@ -129,10 +115,10 @@ class Fields:
         for name, held in self._fields.items():
             for written, value in () if name in self._asked else held:
                 if isinstance(value, Mapping):
-                    within = Fields({str(key): inner for key, inner in value.items()}).unread(words, like)
+                    within = Fields({str(key): inner for key, inner in value.items()}).unread(looks)
                     found |= {f"{written}.{inner}": one for inner, one in within.items()}
-                elif type(value) in (int, float, str) and any(word in name for word in words):
-                    found |= {written: value} if like.match(str(value)) else {}
+                elif type(value) in (int, float, str) and re.search(looks[0], name) and re.match(looks[1], str(value)):
+                    found[written] = value
         return found
 
     def text(self, *names: str) -> str | None:

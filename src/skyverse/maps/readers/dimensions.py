@@ -7,7 +7,7 @@ from typing import Any
 
 from skyverse.errors import InputError, Remedy, shown
 from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT, UNIT_FIELDS
-from skyverse.maps.georeference.feature import LIMIT_WORDS, Fields, looked_up, plain
+from skyverse.maps.georeference.feature import LIMITS, Fields, looked_up, plain
 from skyverse.maps.georeference.reading import MAX_BUFFER, Choices
 from skyverse.model.altitude import FOOT, AboveGround
 from skyverse.model.caution import Caution
@@ -93,7 +93,7 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     if choices.building_height is not None:
         if unread:
             choices.tell(f"{where}: {unread}; taken as {choices.building_height:g} m")
-        others = tags.unread(LIMIT_WORDS)
+        others = tags.unread(LIMITS)
         give = [Remedy("Reading.height_field", name) for name in others]
         choices.count_unread(others, "a height", *give, begins=f"{Caution.WARNING}: ")
         return choices.building_height

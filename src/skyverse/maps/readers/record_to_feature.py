@@ -20,17 +20,7 @@ from skyverse.maps.georeference.altitude_limits import (
     permitted_height,
 )
 from skyverse.maps.georeference.coordinate_systems import to_globe, unit_of_heights
-from skyverse.maps.georeference.feature import (
-    ABOVE_PERMITTED,
-    LIMIT_WORDS,
-    RADIUS_WORDS,
-    TIME,
-    TIME_WORDS,
-    Feature,
-    Fields,
-    number_of,
-    plain,
-)
+from skyverse.maps.georeference.feature import ABOVE_PERMITTED, LIMITS, RADII, TIMES, Feature, Fields, number_of, plain
 from skyverse.maps.georeference.reading import Choices, instant_of
 from skyverse.maps.readers.dimensions import HEIGHT_FIELDS, building_limits, circle_radius
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, area_features, outline_and_holes, polygons
@@ -126,15 +116,15 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, crs: pyproj.CRS, c
     low, high = _limits(record, geometry, crs, fields, kind, choices)
     name, solid, timed = _name(fields), kind == "building", bool(said_times(fields))
     if not solid:
-        choices.count_unread(fields.unread(LIMIT_WORDS), "a limit")
-        choices.count_unread(fields.unread(TIME_WORDS, TIME), "a time")
+        choices.count_unread(fields.unread(LIMITS), "a limit")
+        choices.count_unread(fields.unread(TIMES), "a time")
     for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
         yield Feature(*outline_and_holes(part), low, high, kind, solid, name, where, risk, active, timed)
 
 
 def _radius(fields: Fields, geometry: BaseGeometry, where: str, choices: Choices) -> float | None:
     """Return the radius of a point, ``None`` where its file gives none, and tell which fields look like one."""
-    radius, unread = circle_radius(fields, where, choices), fields.unread(RADIUS_WORDS)
+    radius, unread = circle_radius(fields, where, choices), fields.unread(RADII)
     give = [Remedy("Reading.radius_field", name) for name in unread]
     needed = radius is None and geometry.geom_type not in ("Polygon", "MultiPolygon")
     if needed and unread and choices.buffer is None:
