@@ -93,7 +93,7 @@ def test_the_summary_as_json_is_that_of_the_rows(compare, study):
     assert code == 0
     mvo, astar = said["summary"]
     assert (astar["planner"], astar["success"], astar["mean"], astar["gap"]) == ("astar", 1, 265, 0)
-    assert astar["standard error"] == 0
+    assert astar["standard_error"] == 0
     with Rows("out/study/rows.sqlite") as rows:
         assert mvo["mean"] == pytest.approx(rows.select(("cost",), planner="mvo")["cost"].mean())
     assert said["violations"] == []
