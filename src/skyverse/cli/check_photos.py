@@ -13,7 +13,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.outputs import refuse_output
-from skyverse.cli.plan import BudgetOptions, FleetOptions, MissionOutput, PlannerOptions, plan_scenario
+from skyverse.cli.plan import FleetOptions, MissionOutput, PlannerOptions, plan_scenario
 from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
 from skyverse.model.short_lines import counted, listed, told_area, told_gsd, told_overlap, told_share
@@ -87,7 +87,7 @@ def check_photos(files: Sequence[str], survey: str, asked: PhotoOptions, altitud
         print(f"{len(again.surveys)} parts are planned again.", file=sys.stderr)
         written, fleet = MissionOutput(output=reflight), FleetOptions(criterion="min-max")
         with redirect_stdout(sys.stderr if as_json else sys.stdout):
-            plan_scenario(again, survey, (PlannerOptions(planner="taut"), BudgetOptions(), fleet), written)
+            plan_scenario(again, survey, written, PlannerOptions(planner="taut"), fleet)
     elif reflight is not None:
         print(f"Nothing is missing: {reflight} is not written.", file=sys.stderr)
     return FOUND_WRONG if missing else 0

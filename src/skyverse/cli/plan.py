@@ -281,14 +281,16 @@ def plan(
     )
     asked = wind.of(from_the_ground(asked))
     tell_unknown(asked, otherwise.unknown)
-    return plan_scenario(asked, scenario, (search, budget, mission), written, maps_told=bool(asked.built_with))
+    return plan_scenario(asked, scenario, written, search, mission, budget, maps_told=bool(asked.built_with))
 
 
 def plan_scenario(
     asked: "Scenario",
     scenario: str,
-    how: tuple[PlannerOptions, BudgetOptions, FleetOptions],
     written: MissionOutput,
+    search: PlannerOptions,
+    mission: FleetOptions,
+    budget: BudgetOptions = _BUDGET,
     *,
     maps_told: bool = True,
 ) -> int:
@@ -297,7 +299,6 @@ def plan_scenario(
     from skyverse.model.go_no_go import go_no_go
     from skyverse.numerics.compiling import before_compiling
 
-    search, budget, mission = how
     refuse_unsafe(scenario, asked)
     method = planner_of(search.planner, search.settings or [], asked)
     tell_unsought(asked, method)

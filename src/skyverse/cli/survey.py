@@ -12,15 +12,7 @@ from skyverse.cli.map_options import MAPS, build_options, map_files, must_be_hee
 from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, GivenMission
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import numbers_of, points_of
-from skyverse.cli.plan import (
-    SEARCH,
-    BudgetOptions,
-    FleetOptions,
-    MissionOutput,
-    PlannerOptions,
-    WindOptions,
-    plan_scenario,
-)
+from skyverse.cli.plan import SEARCH, FleetOptions, MissionOutput, PlannerOptions, WindOptions, plan_scenario
 from skyverse.cli.watch import compile_with_bar
 from skyverse.errors import InputError
 from skyverse.numerics.compiling import before_compiling
@@ -163,7 +155,7 @@ def survey(
         scenario = wind.of(scenario)
     for said in dict.fromkeys(map(told, filter(must_be_heeded, notes))):
         print(said, file=sys.stderr)
-    return plan_scenario(scenario, source, (search, BudgetOptions(), FleetOptions(criterion=criterion)), written)
+    return plan_scenario(scenario, source, written, search, FleetOptions(criterion=criterion))
 
 
 def fields_of(asked: AskedOptions, seen: SeenOptions) -> dict[str, Any]:

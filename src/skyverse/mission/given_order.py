@@ -5,13 +5,13 @@ Research 31(12), 1985-2002, whose `split` this is, with batteries, swaps and win
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Ints
-from skyverse.mission.routing import SortieLegs, Totals, Tour, TourVehicle, Work, carried
+from skyverse.mission.routing import SortieLegs, Timed, Totals, Tour, TourVehicle, Work, carried, timed
 
 
 class _Label(NamedTuple):
@@ -48,7 +48,7 @@ def stretches(vehicles: Sequence[TourVehicle], work: Work, order: Sequence[int])
     can visit all, no other cut is better.
     """
     sequence = np.array(order, dtype=np.intp)
-    timed, count = work.windows, len(order)
+    windowed, count = work.windows, len(order)
     fronts: list[list[_Label]] = [[] for _ in range(count + 1)]
     fronts[0].append(_Label(0, 0, 0.0, 0.0, 0, None, None))
     known: dict[object, list[list[_Sortie]]] = {}
@@ -70,7 +70,7 @@ def stretches(vehicles: Sequence[TourVehicle], work: Work, order: Sequence[int])
                             label.unvisited,
                             label.swaps + (label.sorties > 0),
                             label.price + s.price,
-                            ready if timed or not s.home else 0.0,
+                            ready if windowed or not s.home else 0.0,
                             label.sorties + 1,
                             label,
                             (i, tuple(sequence[s.start : s.end].tolist())),
@@ -83,6 +83,22 @@ def stretches(vehicles: Sequence[TourVehicle], work: Work, order: Sequence[int])
             tours[at_end.flown[0]] = (at_end.flown[1], *tours[at_end.flown[0]])
         at_end = at_end.before
     return tuple(tours)
+
+
+def kept_to_limits(
+    vehicles: Sequence[TourVehicle], work: Work, tours: Sequence[Tour], cut: Callable[[TourVehicle, Tour], Tour]
+) -> tuple[tuple[Tour, ...], tuple[Timed, ...]]:
+    """Return tours and their times; one that breaks a limit, as by a solver's mistake, is cut anew in its own order.
+
+    What has no room in it then is left out, and so is all of it if the cut breaks a limit, too.
+    """
+    kept, times = list(tours), [timed(vehicle, work, tour) for vehicle, tour in zip(vehicles, tours, strict=True)]
+    for k in [k for k, time in enumerate(times) if time is None]:
+        kept[k] = cut(vehicles[k], tours[k])
+        times[k] = timed(vehicles[k], work, kept[k])
+        if times[k] is None:
+            kept[k], times[k] = (), timed(vehicles[k], work, ())
+    return tuple(kept), tuple(time for time in times if time is not None)
 
 
 def _front(labels: list[_Label]) -> list[_Label]:

@@ -12,19 +12,9 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, require_choice, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import MOST_TARGETS, exact_tours
-from skyverse.mission.given_order import stretches
+from skyverse.mission.given_order import kept_to_limits, stretches
 from skyverse.mission.pyvrp_routing import pyvrp_tours
-from skyverse.mission.routing import (
-    Routes,
-    RouteSearch,
-    Tour,
-    TourVehicle,
-    Work,
-    kept_to_limits,
-    possible,
-    timed,
-    why_unvisited,
-)
+from skyverse.mission.routing import Routes, RouteSearch, Tour, TourVehicle, Work, possible, timed, why_unvisited
 from skyverse.stop import require_stop
 
 _SEARCH = RouteSearch()

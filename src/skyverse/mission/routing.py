@@ -1,7 +1,7 @@
 """The pure routing problem: numbers of vehicles and targets in, who visits what in which order out."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import Literal, NamedTuple
 
@@ -276,26 +276,6 @@ def timed(vehicle: TourVehicle, work: Work, tour: Tour) -> Timed | None:
         finishes.append(max(early, now + seconds))
         now, price = finishes[-1] + vehicle.swap, price + float(totals.price[0])
     return Timed(price, tuple(starts), tuple(finishes))
-
-
-def kept_to_limits(
-    vehicles: Sequence[TourVehicle], work: Work, tours: Sequence[Tour], cut: Callable[[TourVehicle, Tour], Tour]
-) -> tuple[tuple[Tour, ...], tuple[Timed, ...]]:
-    """Return tours and their times; one that breaks a limit, as by a solver's mistake, is cut anew in its own order.
-
-    What has no room in it then is left out, and so is all of it if the cut breaks a limit, too.
-    """
-
-    def ways(vehicle: TourVehicle, tour: Tour) -> Iterator[Tour]:
-        yield tour
-        yield cut(vehicle, tour)
-        yield ()
-
-    kept = [
-        next((way, time) for way in ways(v, tour) if (time := timed(v, work, way)) is not None)
-        for v, tour in zip(vehicles, tours, strict=True)
-    ]
-    return tuple(way for way, _ in kept), tuple(time for _, time in kept)
 
 
 def carried(work: Work, sortie: Sequence[int]) -> float:

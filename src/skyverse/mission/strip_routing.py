@@ -19,18 +19,8 @@ from skyverse.errors import InputError, shown
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.exact_routing import exact_tours
 from skyverse.mission.fleet_search import FleetSearch
-from skyverse.mission.given_order import stretches
-from skyverse.mission.routing import (
-    Reason,
-    Routes,
-    RouteSearch,
-    Tour,
-    TourVehicle,
-    Work,
-    kept_to_limits,
-    timed,
-    why_unvisited,
-)
+from skyverse.mission.given_order import kept_to_limits, stretches
+from skyverse.mission.routing import Reason, Routes, RouteSearch, Tour, TourVehicle, Work, timed, why_unvisited
 from skyverse.numerics.tolerances import LENGTH_ROUNDING
 
 MOST_EXACT = 8
