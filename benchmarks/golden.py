@@ -214,7 +214,11 @@ def rounds_alike(numpy: str, rounded: str) -> bool:
     return platform.machine().lower() in ("x86_64", "amd64") and np.__version__ == numpy and roundings() == rounded
 
 
-LATER = {"FlightSummary": ("energy_bound", "left"), "Mission": ("sorties", "unvisited", "unseen", "coverage")}
+LATER = {
+    "FlightSummary": ("energy_bound", "left"),
+    "Mission": ("sorties", "unvisited", "unseen", "coverage"),
+    "Coverage": ("left_out",),
+}
 """Fields that answers have got since the known ones were computed, which are left out where they hold nothing."""
 
 
