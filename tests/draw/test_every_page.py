@@ -5,8 +5,9 @@ import dataclasses
 import pytest
 
 import skyverse as sky
-from browser import fits, new_tab
+from browser import MISFITS, SIZES, fits, new_tab
 from skyverse.draw import page, scenario_page, scenario_scene, scene
+from skyverse.lab import Report, Table, html
 from skyverse.waypoints.page import check_page
 from surveyed import surveyed
 
@@ -77,3 +78,15 @@ def test_a_page_prints_as_a_sheet_of_what_a_pilot_prepares(mission, browser, tmp
         assert tab.get_by_text("46.812345, 9.832412").is_visible()
         assert not tab.locator("#space").is_visible()
         assert tab.evaluate("document.documentElement.scrollWidth") <= 720
+
+
+def test_the_wide_tables_of_a_study_are_cut_nowhere(browser, tmp_path):
+    heads = ("planner", *(f"95 % of column {k}" for k in range(11)))
+    rows = [(f"planner {k}", *[123456.5] * 11) for k in range(3)]
+    settings = Table(("planner", "settings"), [("mvo", "MVO(" + "a_setting=0.1, " * 20)])
+    report = Report("a study", [settings, Table(heads, rows)])
+    (tmp_path / "report.html").write_text(html(report, {}), "utf-8")
+    for width, height in SIZES:
+        with new_tab(browser, width, height) as tab:
+            tab.goto((tmp_path / "report.html").as_uri())
+            assert tab.evaluate(MISFITS) == []

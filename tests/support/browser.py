@@ -75,5 +75,5 @@ def fits(tab, page):
     for width, height in SIZES:
         tab.set_viewport_size({"width": width, "height": height})
         tab.evaluate("scrollTo(0, 0)")
-        assert tab.evaluate(MISFITS) == [], (width, height)
+        until(tab, MISFITS, lambda found: found == [])  # once the pictures have taken their new size
         assert tab.evaluate(FIRST_SCREEN) == {"verdicts": 1, "above": 0, "picture": True, "both": False}

@@ -24,7 +24,7 @@ _LINES = (
     "Numbers: items, as ground stations count them. Red: legs that fail, with a dot where that is worst. Amber: from "
     "where no return is proven. Rings: what else is wrong. Squares: where it lands when it returns."
 )
-_MEND = "<p>Where a greater height helps, it is told. <code>skyverse repair</code> mends what it can.</p>"
+_MEND = "Where a greater height helps, it is told. skyverse repair mends what it can."
 _WORDS = {"layers": {"trajectories": "Flights"}, "iterations": "", "value": "", "log": False}
 
 
@@ -78,6 +78,6 @@ def _found(scene: JudgedScene) -> Parts:
         told += card("note", "What the files do not say.", listed_sentences(scene.notes))
     if found:
         said = f"No go: {counted(len(found), 'thing')} {'is' if len(found) == 1 else 'are'} wrong."
-        return verdict("bad", said, "", found, _MEND + told)
+        return verdict("bad", said, _MEND, found, told)
     tone = "good" if scene.verdict == "proven" else "warn"
     return verdict(tone, f"Go: {scene.verdict}.", "What is proven is so at every place between waypoints.", (), told)

@@ -193,7 +193,7 @@ def html(report: Report, images: dict[str, str]) -> str:
             case Figure(name, caption):
                 image = f'<img src="{images[name]}" alt="{escape(name)}">'
                 told = f"<figcaption>{_rendered(caption)}</figcaption>"
-                body.append(f'<figure><div class="scroll" tabindex="0">{image}</div>{told}</figure>')
+                body.append(f"<figure>{image}{told}</figure>")
     title = _text(report.title)
     lines = "\n".join
     return (
@@ -235,15 +235,16 @@ def _html_table(table: Table) -> str:
     printed, right = _aligned(table)
     side = [' class="number"' if flush else "" for flush in right]
     head = "".join(f'<th scope="col"{s}>{_text(text)}</th>' for s, text in zip(side, table.head, strict=True))
+    named = [f'{s} data-head="{escape(one_line(text))}"' for s, text in zip(side, table.head, strict=True)]
     rows = "\n".join(
-        f"<tr>{''.join(f'<td{s}>{_text(text)}</td>' for s, text in zip(side, row, strict=True))}</tr>"
+        f"<tr>{''.join(f'<td{s}>{_text(text)}</td>' for s, text in zip(named, row, strict=True))}</tr>"
         for row in printed
     )
     caption = f"<figcaption>{_rendered(table.caption)}</figcaption>" if table.caption else ""
     notes = "".join(f'<div class="note">{_rendered(note)}</div>' for note in table.notes)
     return (
-        f'<figure class="table">{caption}<div class="scroll" tabindex="0"><table>\n<thead><tr>{head}</tr></thead>\n'
-        f"<tbody>\n{rows}\n</tbody>\n</table></div>{notes}</figure>"
+        f'<figure class="table">{caption}<table>\n<thead><tr>{head}</tr></thead>\n'
+        f"<tbody>\n{rows}\n</tbody>\n</table>{notes}</figure>"
     )
 
 

@@ -63,9 +63,8 @@ def _verdict(fleet: CheckedFleet) -> str:
 
 
 def _figures(fleet: CheckedFleet) -> Iterator[tuple[str, str, str]]:
-    yield "Verdict", _verdict(fleet), counted(len(fleet.missions), "mission")
     summaries = [mission.summary for mission in fleet.missions]
-    yield "Flown", told_metres(sum(one.length for one in summaries)), "all missions together"
+    yield "Flown", told_metres(sum(one.length for one in summaries)), counted(len(summaries), "mission")
     yield "Time", f"{told_clock(max(one.time for one in summaries))} min", "of the longest"
     low = [mission.lowest.metres for mission in fleet.missions if mission.lowest is not None]
     high = [mission.highest.metres for mission in fleet.missions if mission.highest is not None]
