@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from skyverse._typing import Bools, Floats
+from skyverse.interrupt import raise_if_interrupted
 from skyverse.model.asked_ground import asked_ground
 from skyverse.model.coverage import Coverage, CoverageGap
 from skyverse.model.frame import Origin
@@ -90,6 +91,7 @@ def judge_coverage(scenario: Scenario, number: int, photos: Photos, errors: Sequ
     grid = grid_of(scenario, survey, asked)
     beyond = shapely.difference(asked, shapely.box(grid.x[0], grid.y[0], grid.x[-1], grid.y[-1]))
     hanging = bottoms_of([solid for solid, on_ground in zip(solids, stands, strict=True) if not on_ground])
+    raise_if_interrupted()
     viewers, sight = _viewers(scenario, survey, photos, errors, solids, hanging)
     seen, missed = _look(viewers, grid)
     if survey.fine_all_over and viewers.deepest_cell <= viewers.most < viewers.deepest:

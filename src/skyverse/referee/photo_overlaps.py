@@ -188,6 +188,7 @@ def _neighbours(level: Floats, course: Floats, spacing: Floats, axis: Floats, wi
     while len(left):  # those that have no neighbour in reach on a side are looked for again, farther away
         settled, whole = np.zeros(len(level), dtype=np.intp), reach >= np.hypot(*np.ptp(level, axis=0))
         for begin in range(0, len(left), max(PAIRS_AT_ONCE // len(level), 1)):
+            raise_if_interrupted()
             rows = left[begin : begin + max(PAIRS_AT_ONCE // len(level), 1)]
             i, j = tree.query(points[rows], "dwithin", distance=reach)
             i = rows[i]
