@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from skyverse._typing import Ints
+from skyverse.interrupt import interrupted
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible
 from skyverse.stop import Progress, is_cancelled
@@ -84,11 +85,11 @@ class FleetSearch:
 
     @property
     def _cancelled(self) -> bool:
-        return is_cancelled(self._search.stop)
+        return interrupted() or is_cancelled(self._search.stop)
 
     def _over(self) -> bool:
         progress = Progress(iterations=self._kicks, seconds=time.perf_counter() - self._begun)
-        return self._search.stop is not None and self._search.stop.met(progress) is not None
+        return interrupted() or (self._search.stop is not None and self._search.stop.met(progress) is not None)
 
 
 def _numbers(vehicles: Sequence[TourVehicle], work: Work, able: Ints, strip: Ints, criterion: Criterion) -> StripFleet:

@@ -17,6 +17,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices, Ints
 from skyverse.extras import require_libraries
+from skyverse.interrupt import interrupted
 from skyverse.mission.assignment import Criterion
 from skyverse.mission.routing import RouteSearch, Tour, TourVehicle, Work, possible, timed
 from skyverse.numerics.tolerances import WHOLE_UNITS
@@ -101,11 +102,11 @@ class _Clock:
 
     @property
     def cancelled(self) -> bool:
-        return is_cancelled(self._stop)
+        return interrupted() or is_cancelled(self._stop)
 
     def over(self) -> bool:
         progress = Progress(iterations=self._iterations, seconds=time.perf_counter() - self._begun)
-        return self._stop is not None and self._stop.met(progress) is not None
+        return interrupted() or (self._stop is not None and self._stop.met(progress) is not None)
 
     def rule(self, patience: int, first: bool = False) -> "StoppingCriterion":
         """Return a rule of PyVRP's: it ends a search after so long without a better solution, or at the first one."""

@@ -21,11 +21,10 @@ from skyverse.mission.tour_flight import TourFlight
 from skyverse.mission.tour_legs import TourLegs, joined_result, legs_of
 from skyverse.mission.tour_waits import with_waits
 from skyverse.model.mission import Mission
-from skyverse.model.result import CANCELLED, Provenance
+from skyverse.model.result import Provenance
 from skyverse.model.scenario import Scenario
 from skyverse.model.sortie import Unvisited
 from skyverse.problem import Airspace
-from skyverse.stop import Progress, Stop
 from skyverse.survey.lines import PhotoLine
 
 MOST_ROUNDS = 40
@@ -152,8 +151,7 @@ def _work(scenario: Scenario) -> Work:
 
 def _routes(scenario: Scenario, legs: TourLegs, work: Work, options: TourOptions) -> Routes:
     order = [*range(len(scenario.targets))] if options.keep_order else None
-    stop = None if legs.how.stop is None else _WhenCancelled(legs.how.stop)
-    search = RouteSearch(stop, legs.how.seed, order, quick=True)
+    search = RouteSearch(None, legs.how.seed, order, quick=True)
     best: Routes | None = None
     thorough = len(scenario.targets) <= MOST_TARGETS
     for _ in range(MOST_ROUNDS):
@@ -196,20 +194,6 @@ def _strips(legs: TourLegs, work: Work) -> Ints:
     pairs = {(min(ends), max(ends)) for ends in legs.lines if None not in ends}  # type: ignore[type-var]
     alone = set(range(work.targets)).difference(*pairs)
     return np.array(sorted({*pairs, *((place, place) for place in alone)}), dtype=np.intp)
-
-
-@dataclass(frozen=True)
-class _WhenCancelled(Stop):
-    """Ends a search once a rule has been cancelled: budgets are those of paths, not of routes."""
-
-    rule: Stop
-
-    def met(self, progress: Progress) -> str | None:
-        return CANCELLED if self.rule.cancelled else None
-
-    @property
-    def cancelled(self) -> bool:
-        return self.rule.cancelled
 
 
 def _explained(scenario: Scenario, legs: TourLegs, work: Work, routes: Routes, options: TourOptions) -> Routes:
