@@ -58,6 +58,13 @@ def _fill(text: str) -> float | str:
         raise InputError(f"--fill-nodata: expected metres above sea level, or nearest, found {text!r}") from None
 
 
+def _energy(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 class _TextOption(NamedTuple):
     """An option whose value is written otherwise than the parameter that it stands for.
 
@@ -106,7 +113,7 @@ _TEXTS = {name: _TextOption(list[Path], settings=_several) for name in FILES} | 
     "terrain_unit": _TextOption(Literal["m", "ft", "us-ft"], settings=Parameter()),
     "nodata": _TextOption(float),
     "radius_field": _TextOption(list[str], settings=_several),
-    "battery": _TextOption(float, settings=Parameter()),
+    "battery": _TextOption(str, "`77`, `77 Wh` or `20 min`", _energy),
     "home": _TextOption(
         str, "`46.81,9.85`", lambda text: numbers_of("--home", "latitude,longitude in degrees", text, 2)
     ),

@@ -1,7 +1,7 @@
 """The verb ``plan``: a mission from a scenario."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
@@ -19,13 +19,15 @@ from skyverse.cli.given_scenario import (
     with_wind,
     with_work,
 )
+from skyverse.cli.map_options import taking, values_of
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, AsJson, GivenScenario, Output, Whole
 from skyverse.cli.outputs import mission_file, refuse_output, source_from
-from skyverse.cli.places import tracking_error_of, wind_of
+from skyverse.cli.places import wind_of
 from skyverse.cli.report import report, tell_apart_by_timing
 from skyverse.cli.settings import planner_of
 from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
 from skyverse.errors import InputError
+from skyverse.model.vehicle_profiles import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.model.scenario import Scenario
@@ -112,41 +114,6 @@ class FleetOptions:
     shape: Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"] = "minimum-time"
     keep_apart: bool = True
     apart_in_space: Annotated[bool, FLAG] = False
-
-
-@Parameter(name="*", group=Group("Limits of all UAVs, instead of those in the scenario"))
-@dataclass(frozen=True, kw_only=True)
-class LimitOptions:
-    """What all UAVs can do.
-
-    Parameters
-    ----------
-    vehicle
-        Give all UAVs the limits of a vehicle: indoor, thesis, camera, heavy, m100 or mapping.
-    max_speed
-        The fastest that UAVs fly, m/s.
-    max_climb
-        The fastest that they climb, m/s.
-    max_descent
-        The fastest that they descend, m/s.
-    separation
-        The distance that they keep from each other, metres; twice as much above and below, or the vehicle's own.
-    tracking_error
-        How far they may stray, as in `1.5,2`: metres seen from above, and metres in altitude.
-    battery
-        The nominal energy of each battery, Wh; the vehicle must say what UAVs weigh and which power they take.
-    reserve
-        The share of it that must be left at landing, as in 0.2.
-    """
-
-    vehicle: str | None = None
-    max_speed: float | None = None
-    max_climb: float | None = None
-    max_descent: float | None = None
-    separation: float | None = None
-    tracking_error: Annotated[str | None, SIGNED] = None
-    battery: float | None = None
-    reserve: float | None = None
 
 
 _OTHERWISE = Group("In place of what the scenario says")
@@ -239,9 +206,10 @@ class MissionOutput:
 
 
 _SEARCH, _BUDGET, _MISSION = PlannerOptions(), BudgetOptions(), FleetOptions()
-_SCENARIO, _WIND, _LIMITS, _WRITTEN = ScenarioOptions(), WindOptions(), LimitOptions(), MissionOutput()
+_SCENARIO, _WIND, _WRITTEN = ScenarioOptions(), WindOptions(), MissionOutput()
 
 
+@taking({FleetLimits: Group("Limits of all UAVs, instead of those in the scenario")})
 def plan(
     scenario: GivenScenario,
     /,
@@ -251,8 +219,8 @@ def plan(
     mission: FleetOptions = _MISSION,
     otherwise: ScenarioOptions = _SCENARIO,
     wind: WindOptions = _WIND,
-    limits: LimitOptions = _LIMITS,
     written: MissionOutput = _WRITTEN,
+    **limits: Any,
 ) -> int:
     """Plan a mission: assign targets, plan paths and trajectories, resolve conflicts, prove; write a file and a page.
 
@@ -270,15 +238,11 @@ def plan(
         A built-in name (see `skyverse scenarios`), a scenario file, a course map, or a mission to plan anew.
     """
     import skyverse as sky
-    from skyverse.model.vehicle_profiles import FleetLimits
 
     given = sky.read_scenario(scenario, unknown=otherwise.unknown)
-    error = tracking_error_of(limits.tracking_error)
     asked = with_ends(scenario, with_ceiling(scenario, given, otherwise.max_height), otherwise.uav, otherwise.target)
     asked = with_work(asked, otherwise.end, otherwise.stay)
-    asked = with_lattice(
-        limited(asked, FleetLimits(**vars(limits) | {"tracking_error": error})), otherwise.lattice_step
-    )
+    asked = with_lattice(limited(asked, FleetLimits(**values_of(FleetLimits, limits))), otherwise.lattice_step)
     asked = wind.of(from_the_ground(asked))
     tell_unknown(asked, otherwise.unknown)
     return plan_scenario(asked, scenario, written, search, mission, budget, maps_told=bool(asked.built_with))
