@@ -9,9 +9,9 @@ from skyverse.cli.check_photos import PhotoOptions, check_photos
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_missions import judged, refuse_outputs, taking_missions, tell
 from skyverse.cli.given_scenario import judging_scenario, without_way
-from skyverse.cli.option_names import as_in, for_command_line
+from skyverse.cli.option_names import as_in
 from skyverse.cli.option_types import AsJson, GivenMission, GivenScenario
-from skyverse.cli.report import json_text, violation_data
+from skyverse.cli.report import json_text, say, told_violations, violation_data
 from skyverse.errors import InputError, require_file
 from skyverse.model.short_lines import counted
 
@@ -102,9 +102,8 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
     if as_json:
         print(json_text([violation_data(v) for v in violations]), end="")
     else:
-        for violation in violations:
-            print(f"{violation.fault.value}: {violation.message}")
-        print(f"{counted(len(violations), 'violation')} found." if violations else "The referee found nothing wrong.")
+        found_wrong = f"{counted(len(violations), 'violation')} found."
+        say(*told_violations(violations), found_wrong if violations else "The referee found nothing wrong.")
     aside = sys.stderr if as_json else sys.stdout
     print(judged_by, file=aside)
     apart = certificates.apart if len(world.uavs) > 1 else None
@@ -113,9 +112,8 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
             print(f"proven: {certificate.sentence}", file=aside)
     told = mission_cautions(replace(planned, coverage=()))  # when it was planned
     with as_in("show"):  # a mission of skyverse takes none of the options of maps
-        for caution in mission_cautions(replace(planned, scenario=world)):
-            if caution not in told:
-                print(for_command_line(caution.sentence), file=aside)
+        new = (one for one in mission_cautions(replace(planned, scenario=world)) if one not in told)
+        say(*(caution.sentence for caution in new), aside=as_json)
     if any(result is not None and result.status is sky.Status.OPTIMAL for result in planned.results):
         print("Where a path is called optimal, it is so as claimed by the planner.", file=aside)
     if not planned.complete:

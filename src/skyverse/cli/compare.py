@@ -11,7 +11,7 @@ from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.cli.option_types import SCENARIO, AsJson, Output, Whole
 from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
-from skyverse.cli.report import json_text, table
+from skyverse.cli.report import json_text, say, table
 from skyverse.cli.study import StudyOptions, study_of, study_summary, summary_lines
 from skyverse.cli.watch import StudyWatch
 from skyverse.errors import InputError
@@ -157,9 +157,5 @@ def _print_summary(lines: list[dict[str, str]], wrong: list[tuple[Any, ...]], wr
         for line in lines:
             del line["budget"]
     table(list(lines[0]), [list(line.values()) for line in lines])
-    for *run, seed, verdict in wrong:
-        print(f"{', '.join(run)}, seed {seed}: {verdict}")
-    if not wrong:
-        print("The referee found nothing wrong.")
-    for path in written:
-        print(path)
+    say(*(f"{', '.join(run)}, seed {seed}: {verdict}" for *run, seed, verdict in wrong))
+    say(*(["The referee found nothing wrong."] if not wrong else []), *written)

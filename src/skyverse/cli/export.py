@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Group, Parameter
 
 from skyverse.cli.given_scenario import judging_scenario
-from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import FLAG, SIGNED, GivenMission, GivenScenario
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
-from skyverse.cli.report import table
+from skyverse.cli.report import say, table
 from skyverse.errors import InputError
 from skyverse.model.short_lines import counted
 
@@ -154,8 +153,7 @@ def export(
     told = {caution.sentence for caution in mission_cautions(read)}  # when it was planned
     notes = [note for note in notes if note not in told]
     rest = [note for note in notes if not stands_out(note)]
-    for note in sorted(filter(stands_out, notes), key=urgency):
-        print(for_command_line(note), file=sys.stderr)
+    say(*sorted(filter(stands_out, notes), key=urgency), aside=True)
     sys.stderr.flush()
     for path in files:
         print(path, flush=True)
@@ -163,5 +161,4 @@ def export(
         print("Without effect on waypoints: --rate (.csv, .kml and others are sampled).", file=sys.stderr)
     if proven and not details:
         rest = [f"--details tells all that is proven: {counted(len(rest), 'line')}."] if rest else []
-    for note in [*rest, judged_by]:
-        print(for_command_line(note), file=sys.stderr)
+    say(*rest, judged_by, aside=True)

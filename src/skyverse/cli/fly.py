@@ -14,7 +14,7 @@ from skyverse.cli.given_scenario import tell_not_proven
 from skyverse.cli.option_types import FLAG, SIGNED, AsJson, GivenMission, GivenScenario, Output
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import share_of, wind_of
-from skyverse.cli.report import json_text, print_flight_violations, table, violation_data
+from skyverse.cli.report import flight_violations, json_text, say, table, violation_data
 from skyverse.cli.watch import count_bar
 from skyverse.errors import InputError
 from skyverse.model.short_lines import told_metres
@@ -249,14 +249,8 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
             f"Closest: {' and '.join(closest['uavs'])}, {closest['distance']:.2f} m apart at {closest['time']:.2f} s, "
             f"{closest['nearness']:.2f} of their separation ({closest['planned']:.2f} as planned)"
         )
-    print(flight.conditions.told(flight.seed))
-    for sentence in flight.rounds:
-        print(sentence)
-    print_flight_violations(flight)
-    print(flight.tube_sentence)
-    print(flight.sentence)
-    for path in written:
-        print(path)
+    say(flight.conditions.told(flight.seed), *flight.rounds, *flight_violations(flight))
+    say(flight.tube_sentence, flight.sentence, *written)
 
 
 def _tell_visits(flight: "Flight") -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from skyverse.cli.option_types import FLAG, WHOLE, GivenScenario, Whole
-from skyverse.cli.report import json_text, print_flight_violations, table, violation_data
+from skyverse.cli.report import flight_violations, json_text, say, table, violation_data
 from skyverse.cli.watch import count_bar
 from skyverse.errors import InputError
 
@@ -181,8 +181,7 @@ def report_replanned(flight: "ReplannedFlight", written: list[Path], as_json: bo
         }
         print(json_text(summary), end="")
         return
-    print(flight.flight.vehicle_sentence)
-    print(flight.sensor.sentence)
+    say(flight.flight.vehicle_sentence, flight.sensor.sentence)
     forms: dict[str, Callable[[Any], str]] = {
         "arrival": "{:.2f} s".format,
         "replanned": str,
@@ -195,13 +194,8 @@ def report_replanned(flight: "ReplannedFlight", written: list[Path], as_json: bo
     cells = [[row["uav"], *("-" if row[t] is None else form(row[t]) for t, form in known.items())] for row in rows]
     table(["uav", *known], cells)
     flown = flight.flight
-    print(flown.conditions.told(flown.seed))
-    print(flight.replans_sentence)
-    print(flight.proof_sentence)
-    print_flight_violations(flown)
-    print(flight.sentence)
-    for path in written:
-        print(path)
+    say(flown.conditions.told(flown.seed), flight.replans_sentence, flight.proof_sentence)
+    say(*flight_violations(flown), flight.sentence, *written)
 
 
 def _row(flight: "ReplannedFlight", uav: int) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skyverse.cli.report import json_text, table
+from skyverse.cli.report import json_text, say, table
 
 if TYPE_CHECKING:
     from skyverse._typing import Floats
@@ -34,23 +34,17 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
             [name, *(f"{metres:.3f} m" for part in both for metres in (part.median, part.percentile_99, part.largest))]
         )
     table(head, cells)
-    for sentence in (*flown.checks, flown.tube_sentence):
-        print(sentence)
+    say(*flown.checks, flown.tube_sentence)
     if flown.outside.max() > 0:
         print(f"A UAV was {flown.outside.max():.3f} m out of bounds at most.")
     size = f"the vehicle's propellers reach {flown.radius:.3g} m from its centre"
     weather = flown.conditions.told(flown.seed)
-    print(f"{size}; {weather}; {counted(flown.runs, 'run')}")
-    for sentence in flown.rounds:
-        print(sentence)
+    say(f"{size}; {weather}; {counted(flown.runs, 'run')}", *flown.rounds)
     whose = f"{flown.vehicle} alone: " if flown.stands_in else ""
-    for violation in list(flown.violations.values())[:MOST_TOUCHES]:
-        print(f"{whose}{violation.message}")
+    say(*(f"{whose}{violation.message}" for violation in list(flown.violations.values())[:MOST_TOUCHES]))
     if len(flown.violations) > MOST_TOUCHES:
         print(f"and {counted(len(flown.violations) - MOST_TOUCHES, 'more run')}")
-    print(flown.sentence)
-    for path in written:
-        print(path)
+    say(flown.sentence, *written)
 
 
 def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written: list[Path]) -> dict[str, Any]:

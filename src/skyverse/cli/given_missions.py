@@ -1,6 +1,5 @@
 """Missions of autopilots as ``check`` and ``repair`` take them: how they are read, where they fly, what is told."""
 
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from cyclopts import Group
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.map_options import MAPS, build_options, map_files, must_be_heeded, taking, told, values_of, watched
 from skyverse.cli.outputs import refuse_output
-from skyverse.cli.report import json_text, table
+from skyverse.cli.report import json_text, say, table
 from skyverse.errors import InputError
 from skyverse.model.flight_settings import FlightSettings
 
@@ -103,8 +102,7 @@ def judged(
     notes: list[Note] = []
     with watched(notes, missions) as on_note:
         found = judge(read, build_options("check", _USUAL | maps, on_note), FlightSettings(**how))
-    for said in dict.fromkeys(map(told, filter(must_be_heeded, notes))):  # maps may be read more than once
-        print(said, file=sys.stderr)
+    say(*dict.fromkeys(map(told, filter(must_be_heeded, notes))), aside=True)  # maps may be read more than once
     return found
 
 
@@ -129,8 +127,6 @@ def tell(fleet: "CheckedFleet", page: Path | None, as_json: bool, more: Sequence
         loading = "" if loaded is None else f", with {loaded} loaded"
         print(f"{more[number].get('written', mission.flown.waypoints.name)}: {verdict(mission)}{loading}")
         table(("what was judged", "found"), check_table(fleet, number))
-        for said in (*finding_lines(fleet, number), *assumptions(fleet, number)):
-            print(said)
-    for file in written:
-        print(file, file=sys.stderr if as_json else sys.stdout)
+        say(*finding_lines(fleet, number), *assumptions(fleet, number))
+    say(*written, aside=as_json)
     return 0 if fleet.is_proven else FOUND_WRONG

@@ -3,7 +3,7 @@
 import json
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,11 +36,20 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
     return asdict(violation) | {"fault": violation.fault.value}
 
 
-def print_flight_violations(flight: "Flight") -> None:
-    """Print what went wrong in a flight, one line each, and whose it is where another vehicle was planned."""
-    whose = f"{flight.vehicle} alone: " if flight.stands_in else ""
-    for violation in flight.violations:
-        print(f"{whose}{violation.fault.value}: {violation.message}")
+def say(*said: object, aside: bool = False) -> None:
+    """Print sentences, which name options, and names of files on lines of standard output, or `aside`, of error."""
+    for one in said:
+        print(for_command_line(one) if isinstance(one, str) else one, file=sys.stderr if aside else sys.stdout)
+
+
+def told_violations(violations: "Iterable[Violation]", whose: str = "") -> Iterator[str]:
+    """Yield what is wrong, one sentence each, and whose it is."""
+    return (f"{whose}{violation.fault.value}: {violation.message}" for violation in violations)
+
+
+def flight_violations(flight: "Flight") -> Iterator[str]:
+    """Yield what went wrong in a flight, and whose it is where another vehicle was planned."""
+    return told_violations(flight.violations, f"{flight.vehicle} alone: " if flight.stands_in else "")
 
 
 def report(
@@ -97,9 +106,8 @@ def report(
     near = nearest_obstacle(mission)
     if near is not None:
         print(f"nearest obstacle: about {near:.2f} m")
-    for said in (unit_sentence, gaps_sentence, unknown_gaps_sentence, battery_sentence, idle_sentence):
-        if told := said(mission):
-            print(for_command_line(told))
+    sentences = unit_sentence, gaps_sentence, unknown_gaps_sentence, battery_sentence, idle_sentence
+    say(*filter(None, (sentence(mission) for sentence in sentences)))
     _report_conflicts(mission)
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
         if trajectory is not None and trajectory.note:
@@ -108,26 +116,18 @@ def report(
         print(f"Interrupted: this is the best so far, not judged yet; skyverse show {written[0]} judges and draws it.")
     for result in {r.status: r for r in mission.results if r is not None and not r.status.reached}.values():
         print(f"{result.status.value}: {for_command_line(result.status.sentence)}")
-    for closed in () if mission.interrupted else closed_ways(mission):
-        print(for_command_line(closed.sentence))
-    for violation in mission.violations:
-        print(f"{violation.fault.value}: {violation.message}")
+    say(*(closed.sentence for closed in (() if mission.interrupted else closed_ways(mission))))
+    say(*told_violations(mission.violations))
     if not mission.violations and not mission.interrupted:
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
             print(f"Proven at every instant: {what_is_proven(mission.scenario, mission.makespan)}.")
-            named = pads_sentence(mission.scenario, fleet_pads(mission))
-            if named:
-                print(named)
+            say(*filter(None, [pads_sentence(mission.scenario, fleet_pads(mission))]))
         for one in (one for one in mission.coverage if one.verdict.value == "proven"):
             print(f"coverage: {mission.scenario.surveys[one.survey].name}: {one.sentence}")
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
-    for caution in mission_cautions(mission):
-        if not (maps_told and caution.kind == "left out"):
-            print(for_command_line(caution.sentence))
-    print(go_no_go(mission).sentence)
-    for path in written:
-        print(path)
+    say(*(one.sentence for one in mission_cautions(mission) if not (maps_told and one.kind == "left out")))
+    say(go_no_go(mission).sentence, *written)
 
 
 def _compared(source: "Source", flight: "FlightSummary") -> str:
@@ -240,8 +240,7 @@ def _report_conflicts(mission: "Mission") -> None:
         f"{counted(len(done.found), 'conflict')} between UAVs found, {len(done.left)} left: "
         f"total time {before} -> {after}, makespan {done.makespan_before:.1f} s -> {done.makespan_after:.1f} s"
     )
-    for action in done.actions:
-        print(f"{action.kind}: {action.sentence}")
+    say(*(f"{action.kind}: {action.sentence}" for action in done.actions))
 
 
 LEAST_TEXT = 24

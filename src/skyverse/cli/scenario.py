@@ -23,7 +23,7 @@ from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import OUTPUT, AsJson
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import written_places
-from skyverse.cli.report import json_text
+from skyverse.cli.report import json_text, say
 from skyverse.errors import InputError
 from skyverse.model.built_with import Words
 from skyverse.model.short_lines import TIMES, counted, listed
@@ -128,8 +128,7 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
         }
         print(json_text(summary), end="")
         return
-    for note in done:
-        print(told(note))
+    say(*map(told, done))
     for source in scenario.sources:
         more = "".join(f", {one}" for one in (source.crs, source.licence) if one)
         print(f"{source.file}: {source.gives}{more}")
@@ -146,11 +145,7 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
         f"{_kept(scenario)}; lattice of {counted(nodes, 'node')}, "
         f"{TIMES.join(f'{step:g}' for step in scenario.lattice.step)} m apart"
     )
-    print(output)
-    if heed:
-        print("Before you fly, heed:")
-    for note in heed:
-        print(f"  {told(note)}")
+    say(output, *(["Before you fly, heed:"] if heed else []), *(f"  {told(note)}" for note in heed))
 
 
 def _kept(scenario: "Scenario") -> str:

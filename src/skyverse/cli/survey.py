@@ -1,6 +1,5 @@
 """The verb ``survey``: from the file of an area to a mission of photos that are proven to show it."""
 
-import sys
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,6 +12,7 @@ from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, GivenMission
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import numbers_of, points_of
 from skyverse.cli.plan import SEARCH, FleetOptions, MissionOutput, PlannerOptions, WindOptions, plan_scenario
+from skyverse.cli.report import say
 from skyverse.cli.watch import compile_with_bar
 from skyverse.errors import InputError
 from skyverse.numerics.compiling import before_compiling
@@ -153,8 +153,7 @@ def survey(
         )
         scenario = sky.build_survey(files, options, uavs=asked.drones, launch=places, **fields_of(asked, seen))
         scenario = wind.of(scenario)
-    for said in dict.fromkeys(map(told, filter(must_be_heeded, notes))):
-        print(said, file=sys.stderr)
+    say(*dict.fromkeys(map(told, filter(must_be_heeded, notes))), aside=True)
     return plan_scenario(scenario, source, written, search, FleetOptions(criterion=criterion))
 
 
