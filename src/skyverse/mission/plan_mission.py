@@ -171,6 +171,7 @@ def _planned(
     on_progress: OnProgress | None,
 ) -> Mission:
     """Return a mission that is not judged yet; see `plan_mission`."""
+    require_kind(scenario, Scenario, "scenario")
     most_threads = threads(workers)
     flights = survey_flights(scenario)
     airspace = Airspace(flights.staged)
