@@ -130,6 +130,6 @@ def test_waylines_of_more_than_99_waypoints_are_split_and_each_begins_where_the_
     assert all(2 <= len(part) <= 99 for part in parts)
     assert all(np.allclose(a[-1], b[0], atol=0.01) for a, b in itertools.pairwise(parts))
     assert sum(map(len, parts)) - len(parts) + 1 == len(sky.routes(mission, takeoff=0, stops=True)[0].points)
-    assert "files of at most 99 waypoints" in " ".join(notes)
+    assert "99 waypoints in a file" in " ".join(notes)
     with zipfile.ZipFile(files[0]) as archive:
         assert "noAction" in archive.read("wpmz/waylines.wpml").decode()

@@ -62,7 +62,7 @@ def test_heights_above_ground_are_held_against_the_lowest_ground_between_waypoin
         fault = legs.leg(*(ends + np.array([0, 0, above]))).fault
         assert (fault is None) == clear
         if not clear:
-            assert "above the ceiling of 30 m" in fault.sentence()
+            assert "above the ceiling of 30 m" in fault.sentence(mission.scenario)
 
 
 def test_a_straying_uav_is_exported_below_the_ceiling_with_its_error():

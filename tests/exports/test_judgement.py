@@ -79,7 +79,7 @@ def test_a_mission_is_judged_by_the_scenario_that_is_given(planned, tmp_path, re
 
 def test_what_is_not_decided_is_exported_and_told(planned, tmp_path, monkeypatch):
     doubt = Violation(Fault.UNDECIDED, (0,), "Whether uav-1 keeps the clearance could not be decided.")
-    monkeypatch.setattr(requirements, "judge", lambda *_: ([doubt], ((), None, ())))
+    monkeypatch.setattr(requirements, "judged", lambda _, mission: replace(mission, violations=(doubt,)))
     notes = []
     assert sky.export(planned, tmp_path / "m.csv", on_note=notes.append)
     assert notes == [f"NOT proven by the referee: {doubt.message}"]

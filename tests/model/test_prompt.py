@@ -219,6 +219,6 @@ def test_places_are_told_by_latitude_and_longitude_where_there_is_an_origin():
     given = sky.Violation(fault, (0,), "uav-1 is out of bounds.", 1.0, (-87.1, 212.9, 3.0))
     bare = sky.Violation(fault, (0,), "uav-1 was not planned.")
     told = with_global_places(frame, [given, bare])
-    assert told[0].message == f"uav-1 is out of bounds; that is at {place[0]:.6f}, {place[1]:.6f}."
+    assert told[0].message == f"uav-1 is out of bounds (at {place[0]:.6f}, {place[1]:.6f})."
     assert told[1] == bare
     assert with_global_places(sky.Frame(), [given]) == [given]

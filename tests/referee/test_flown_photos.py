@@ -187,7 +187,7 @@ def with_bad(draw, photos, which):
     return replace(photos, position=position, pitch=pitch)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(data=st.data(), kind=st.sampled_from(["flat", "hills"]))
 def test_photos_that_show_nothing_are_left_out_by_name_and_make_no_neighbours_pass(data, kind):
     scenario, photos = flown(kind)

@@ -63,7 +63,7 @@ def test_a_corner_at_the_end_of_a_take_off_that_is_short_of_little_is_raised(tmp
     assert [one.items for one in made.changes[0]] == [(1,)]
 
 
-@settings(max_examples=4)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000))
 @example(23)
 def test_whatever_is_in_the_way_of_a_small_mission_it_is_mended_or_told(tmp_path_factory, seed):

@@ -84,21 +84,14 @@ def check(
 def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
     """Let the referee judge a mission of skyverse, and print what is wrong and what is proven."""
     import skyverse as sky
+    from skyverse import referee
     from skyverse.model.go_no_go import go_no_go
-    from skyverse.referee import judge
     from skyverse.space.mission_cautions import mission_cautions
 
     planned = sky.read_mission(mission)
     world, judged_by = judging_scenario(planned, scenario)
-    violations, certificates = judge(world, planned)
-    planned = replace(
-        planned,
-        violations=tuple(violations),
-        certificates=certificates.trajectories,
-        apart=certificates.apart,
-        coverage=certificates.coverage,
-    )
-    found = go_no_go(planned)
+    planned = referee.judged(world, planned)
+    violations, found = planned.violations, go_no_go(planned)
     if as_json:
         print(json_text([violation_data(v) for v in violations]), end="")
     else:
@@ -106,11 +99,12 @@ def check_planned(mission: str, scenario: str | None, *, as_json: bool) -> int:
         say(*told_violations(violations), found_wrong if violations else "The referee found nothing wrong.")
     aside = sys.stderr if as_json else sys.stdout
     print(judged_by, file=aside)
-    apart = certificates.apart if len(world.uavs) > 1 else None
-    for certificate in (*certificates.trajectories, apart, *certificates.coverage):
+    apart = planned.apart if len(world.uavs) > 1 else None
+    for certificate in (*planned.certificates, apart, *planned.coverage):
         if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
             print(f"proven: {certificate.sentence}", file=aside)
-    told = mission_cautions(replace(planned, coverage=()))  # when it was planned
+    # what was told when it was planned is told no more, but what comes after the instant until which proofs hold
+    told = [one for one in mission_cautions(replace(planned, coverage=())) if one.kind != "comes later"]
     with as_in("show"):  # a mission of skyverse takes none of the options of maps
         new = (one for one in mission_cautions(replace(planned, scenario=world)) if one not in told)
         say(*(caution.sentence for caution in new), aside=as_json)

@@ -80,7 +80,7 @@ def with_global_places(frame: Frame, violations: Iterable[Violation]) -> list[Vi
     def told(one: Violation) -> Violation:
         place = one.position and told_on_globe(frame.origin, one.position)
         said = one.message.removesuffix(".")
-        return replace(one, message=one.message.replace(said, f"{said}; that is at {place}")) if place else one
+        return replace(one, message=one.message.replace(said, f"{said} (at {place})")) if place else one
 
     return [told(one) for one in violations]
 
