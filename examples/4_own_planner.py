@@ -8,10 +8,24 @@ A new metaheuristic is a frozen dataclass with one ``step``; counting, stopping,
 # [planner]
 from dataclasses import dataclass
 
+import numpy as np
+
 import skyverse as sky
 from skyverse import LatticeSearch
 from skyverse.numerics.kernel import kernel
-from skyverse.planners.moves import copy_in, cut_loops, detour, exhausted, generate, judge, put
+from skyverse.planners.metaheuristic import LatticeRun
+from skyverse.planners.moves import (
+    LatticeTask,
+    Paths,
+    Workspace,
+    copy_in,
+    cut_loops,
+    detour,
+    exhausted,
+    generate,
+    judge,
+    put,
+)
 
 
 @dataclass(frozen=True)
@@ -21,17 +35,25 @@ class HillClimb(LatticeSearch):
     tries: int = 25
 
     @property
-    def population(self):
+    def population(self) -> int:
         """One path."""
         return 1
 
-    def step(self, run, spent):
+    def step(self, run: LatticeRun, spent: float) -> None:
         """Do one iteration."""
         climb(run.task, run.workspace, run.best, run.rng, self.tries, self.repair_threshold, self.retries)
 
 
 @kernel
-def climb(task, workspace, best, rng, tries, threshold, retries):
+def climb(
+    task: LatticeTask,
+    workspace: Workspace,
+    best: Paths,
+    rng: np.random.Generator,
+    tries: int,
+    threshold: int,
+    retries: int,
+) -> None:
     """Try to better the best path."""
     for _ in range(tries):
         if exhausted(workspace):

@@ -12,13 +12,14 @@ import numpy as np
 
 import skyverse as sky
 from skyverse import WaypointSearch
+from skyverse.planners.waypoints import Evaluate, Iterations
 
 
 @dataclass(frozen=True)
 class Shake(WaypointSearch):
     """Shake every candidate, less and less; keep what is not worse."""
 
-    def optimise(self, evaluate, first, rng):
+    def optimise(self, evaluate: Evaluate, first: np.ndarray, rng: np.random.Generator) -> Iterations:
         """Evaluate the first population; then do an iteration for each share of the budget."""
         X, fitness = first, evaluate(first)
         while True:
