@@ -1,4 +1,4 @@
-"""Check the Python of README and the quickstart with mypy and pyright: ``python docs/typed_pages.py``."""
+"""Check the Python of README and the quickstart, and examples to build on: ``python docs/typed_pages.py``."""
 
 import json
 import re
@@ -9,6 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("README.md", "docs/quickstart.md")
+STRICT = ("examples/4_own_planner.py", "examples/5_own_optimiser.py")
 
 
 def python_of(page: Path) -> str:
@@ -35,6 +36,7 @@ def main() -> int:
         Path(folder, "pyrightconfig.json").write_text(json.dumps(settings), encoding="utf-8")
         checkers = (
             ("mypy", "--config-file", "", "--no-incremental", folder),
+            ("mypy", "--config-file", "", "--strict", "--follow-imports=silent", *STRICT),
             ("basedpyright", "--project", folder, "--pythonpath", sys.executable),
         )
         return max(int(subprocess.run(command, cwd=ROOT, check=False).returncode != 0) for command in checkers)
