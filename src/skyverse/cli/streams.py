@@ -9,8 +9,9 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO, cast
 
-_COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-"""Control characters but tab and newline, and those that turn the direction of the text after them."""
+_COMMANDS = re.compile("[\x00-\x08\x0b-\x1e\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""Control characters but tab, newline and the unit separator, which parts what a shell completes and commands nothing;
+and those that turn the direction of the text after them."""
 
 
 def plain(text: str) -> str:
