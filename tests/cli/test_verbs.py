@@ -487,7 +487,7 @@ def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")
-def test_ctrl_c_while_kernels_compile_ends_all_processes_with_130_and_one_sentence(tmp_path):
+def test_ctrl_c_while_kernels_compile_ends_all_processes_with_130_and_says_what_is_kept(tmp_path):
     with subprocess.Popen(
         [sys.executable, "-m", "skyverse", "plan", "map1", "-o", str(tmp_path / "m.json")],
         env={**os.environ, "SKYVERSE_CACHE": str(tmp_path / "cache")},
@@ -506,7 +506,10 @@ def test_ctrl_c_while_kernels_compile_ends_all_processes_with_130_and_one_senten
                 os.killpg(process.pid, signal.SIGKILL)
     assert re.fullmatch(r"skyverse: compiling \d+ kernels, once for each version; about \d+ s\n", first)
     assert process.returncode == 130
-    assert [line for line in rest.splitlines() if "compiling" not in line] == ["skyverse: interrupted"]
+    assert [line for line in rest.splitlines() if "compiling" not in line] == [
+        "skyverse: stopping, and keeping the best so far; Ctrl-C again to end at once",
+        "skyverse: interrupted; nothing was planned yet, and nothing is written",
+    ]
     assert not (tmp_path / "m.json").exists()
 
 

@@ -91,17 +91,22 @@ class PlantedWorld:
 
     def solid(self, kind: str, outline: Polygon, height: float | None, *, sea: bool = False) -> Solid:
         """Return what stands on the ground, `height` metres tall, or shut up to an altitude, or without an end."""
-        x, y = shapely.get_coordinates(outline.buffer(self.cell).segmentize(self.cell / 2)).T
-        inside = np.linspace(0, 1, 8)
-        under = np.concatenate([self.ground(x * s + outline.centroid.x * (1 - s), y * s + outline.centroid.y * (1 - s))
-                                for s in inside])  # fmt: skip
+        under = self._under(outline.buffer(self.cell))
         if height is None:
             return Solid(kind, outline, (-1e4, 1e5), (-1e4, 1e5), {"name": kind})
         if sea:
             fields = {"name": kind, "lower": "GND", "upper": height, "upperUnit": "m", "upperReference": "AMSL"}
-            return Solid(kind, outline, (-1e4, height), (-1e4, height), fields)
+            # one that ends below all ground there is shut from the ground up
+            surely, most = (1e5 if (ground >= height).all() else height for ground in (under, self._under(outline)))
+            return Solid(kind, outline, (-1e4, surely), (-1e4, most), fields)
         top = (float(under.min()) + height, float(under.max()) + height + 1.0)
         return Solid(kind, outline, (-1e4, top[0]), (-1e4, top[1]), {"name": kind, "height": f"{height} m"})
+
+    def _under(self, outline: Polygon) -> Floats:
+        """Return heights of the ground below an outline, and within it."""
+        x, y = shapely.get_coordinates(outline.segmentize(self.cell / 2)).T
+        x0, y0 = outline.centroid.x, outline.centroid.y
+        return np.concatenate([self.ground(x * s + x0 * (1 - s), y * s + y0 * (1 - s)) for s in np.linspace(0, 1, 8)])
 
     def write(self, folder: Path) -> dict[str, list[Path]]:
         """Write the files, and return them by the options that name them."""
